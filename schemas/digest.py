@@ -6,8 +6,8 @@ Both are 64 bits of BLAKE2b in hex: enough to tell runs apart at a glance, not a
 import hashlib
 import json
 import struct
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.setup import Setup
@@ -44,6 +44,13 @@ def _of_causes(setup: Setup, job: dict[str, Any]) -> str:
     return digest.hexdigest()
 
 
+class _Waiting(NamedTuple):
+    """Payloads of a topic that are not hashed yet: the size of each, and all of them one after another."""
+
+    sizes: list[int]
+    data: bytearray
+
+
 class SessionDigest:
     """Running session hash over published payloads.
 
@@ -54,43 +61,46 @@ class SessionDigest:
     def __init__(self) -> None:
         """Nothing said yet."""
         self._digests = {topic.name: _blake() for topic in RECORDED}
-        self._waiting: dict[str, list[bytes]] = {topic.name: [] for topic in RECORDED}
+        self._waiting = {topic.name: _Waiting([], bytearray()) for topic in RECORDED}
         self._hashed = {topic.name for topic in RECORDED if topic.general}
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
         """Add payloads in order of publication; topics that are not recorded are ignored."""
         for topic, payload in said:
-            self.add_of(topic, [payload])
+            self.add_of(topic, [len(payload)], payload)
 
-    def add_of(self, topic: Topic, payloads: list[bytes]) -> None:
-        """Add payloads of one topic in order."""
-        batch = self._waiting.get(topic.name)
-        if batch is None:
+    def add_of(self, topic: Topic, sizes: Sequence[int], data: bytes) -> None:
+        """Add payloads of one topic in order: `data` are all of them, one after another."""
+        waiting = self._waiting.get(topic.name)
+        if waiting is None:
             return
-        batch += payloads
-        while len(batch) >= _BATCH:
+        waiting.sizes.extend(sizes)
+        waiting.data.extend(data)
+        while len(waiting.sizes) >= _BATCH:
             self._hashed.add(topic.name)
-            self._take(self._digests[topic.name], batch[:_BATCH])
-            del batch[:_BATCH]
+            batch = waiting.sizes[:_BATCH]
+            end = sum(batch)
+            self._take(self._digests[topic.name], batch, waiting.data[:end])
+            del waiting.sizes[:_BATCH], waiting.data[:end]
 
     def copy(self) -> "SessionDigest":
         """An independent copy of the digest as it is now."""
         twin = SessionDigest()
         twin._digests = {name: digest.copy() for name, digest in self._digests.items()}
         twin._hashed = self._hashed.copy()
-        twin._waiting = {name: waiting.copy() for name, waiting in self._waiting.items()}
+        twin._waiting = {name: _Waiting(sizes.copy(), data.copy()) for name, (sizes, data) in self._waiting.items()}
         return twin
 
     def hexdigest(self) -> str:
         """16 hex digits over all payloads added so far."""
         session = _blake()
-        for name in sorted(self._hashed.union(name for name, waiting in self._waiting.items() if waiting)):
+        for name in sorted(self._hashed.union(name for name, waiting in self._waiting.items() if waiting.sizes)):
             digest = self._digests[name].copy()
-            self._take(digest, self._waiting[name])
+            self._take(digest, *self._waiting[name])
             session.update(name.encode() + b"\0" + digest.digest())
         return session.hexdigest()
 
     @staticmethod
-    def _take(digest: "hashlib.blake2b", batch: list[bytes]) -> None:
-        digest.update(struct.pack(f"<{len(batch)}I", *map(len, batch)))
-        digest.update(b"".join(batch))
+    def _take(digest: "hashlib.blake2b", sizes: list[int], data: bytearray) -> None:
+        digest.update(struct.pack(f"<{len(sizes)}I", *sizes))
+        digest.update(data)

@@ -6,7 +6,8 @@ have a constant length is a fixed pattern of bytes with numbers in it, so packin
 
 import struct
 from collections.abc import Mapping
-from typing import Any
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,6 +140,22 @@ class FixedLayout:
         return tuple(numbers)
 
 
+class Payloads(NamedTuple):
+    """Payloads of one topic: the size of each, and all of them one after another."""
+
+    sizes: list[int]
+    data: bytes
+
+    @classmethod
+    def of(cls, payloads: list[bytes]) -> Self:
+        """These."""
+        return cls([len(payload) for payload in payloads], b"".join(payloads))
+
+    def each(self) -> list[bytes]:
+        """One by one."""
+        return [self.data[begin:end] for begin, end in pairwise(accumulate(self.sizes, initial=0))]
+
+
 class Records:
     """Packs many messages of one layout at once: some numbers from columns, all others as in a sample message.
 
@@ -158,10 +175,9 @@ class Records:
         offset, kind = layout.place(path, count)
         return np.ndarray((len(self._bytes), count), kind, self._bytes, offset, (self._size, kind.itemsize))
 
-    def pack(self, *columns: NDArray[Any]) -> list[bytes]:
+    def pack(self, *columns: NDArray[Any]) -> Payloads:
         """The payloads of n messages: of each column (n, count) values."""
-        n, size = len(columns[0]), self._size
+        n = len(columns[0])
         for field, values in zip(self._fields, columns, strict=True):
             field[:n] = values
-        data = self._bytes[:n].tobytes()
-        return [data[begin : begin + size] for begin in range(0, n * size, size)]
+        return Payloads([self._size] * n, self._bytes[:n].tobytes())

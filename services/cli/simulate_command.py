@@ -7,6 +7,7 @@ import typer
 from touchline.services.cli.choices import PlanChoice, SetupChoice, check_follower
 from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
+from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.output_choice import OutputChoice
 
@@ -34,11 +35,13 @@ def simulate(
     setup = robot.chosen().at(template.origin)
     check_follower(setup.onboard)
     with progress_bar("Touchline") as advance:
-        job = Job.prepare(template, planning.options(), setup.vehicle, advance)
+        with without_collecting():
+            job = Job.prepare(template, planning.options(), setup.vehicle, advance)
         warn_of_shortages(job.plan_report, setup.vehicle)
         warm_up(say, setup)
         products = Products(hashed, output.record, strokes=output.plot is not None)
-        outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)
+        with without_collecting():
+            outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
             draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)

@@ -52,7 +52,7 @@ class Record:
     array: Sequence[Self]
     """(1,) structured array over the same memory, for kernels."""
     _whole: tuple[Record, str] | None = None  # that it is a part of, and as what
-    _defaults: dict[str, Any]
+    _blank: NDArray[np.void]  # (1,) with the defaults
     _records: dict[str, type[Record]]
     _rows: dict[str, type[Record]]
 
@@ -60,7 +60,7 @@ class Record:
         """Lay the fields out in memory."""
         hints = get_type_hints(cls, include_extras=True)
         names = [name for name in cls.__annotations__ if not name.startswith("_")]
-        cls._defaults = {name: cls.__dict__[name] for name in names if name in cls.__dict__}
+        defaults = {name: cls.__dict__[name] for name in names if name in cls.__dict__}
         cls._records, cls._rows, fields = {}, {}, list[Any]()
         for name in names:
             hint = hints[name]
@@ -78,6 +78,11 @@ class Record:
                 cls._records[name] = hint
                 fields.append((name, hint.dtype))
         cls.dtype = np.dtype(fields, align=True)
+        cls._blank = np.zeros(1, cls.dtype)
+        for name, kind in (*cls._records.items(), *cls._rows.items()):
+            cls._blank[name] = kind._blank
+        for name, value in defaults.items():
+            cls._blank[name] = value
 
     def __init__(self, **values: Any) -> None:
         """A record with these values, and the defaults for all other fields."""
@@ -114,10 +119,8 @@ class Record:
 
     def reset(self, **values: Any) -> None:
         """Set these values, and all other fields to their defaults."""
-        self._array[:] = np.zeros(1, self.dtype)
-        for name in (*self._records, *self._rows):
-            getattr(self, name).reset()
-        for name, value in {**self._defaults, **values}.items():
+        self._array[:] = self._blank
+        for name, value in values.items():
             self.views[name][...] = value
 
     def assign(self, other: Self) -> None:
@@ -164,4 +167,4 @@ class RecordArray(Generic[_Kind]):
 
     def reset(self) -> None:
         """Set all fields of all of them to their defaults."""
-        self._array[:] = self._kind().array
+        self._array[:] = self._kind._blank

@@ -225,7 +225,8 @@ class Emulator:
         world, sensors, faults, onboard: The parts.
         ledger, account, track: Of the loaded traversal; the account only if a covering tool works on areas in it.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
-        frame, command: What the onboard computer saw and answered in the last tick.
+        frame: What the onboard computer saw in the last tick of which all or the end was done here.
+        command: What it answered in the last tick.
         estimator_error: Of the loaded traversal.
     """
 
@@ -443,15 +444,11 @@ class Emulator:
         self._follow_up()
 
     def end_tick(self, frame: SensorFrame, stage: int) -> None:
-        """End a tick of which a part was done elsewhere: the world and the sensors at least."""
+        """End a tick of which a part was done elsewhere: the world and the sensors, and what is PERCEIVED, if it is."""
         self.frame = frame
-        if stage == SENSED:
-            self.command = self.onboard.step(frame)
-        elif stage == PERCEIVED:
-            self.command = self.onboard.decide(frame.tick)
-        if stage != WHOLE:
-            self._record()
-            self._follow_up()
+        self.command = self.onboard.step(frame) if stage == SENSED else self.onboard.decide(frame.tick)
+        self._record()
+        self._follow_up()
 
     @property
     def setup(self) -> Setup:

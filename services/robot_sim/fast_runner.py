@@ -275,7 +275,7 @@ class FastRunner:
     def step(self, most: int, rows: Rows) -> int:
         """Let 1 to `most` ticks pass: nominal ones, and at the end perhaps one that is not; returns how many.
 
-        The nominal ones are kept in `rows`, (`most`, tick_log.COLUMNS) or none at all; the last one need not be.
+        The nominal ones are kept in `rows`, (`most`, tick_log.COLUMNS) or none at all.
         """
         emulator = self._emulator
         first = emulator.tick_count
@@ -334,11 +334,11 @@ class FastRunner:
     def _hand_over(self, onboard: Onboard) -> None:
         """Give everything back, and let the emulator do what is left of the last tick."""
         emulator, progress = self._emulator, self._progress
-        tick, stage, fixes = progress.tick, progress.stage, progress.fixes
+        tick, stage = progress.tick, progress.stage
         emulator.command = onboard.driven(tick if stage == WHOLE else tick - 1)
         emulator.tick_count = tick
         emulator.ledger.put_aside()
-        frame = emulator.sensors.frame(tick, fixes, emulator.world.state, emulator.faults.effects)
         if stage != WHOLE:
             self._not_before = tick + 1
-        emulator.end_tick(frame, stage)
+            frame = emulator.sensors.frame(tick, progress.fixes, emulator.world.state, emulator.faults.effects)
+            emulator.end_tick(frame, stage)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
-from touchline.schemas.layout import Records
+from touchline.schemas.layout import Payloads, Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
@@ -57,7 +57,7 @@ class Series(NamedTuple):
 
     topic: Topic
     rows: Sequence[int]
-    payloads: list[bytes]
+    payloads: Payloads
 
 
 Placed = tuple[int, Payload]
@@ -145,7 +145,10 @@ class Samples:
         of_topic: dict[Topic, list[tuple[int, bytes]]] = {}
         for row, (topic, payload) in placed:
             of_topic.setdefault(topic, []).append((row, payload))
-        return [Series(topic, *map(list, zip(*each, strict=True))) for topic, each in of_topic.items()]
+        return [
+            Series(topic, [row for row, _ in each], Payloads.of([payload for _, payload in each]))
+            for topic, each in of_topic.items()
+        ]
 
     def _position(self, report: list[float]) -> list[Payload]:
         """A row of `position_report`."""
@@ -179,7 +182,7 @@ class Samples:
         self._sprayer = states[-1:]
         other = (states[1:] != states[:-1]).any(axis=1)
         at = np.flatnonzero(other | (rows[:, tick_log.TICK] % _SPRAYER_TICKS == 0)).tolist()
-        return Series(topics.SPRAYER, at, [sprayer_state(rows[row]) for row in at])
+        return Series(topics.SPRAYER, at, Payloads.of([sprayer_state(rows[row]) for row in at]))
 
 
 def sprayer_state(row: Floats) -> bytes:

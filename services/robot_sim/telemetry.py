@@ -23,7 +23,7 @@ from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.packing import Payload, battery, header, positions, stamp
+from touchline.services.robot_sim.packing import Payload, Stamp, battery, header, positions, stamp
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
@@ -190,39 +190,41 @@ class Telemetry:
     def hold(self, count: int) -> None:
         """Hold what is due after the emulator's last `count` ticks, no more than `until_due` allowed, until it is told.
 
-        All but the last of them were nominal and are in `rows`. Nothing else may be told before what is held.
+        All but the last of them were nominal and are in `rows`; so is that one, if it was. Nothing else may be told
+        before what is held.
         """
         emulator = self._emulator
         tick = emulator.tick_count
-        if emulator.frame is None:
-            return
+        time = stamp(tick)
         self._held += count
         last = self._held - 1
-        self._note(self._log[last])
-        self._positions += [(last, payload) for payload in positions(emulator.sensors)]
+        row = self._log[last]
+        if row[tick_log.TICK] != tick:
+            self._note(row)
+            self._positions += [(last, payload) for payload in positions(emulator.sensors)]
         due: list[Payload] = []
         if tick % _ESTIMATOR_TICKS == 0:
-            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
+            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*time, *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:
-            due += self._paint(stamp(tick))
+            due += self._paint(time)
         if tick % _BATTERY_TICKS == 0:
-            due.append((topics.BATTERY, battery(stamp(tick), emulator)))
+            due.append((topics.BATTERY, battery(time, emulator)))
         due += self._events()
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
-            due += self.standing()
+            due += self._standing(time, float(row[tick_log.SPEED]))
         if emulator.settled:
-            due += self._paint(stamp(tick))
+            due += self._paint(time)
         if tick % _AREA_TICKS == 0 or emulator.settled:
-            due += self._area()
+            due += self._area(time)
         if tick % _CLOCK_TICKS == 0:
-            due.append((topics.CLOCK, layouts.CLOCK.pack(*stamp(tick))))
+            due.append((topics.CLOCK, layouts.CLOCK.pack(*time)))
         self._low_rate += [(last, payload) for payload in due]
 
     def told(self) -> list[Payload]:
         """What is held, tick by tick; with the reports, if the traversal has ended."""
         by_tick: list[list[Payload]] = [[] for _ in range(self._held)]
         for topic, rows, payloads in self._enter_held():
-            for row, payload in zip(rows, payloads, strict=True):
+            for row, payload in zip(rows, payloads.each(), strict=True):
                 by_tick[row].append((topic, payload))
         for row, low_rate in self._low_rate:
             by_tick[row].append(low_rate)
@@ -237,7 +239,7 @@ class Telemetry:
         """Enter what is held in the digest; the samples of it."""
         series = self._samples.series(self._log[: self._held], self._positions) if self._held else []
         for topic, _, payloads in series:
-            self.digest.add_of(topic, payloads)
+            self.digest.add_of(topic, *payloads)
         self.digest.add(payload for _, payload in self._low_rate)
         return series
 
@@ -265,11 +267,10 @@ class Telemetry:
         transport = sensors.transport
         tick_log.note(row, tick, emulator.world.state.array, transport.readings, held(command))
         row[tick_log.MEASURED : tick_log.READINGS] = np.where(transport.arrived, transport.measured_tick, -1)
-        if tick % tick_log.ODOMETRY_TICKS == 0:
-            *estimate, covariance, twist_covariance = emulator.onboard.estimate
-            row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate
-            row[tick_log.COVARIANCE : tick_log.TWIST_COVARIANCE] = covariance
-            row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
+        *estimate, covariance, twist_covariance = emulator.onboard.estimate
+        row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate
+        row[tick_log.COVARIANCE : tick_log.TWIST_COVARIANCE] = covariance
+        row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
 
     def news(self) -> list[Payload]:
         """What a command has changed: events, the status and the truth beside it."""
@@ -295,15 +296,18 @@ class Telemetry:
 
     def standing(self) -> list[Payload]:
         """Where the traversal stands, as the robot believes and in truth; not entered in the digest."""
-        return [self._status(), self._true_coverage()]
+        return self._standing(stamp(self._emulator.tick_count), self._emulator.onboard.estimate.speed_mps)
 
-    def _status(self) -> Payload:
+    def _standing(self, time: Stamp, speed_mps: float) -> list[Payload]:
+        return [self._status(time, speed_mps), self._true_coverage(time)]
+
+    def _status(self, time: Stamp, speed_mps: float) -> Payload:
         """All of it is the onboard computer's own."""
         emulator, status, painted = self._emulator, self._emulator.onboard.status, self._emulator.onboard.painted
         self._state = status.state
         layout = layouts.status(status.reason, status.segment_id, painted.ids)
         return topics.STATUS, layout.pack(
-            *stamp(emulator.tick_count),
+            *time,
             status.state,
             status.segment_index,
             status.segment_count,
@@ -311,15 +315,15 @@ class Telemetry:
             status.total_length_m,
             painted.coverage_pct,
             *painted.fractions,
-            emulator.onboard.estimate.speed_mps,
+            speed_mps,
             status.elapsed_s,
             status.remaining_s,
             emulator.onboard.lateral_error_m,
             emulator.onboard.spraying,
         )
 
-    def _true_coverage(self) -> Payload:
-        ledger, account, time = self._emulator.ledger, self._emulator.account, stamp(self._emulator.tick_count)
+    def _true_coverage(self, time: Stamp) -> Payload:
+        ledger, account = self._emulator.ledger, self._emulator.account
         if account is None:
             ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
         else:
@@ -328,12 +332,12 @@ class Telemetry:
         layout = layouts.true_coverage(ids)
         return topics.TRUE_COVERAGE, layout.pack(*time, coverage_pct, *fractions, ledger.lateral_m, self._flowing)
 
-    def _area(self) -> list[Payload]:
+    def _area(self, time: Stamp) -> list[Payload]:
         account = self._emulator.account
         if account is None:
             return []
         account.take(self._emulator.ledger)
-        return [(topics.AREA, layouts.AREA.pack(*stamp(self._emulator.tick_count), *account.standing))]
+        return [(topics.AREA, layouts.AREA.pack(*time, *account.standing))]
 
     def reports(self) -> Reports:
         """The figures of the traversal so far; takes a moment."""
@@ -389,10 +393,10 @@ class Telemetry:
         """Id of the line that marks belong to, "" for none."""
         return self._emulator.ledger.ids[marks.target] if marks.target >= 0 else ""
 
-    def _paint(self, time: tuple[int, int]) -> list[Payload]:
+    def _paint(self, time: Stamp) -> list[Payload]:
         return self._payloads(self._emulator.ledger.take_marks(), time)
 
-    def _payloads(self, strokes: list[Marks], time: tuple[int, int]) -> list[Payload]:
+    def _payloads(self, strokes: list[Marks], time: Stamp) -> list[Payload]:
         return [
             (
                 topics.PAINT,

@@ -21,6 +21,7 @@ MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, enc
 READINGS: Final = 4  # of the three, as in `interface`
 COMMANDED: Final = READINGS + interface.READINGS  # of the drive's actuators, in their order and units
 ESTIMATE: Final = COMMANDED + interface.ACTUATORS  # east, north, heading, speed, yaw rate
+SPEED: Final = ESTIMATE + 3
 COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
 TRUTH: Final = TWIST_COVARIANCE + 4  # east, north, heading, speed, yaw rate
@@ -39,7 +40,7 @@ def period(topic: Topic) -> int:
 
 
 ODOMETRY_TICKS: Final = period(topics.ODOMETRY)
-"""Estimate and truth are told every so many ticks; in others the estimate's columns may mean nothing."""
+"""Estimate and truth are told every so many ticks."""
 
 
 @kernel

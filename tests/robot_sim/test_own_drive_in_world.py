@@ -110,7 +110,7 @@ def test_its_actuators_are_named_on_the_wire() -> None:
         held(Command((1.5, -0.25), False, False)),
     )
     samples = Samples(Vehicle(drive=DRIVE), QUIET, np.zeros((8, 11)), 1)
-    said = {series.topic.name: payload for series in samples.series(rows, ()) for payload in series.payloads}
+    said = {series.topic.name: payload for series in samples.series(rows, ()) for payload in series.payloads.each()}
     command = decode(ActuatorCommand, said["cmd/actuators"])
     assert (command.names, command.values.tolist()) == (("drum", "steering"), [1.5, -0.25])
     assert decode(JointState, said["joint_states"]).name == ("drum", "fork")

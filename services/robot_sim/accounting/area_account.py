@@ -48,19 +48,18 @@ class AreaAccount:
     def fractions(self) -> list[float]:
         """Of each area the share that was passed over."""
         raster = self._raster
-        shares: list[float] = (raster.covered / raster.cells.clip(1)).tolist()
-        return shares
+        return [covered / max(1, cells) for covered, cells in zip(raster.covered, raster.cells, strict=True)]
 
     @property
     def standing(self) -> AreaStanding:
         """How things are by now."""
         raster, cell_m2 = self._raster, self._raster.cell_m**2
-        cells, covered = int(raster.cells.sum()), int(raster.covered.sum())
+        cells, covered = sum(raster.cells), sum(raster.covered)
         return AreaStanding(
             cells * cell_m2,
             covered * cell_m2,
             100.0 * covered / max(1, cells),
-            int(raster.overlapped.sum()) * cell_m2,
+            sum(raster.overlapped) * cell_m2,
             raster.cell_m,
         )
 

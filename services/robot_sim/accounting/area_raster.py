@@ -7,7 +7,8 @@ over it, forward or backward, counts once. Neighbouring steps share a line, so n
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -152,7 +153,7 @@ class AreaRaster:
 
     Attributes:
         cell_m: Edge of a cell.
-        cells: (areas,) how many each area has.
+        cells: How many each area has.
     """
 
     def __init__(self, areas: Sequence[shapely.Polygon], width_m: float, cell_m: float = CELL_M) -> None:
@@ -161,38 +162,45 @@ class AreaRaster:
         self.cell_m = max(cell_m, math.sqrt((east - west) * (north - south) / MOST_CELLS))
         columns, rows = (max(1, math.ceil(size / self.cell_m)) for size in (east - west, north - south))
         self._width_m = width_m
-        self._frame = CellFrame(west, south, self.cell_m, columns, rows)
+        frame = CellFrame(west, south, self.cell_m, columns, rows)
         index: Bytes = np.zeros((rows, columns), dtype=np.uint8)
         for number, area in enumerate(areas, 1):
-            index[_inside(area, self._frame)] = number
-        self._index = index.ravel()
-        self._times: Bytes = np.zeros_like(self._index)
+            index[_inside(area, frame)] = number
+        totals: Integers = np.zeros((len(areas), _TOTALS), dtype=np.int64)
+        self._ground = CountedGround(frame, index.ravel(), np.zeros(index.size, dtype=np.uint8), totals)
         self._line = ToolLine()
-        self._totals: Integers = np.zeros((len(areas), _TOTALS), dtype=np.int64)
         self._taken = 0
-        self.cells: Integers = np.bincount(self._index, minlength=len(areas) + 1)[1:]
+        self.cells: list[int] = np.bincount(self._ground.area, minlength=len(areas) + 1)[1:].tolist()
 
     def take(self, points: Floats) -> None:
         """Count what has come since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
         if len(points) > self._taken:
-            ground = CountedGround(self._frame, self._index, self._times, self._totals)
-            roll(points, self._taken, self._width_m, self._line.array, ground)
+            self._roll(points, self._taken, self._width_m, self._line.array, self._ground)
             self._taken = len(points)
 
-    @property
-    def covered(self) -> Integers:
-        """(areas,) cells of each that were passed over."""
-        return self._totals[:, _ONCE]
+    @cached_property
+    def _roll(self) -> Callable[..., None]:
+        """`roll`, without a look at the types of its arguments, which are always the same."""
+        points: Floats = np.zeros((0, p.POINT_COLUMNS))
+        code: Callable[..., None] = roll.for_types_of((points, 0, self._width_m, self._line.array, self._ground))
+        return code
 
     @property
-    def overlapped(self) -> Integers:
-        """(areas,) cells of each that were passed over more than once."""
-        return self._totals[:, _TWICE]
+    def covered(self) -> list[int]:
+        """Of each area the cells that were passed over."""
+        cells: list[int] = self._ground.totals[:, _ONCE].tolist()
+        return cells
+
+    @property
+    def overlapped(self) -> list[int]:
+        """Of each area the cells that were passed over more than once."""
+        cells: list[int] = self._ground.totals[:, _TWICE].tolist()
+        return cells
 
     @property
     def times(self) -> Bytes:
         """(rows, columns) how often each cell was passed over, from the south-west on; 0 outside the areas."""
-        return self._times.reshape(self._frame.rows, self._frame.columns)
+        return self._ground.times.reshape(self._ground.frame.rows, self._ground.frame.columns)
 
 
 def _inside(area: shapely.Polygon, frame: CellFrame) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -11,7 +12,7 @@ from touchline.schemas.template import Template
 from touchline.services.robot_sim.paint.track import TRACK_EAST, TRACK_HEADING, TRACK_NORTH
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     import shapely
 
@@ -19,6 +20,8 @@ _SPACING_M: Final = 0.05
 """Of the points of the body that are looked at where it is in forbidden ground."""
 _AT_ONCE: Final = 20_000
 """Poses."""
+_ARCS: Final = 1.01
+"""By this factor wider, ground that is widened, with chords for arcs, reaches as far as it would with arcs."""
 
 Floats = NDArray[np.float64]
 
@@ -35,28 +38,42 @@ def body_outside_m(rows: Floats, outline: Sequence[tuple[float, float]], templat
 
     ways_out = [shapely.Polygon(template.boundary.corners)] if template.boundary is not None else []
     obstacles = [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles]
-    depth_m = 0.0
-    for first in range(0, len(rows), _AT_ONCE):
-        bodies = _bodies(rows[first : first + _AT_ONCE], outline)
-        for boundary in ways_out:
-            shapely.prepare(boundary)
+    reach_m, depth_m = _ARCS * max(math.hypot(*corner) for corner in outline), 0.0
+    for boundary in ways_out:
+        shapely.prepare(boundary)
+        near = rows[~_inside(boundary.buffer(-reach_m), rows)]
+        for bodies in _bodies(near, outline):
             strays = bodies[~shapely.covers(boundary, bodies)]
             depth_m = max(depth_m, _farthest_m(shapely.difference(strays, boundary), boundary))
-        for obstacle in obstacles:
-            shapely.prepare(obstacle)
+    for obstacle in obstacles:
+        shapely.prepare(obstacle)
+        near = rows[_inside(obstacle.buffer(reach_m), rows)]
+        for bodies in _bodies(near, outline):
             hits = bodies[shapely.intersects(obstacle, bodies)]
             depth_m = max(depth_m, _farthest_m(shapely.intersection(hits, obstacle), obstacle.exterior))
     return depth_m
 
 
-def _bodies(rows: Floats, outline: Sequence[tuple[float, float]]) -> NDArray[np.object_]:
+def _inside(ground: shapely.Polygon, rows: Floats) -> NDArray[np.bool_]:
+    """(n,) in which rows the body's origin is inside some ground."""
+    import shapely
+
+    shapely.prepare(ground)
+    return np.asarray(shapely.contains_xy(ground, rows[:, TRACK_EAST], rows[:, TRACK_NORTH]))
+
+
+def _bodies(rows: Floats, outline: Sequence[tuple[float, float]]) -> Iterator[NDArray[np.object_]]:
+    """The body in each row as a polygon, so many at once."""
     import shapely
 
     x, y = np.array([*outline, outline[0]]).T
-    cos, sin = np.cos(rows[:, TRACK_HEADING, None]), np.sin(rows[:, TRACK_HEADING, None])
-    east = rows[:, TRACK_EAST, None] + cos * x - sin * y
-    north = rows[:, TRACK_NORTH, None] + sin * x + cos * y
-    return np.atleast_1d(np.asarray(shapely.polygons(np.stack((east, north), axis=-1)), dtype=object))
+    for first in range(0, len(rows), _AT_ONCE):
+        at = rows[first : first + _AT_ONCE, :, None]
+        cos, sin = np.cos(at[:, TRACK_HEADING]), np.sin(at[:, TRACK_HEADING])
+        east = at[:, TRACK_EAST] + cos * x - sin * y
+        north = at[:, TRACK_NORTH] + sin * x + cos * y
+        corners = np.stack((east, north), axis=-1)
+        yield np.asarray(shapely.polygons(corners), dtype=object)
 
 
 def _farthest_m(parts: NDArray[np.object_], limit: shapely.Polygon | shapely.LinearRing) -> float:

@@ -284,7 +284,7 @@ class PaintLedger:
         belongs = self._points[first + 1 : self.settled, p.POINT_TARGET]
         if not len(belongs):
             return []
-        cuts = [0, *(np.flatnonzero(np.diff(belongs)) + 1).tolist(), len(belongs)]
+        cuts = [0, *(np.flatnonzero(belongs[1:] != belongs[:-1]) + 1).tolist(), len(belongs)]
         marks: list[Marks] = []
         for begin, end in pairwise(cuts):
             if belongs[begin] != p.STROKE_BEGINS:
