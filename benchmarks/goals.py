@@ -11,10 +11,10 @@ from collections import Counter
 import numpy as np
 
 from benchmarks._goal_chain import GoalChain
+from touchline.services.runs.arrival import NEAR_M, NEAR_RAD
 
 CHAIN, TOLD = 25, 100
 DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))
-NEAR_M, NEAR_RAD = 0.02, math.radians(2.0)
 
 
 def main() -> None:

@@ -222,6 +222,10 @@ class Scenario(GrownSpec):
         """This scenario with the map frame's origin at ``origin``; unchanged if that is None."""
         return self if origin is None else self.model_copy(update={"origin": origin})
 
+    def standing(self) -> Pose2:
+        """Where a robot stands that no plan is made for yet: at the start, or at 0, 0, 0 if there is none."""
+        return self.start or Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+
     def effective(self) -> Self:
         """This scenario with every noise figure at zero if ``noise`` is ``none``.
 

@@ -22,6 +22,7 @@ from touchline.services.bus import Bus, BusConfig
 from touchline.services.cli.choices import SetupChoice, check_follower
 from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.number_list import numbers_of
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, config_of
 from touchline.services.cli.output_choice import deliver
 from touchline.services.cli.plugin_option import PluginOption
@@ -79,7 +80,7 @@ class GoalChoice:
             method=self.method or "",
             law=self.law or "",
             duration_s=self.duration,
-            tangents_m=np.array(_numbers("--k", self.tangents, (1, 2), "1.5 or 1.5,2") if self.tangents else []),
+            tangents_m=np.array(numbers_of("--k", self.tangents, (1, 2), "1.5 or 1.5,2") if self.tangents else []),
         )
 
     def options(self) -> PlanOptions:
@@ -167,14 +168,15 @@ def _standing_at(setup: Setup, start: str | None) -> Setup:
     Raises:
         SpecError: That is no pose.
     """
-    if start is None and setup.scenario.start is not None:
-        return setup
-    x_m, y_m, heading_rad = _numbers("--start", start, (3,), "0,0,0") if start is not None else (0.0, 0.0, 0.0)
-    data = {"x_m": x_m, "y_m": y_m, "heading_rad": heading_rad}
-    try:
-        pose = Pose2.model_validate(data)
-    except ValidationError as error:
-        raise first_problem(error, "--start", data) from error
+    if start is None:
+        pose = setup.scenario.standing()
+    else:
+        x_m, y_m, heading_rad = numbers_of("--start", start, (3,), "0,0,0")
+        data = {"x_m": x_m, "y_m": y_m, "heading_rad": heading_rad}
+        try:
+            pose = Pose2.model_validate(data)
+        except ValidationError as error:
+            raise first_problem(error, "--start", data) from error
     return setup.model_copy(update={"scenario": setup.scenario.model_copy(update={"start": pose})})
 
 
@@ -189,18 +191,3 @@ def _refuse_for_bus(robot: SetupChoice, others: dict[str, object]) -> None:
     for option, value in others.items():
         if value is not None:
             raise SpecError("command line", option, f"is {value}, {problem}", remedy)
-
-
-def _numbers(option: str, text: str, counts: tuple[int, ...], example: str) -> list[float]:
-    """The numbers, separated by commas, that an option is given.
-
-    Raises:
-        SpecError: They are none, or not as many.
-    """
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in counts:
-        raise SpecError("command line", option, f"is {text!r}", f"give it as in {option} {example}")
-    return numbers

@@ -1,6 +1,5 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
-import gc
 import signal
 import time
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
+from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import JsonOption, ReportOption, check_plot
 from touchline.services.cli.output_choice import deliver
@@ -48,18 +48,6 @@ def first_interrupt() -> Iterator[list[int]]:
         yield told
     finally:
         signal.signal(signal.SIGINT, usual)
-
-
-@contextmanager
-def without_collecting() -> Iterator[None]:
-    """No search for garbage meanwhile: the objects of a plan all stay, and going through them takes time."""
-    usual = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if usual:
-            gc.enable()
 
 
 @dataclass(frozen=True)

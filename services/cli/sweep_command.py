@@ -1,30 +1,25 @@
 """``touchline sweep``: many simulations at once."""
 
-import json
 import time
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from touchline.schemas.catalogue import shipped_templates
-from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.errors import TouchlineError
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.spec import read_text
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
-from touchline.services.cli.choices import PlanChoice, SetupChoice, VehicleChoice, check_follower
+from touchline.services.cli.choices import VehicleChoice, check_follower
 from touchline.services.cli.display import Advance, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.sweep_output import SweepOutput, Swept
+from touchline.services.cli.sweep_subject import SubjectChoice
 
 if TYPE_CHECKING:
-    from touchline.services.runs.simulation import Job
-    from touchline.services.runs.sweep.task import SweepRun, Task
+    from touchline.services.runs.sweep.task import SweepJob, SweepRun, Task
 
 
 def register(app: typer.Typer) -> None:
@@ -44,7 +39,7 @@ class WorkersChoice:
         ),
     ] = None
 
-    def runs(self, jobs: "list[Job]", tasks: "list[Task]") -> Generator["SweepRun", None, None]:
+    def runs(self, jobs: "list[SweepJob]", tasks: "list[Task]") -> Generator["SweepRun", None, None]:
         """Every run as it is done; closing the iterator early stops the others."""
         from touchline.services.runs.sweep.places import cores, here, in_processes, on_dask
 
@@ -55,14 +50,7 @@ class WorkersChoice:
 
 
 def sweep(
-    subject: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO|TEMPLATE",
-            help="A scenario file, or what to work on: a shipped template's name or a template file.",
-            show_default=False,
-        ),
-    ],
+    subject: SubjectChoice,
     body: VehicleChoice,
     seeds: Annotated[
         int,
@@ -74,14 +62,12 @@ def sweep(
             "--set",
             metavar="NAME=VALUES",
             help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, `follower`, "
-            "a plan's option (plan.paint_speed_mps) or a field of the robot's computer (onboard.gnss.white_m). "
+            "a plan's option (plan.paint_speed_mps), a field of the goal (goal.method) or of the robot's computer "
+            "(onboard.gnss.white_m). "
             "Can be given several times.",
             show_default=False,
         ),
     ] = None,
-    template: Annotated[
-        str, typer.Option(metavar="TEMPLATE", help="What to work on when a scenario is given.")
-    ] = "soccer-11",
     *,
     processes: WorkersChoice,
     results: SweepOutput,
@@ -92,11 +78,11 @@ def sweep(
     from touchline.services.runs.sweep.combinations import parse_settings
     from touchline.services.runs.sweep.task import prepare
 
-    work, scenario = _subject(subject, template)
+    work, options, scenario = subject.chosen()
     vehicle = body.chosen()
     name = str(body.vehicle)
     world, computer = on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
-    cases = all_cases(work, world, PlanChoice().options(), parse_settings(settings or []), computer)
+    cases = all_cases(work, world, options, parse_settings(settings or []), computer)
     for case in cases:
         check_follower(case.config)
     with progress_bar("Touchline") as advance:
@@ -128,20 +114,3 @@ def _collect(runs: Generator["SweepRun", None, None], wanted: int, advance: Adva
         swept.problem = str(error)
     swept.wall_s = time.monotonic() - begun
     return swept
-
-
-def _subject(subject: str, template: str) -> tuple[str, Scenario]:
-    """(template, scenario) from what the first argument names."""
-    if subject in shipped_templates():
-        return subject, Scenario()
-    path = Path(subject)
-    if not path.exists():
-        names = ", ".join(shipped_templates())
-        raise SpecError(subject, "", "is no scenario file, template file or shipped template", f"use one of: {names}")
-    try:
-        content = json.loads(read_text(path))
-    except ValueError:
-        content = None
-    if isinstance(content, dict) and ("segments" in content or "areas" in content):
-        return subject, Scenario()
-    return template, SetupChoice(scenario=path).chosen().scenario

@@ -1,6 +1,7 @@
 """What comes of a sweep: a table or JSON of every combination's figures, a report, and a line per run."""
 
 import json
+import math
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +36,9 @@ _SHOWN = {
     "lateral_error_mean_m": ("lateral error mean, mm", 1e3, 2),
     "lateral_error_p95_m": ("lateral error p95, mm", 1e3, 2),
     "lateral_error_max_m": ("lateral error max, mm", 1e3, 2),
+    "off_m": ("off the goal, mm", 1e3, 2),
+    "turned_rad": ("turned at the goal, °", math.degrees(1.0), 2),
+    "planned_time_s": ("planned time, s", 1.0, 1),
     "position_rmse_m": ("position RMSE, mm", 1e3, 2),
     "heading_rmse_rad": ("heading RMSE, mrad", 1e3, 2),
     "total_time_s": ("time, s", 1.0, 1),
@@ -114,7 +118,7 @@ def _print(figures: dict[str, Any], wanted: int) -> None:
     for combination in figures["combinations"]:
         setting = ", ".join(f"{name}={value}" for name, value in combination["set"].items())
         failed = combination["failed_seeds"]
-        title = f"{combination['template']}  {setting}  ({combination['runs']} runs, {len(failed)} failed)"
+        title = f"{_work(combination)}  {setting}  ({combination['runs']} runs, {len(failed)} failed)"
         table = Table(title=title, title_justify="left", box=None, padding=(0, 2))
         for name in ("", "mean", "p95", "worst", "seed of the worst"):
             table.add_column(name, justify="right" if name else "left")
@@ -123,8 +127,17 @@ def _print(figures: dict[str, Any], wanted: int) -> None:
             numbers = (f"{scale * values[column]:,.{digits}f}" for column in ("mean", "p95", "worst"))
             table.add_row(shown, *numbers, str(values["worst_seed"]))
         console.print(table)
+        if "within_2cm_2deg_pct" in combination:
+            console.print(f"  within 2 cm and 2° of the goal: {combination['within_2cm_2deg_pct']:.1f} % of the runs")
         if failed:
             console.print(f"  failed with seeds {', '.join(map(str, failed[:20]))}{' …' if len(failed) > 20 else ''}")
     done = len(figures["runs"])
     wall_s, factor = figures["wall_time_s"], figures["real_time_factor"]
     console.print(f"{done} of {wanted} runs in {wall_s:.1f} s, {factor:,.0f}× real time in all")
+
+
+def _work(combination: dict[str, Any]) -> str:
+    """What its runs did."""
+    if "template" in combination:
+        return str(combination["template"])
+    return "goal " + ", ".join(f"{number:g}" for number in combination["goal"].values() if number is not None)

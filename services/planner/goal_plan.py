@@ -4,6 +4,7 @@ import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Final
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal
@@ -28,6 +29,9 @@ from touchline.services.planner.speed.timing import keeps_entry, speed_profile
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
+GOAL_OPTIONS: Final = ("kappa_max_1pm", "sigma_max_1pm2", "transit_speed_mps", "forward_only")
+"""What matters of a plan's options, beside the start, on the way to a goal."""
+
 # A goal this near to the start (m, rad) is the start.
 SAME = 1e-6
 # A drive that only turns begins so far (m) behind the robot, with a straight that tells from which heading. The robot,
@@ -40,7 +44,7 @@ def plan_to_goal(
 ) -> Plan:
     """The trajectory from the start of the options to a goal, from rest to rest; or from amid another drive.
 
-    Of the options, start, curvature, sharpness, transit speed and `forward_only` matter. A drive that is left is kept
+    Of the options, the start and `GOAL_OPTIONS` matter. A drive that is left is kept
     for a while as it was sent. From there the robot drives on to the goal if that is the quickest and method g2 and no
     other law are asked for; else it stops on its way as soon as it can, and begins anew.
 

@@ -1,9 +1,13 @@
 """Where and when a robot came to its goal, as a JSON object."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from touchline.schemas.messages import Odometry, PoseGoal
+
+NEAR_M: Final = 0.02
+NEAR_RAD: Final = math.radians(2.0)
+"""What a small robot is to keep to in truth: so near to a goal, and so little turned."""
 
 
 class ReachedPose(NamedTuple):
@@ -19,34 +23,44 @@ class ReachedPose(NamedTuple):
         at, turn = told.pose.pose.position, told.pose.pose.orientation
         return cls(at.x, at.y, 2.0 * math.atan2(turn.z, turn.w))
 
+    def off_m(self, goal: PoseGoal) -> float:
+        """How far from the goal."""
+        return math.hypot(self.x_m - goal.x_m, self.y_m - goal.y_m)
+
+    def turned_rad(self, goal: PoseGoal) -> float:
+        """By how much its heading is to the left of the goal's, -π to π; NaN if any will do."""
+        return math.remainder(self.heading_rad - goal.heading_rad, math.tau)
+
 
 def arrival_figures(
     goal: PoseGoal, planned_s: float, took_s: float, believed: ReachedPose | None, true: ReachedPose | None
 ) -> dict[str, Any]:
     """When and where it came to rest, as the robot believes and, if it is emulated, in truth."""
     return {
-        "goal": {"x_m": goal.x_m, "y_m": goal.y_m, "heading_rad": _given(goal.heading_rad)},
+        "goal": goal_figures(goal),
         "time_s": {"planned": planned_s, "taken": took_s},
         "believed": _off(goal, believed),
         "true": _off(goal, true),
     }
 
 
+def goal_figures(goal: PoseGoal) -> dict[str, float | None]:
+    """The pose itself; a heading of ``None`` is any."""
+    return {"x_m": goal.x_m, "y_m": goal.y_m, "heading_rad": _finite(goal.heading_rad)}
+
+
 def _off(goal: PoseGoal, reached: ReachedPose | None) -> dict[str, Any] | None:
     """A pose, and how far it is from the goal; the heading's error is left positive."""
     if reached is None:
         return None
-    x_m, y_m, heading_rad = reached
-    any_heading = math.isnan(goal.heading_rad)
-    turned_rad = math.nan if any_heading else math.remainder(heading_rad - goal.heading_rad, math.tau)
     return {
-        "x_m": x_m,
-        "y_m": y_m,
-        "heading_rad": math.remainder(heading_rad, math.tau),
-        "off_m": math.hypot(x_m - goal.x_m, y_m - goal.y_m),
-        "turned_deg": None if any_heading else math.degrees(turned_rad),
+        "x_m": reached.x_m,
+        "y_m": reached.y_m,
+        "heading_rad": math.remainder(reached.heading_rad, math.tau),
+        "off_m": reached.off_m(goal),
+        "turned_deg": _finite(math.degrees(reached.turned_rad(goal))),
     }
 
 
-def _given(heading_rad: float) -> float | None:
-    return heading_rad if math.isfinite(heading_rad) else None
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None

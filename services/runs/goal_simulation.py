@@ -1,6 +1,6 @@
 """An emulated robot finds out where it stands, and drives to a goal; in one process, as fast as it goes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -8,6 +8,7 @@ from touchline.schemas.digest import goal_scenario_hash
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
@@ -53,6 +54,15 @@ class GoalDrive:
         }
 
 
+def plan_from(start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan:
+    """The way to a goal from a pose: x (m), y (m), heading (rad).
+
+    Raises:
+        PlanningError: There is none.
+    """
+    return plan_to_goal(goal, vehicle, PlanOptions.model_validate({**dict(options), "start": tuple(start)}))
+
+
 def drive_to_goal(
     setup: Setup,
     goal: PoseGoal,
@@ -81,8 +91,7 @@ def drive_to_goal(
                 f"the robot does not find out where it stands within {LOST_S:g} s: give a scenario with a position fix"
             )
         emulator.tick()
-    here = PlanOptions.model_validate({**dict(options), "start": emulator.onboard.estimate[:3]})
-    plan = plan_to_goal(goal, setup.vehicle, here)
+    plan = plan_from(emulator.onboard.estimate[:3], goal, setup.vehicle, options)
     outcome = carry_out(emulator, plan.trajectory, None, Taking.HERE, products, progress)
     cause = goal_scenario_hash(setup, goal, options)
     believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])

@@ -5,5 +5,5 @@ from touchline.schemas.scenario import Scenario
 from touchline.services.runs.sweep.combinations import cases, parse_settings
 
 
-def combined(*texts, scenario=None):
-    return cases("study-square", scenario or Scenario(), PlanOptions(), parse_settings(texts))
+def combined(*texts, scenario=None, work="study-square"):
+    return cases(work, scenario or Scenario(), PlanOptions(), parse_settings(texts))

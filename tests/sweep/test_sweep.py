@@ -62,7 +62,7 @@ def test_a_plan_is_made_once_per_template_and_options():
     assert {task.scenario.seed for task in tasks} == {1, 2, 3}
     for task in tasks:
         job, case = jobs[task.job], wanted[task.case]
-        assert (job.template.name, job.options) == (case.template, case.options)
+        assert (job.template.name, job.options) == (case.work, case.options)
         assert task.config == case.config
 
 

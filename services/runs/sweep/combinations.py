@@ -2,25 +2,30 @@
 
 import itertools
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from pydantic import ValidationError
 
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import PlanOptions
+from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.spec import first_problem, parse
+from touchline.schemas.spec import EVERY_FIELD, first_problem, parse
+from touchline.services.planner.goal_plan import GOAL_OPTIONS
 
 Setting = dict[str, Any]
 """Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, ``follower``, ``plan.`` and an
-option, or ``onboard.`` and a field of the robot's computer (``onboard.gnss.white_m``)."""
+option, ``goal.`` and a field of the goal, or ``onboard.`` and one of the robot's computer
+(``onboard.gnss.white_m``)."""
+
+M = TypeVar("M", PlanOptions, PoseGoal)
 
 TEMPLATE: Final = "template"
 FOLLOWER: Final = "follower"
 PLAN_PREFIX: Final = "plan."
+GOAL_PREFIX: Final = "goal."
 ONBOARD_PREFIX: Final = "onboard."
 
 
@@ -30,11 +35,12 @@ class SweepCase:
 
     Attributes:
         setting: The values that tell it from the others.
+        work: The template to work on, or where to drive.
         scenario: Its seed is the first of the sweep's.
     """
 
     setting: Setting
-    template: str
+    work: str | PoseGoal
     scenario: Scenario
     config: OnboardConfig
     options: PlanOptions
@@ -58,7 +64,7 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def cases(
-    template: str,
+    work: str | PoseGoal,
     scenario: Scenario,
     options: PlanOptions,
     settings: Mapping[str, Sequence[Any]],
@@ -67,7 +73,7 @@ def cases(
     """Every combination of ``settings``, the last name's values changing fastest.
 
     Args:
-        template: To be worked on where the settings name none.
+        work: The template to be worked on where the settings name none, or where to drive.
         scenario: As it is where the settings do not change it.
         options: Of plans, likewise.
         settings: Values by name.
@@ -77,33 +83,53 @@ def cases(
         SpecError: A name is not a field, or a value not allowed.
     """
     combinations = [dict(zip(settings, values, strict=True)) for values in itertools.product(*settings.values())]
-    base = SweepCase({}, template, scenario, config or OnboardConfig(), options)
+    base = SweepCase({}, work, scenario, config or OnboardConfig(), options)
     return [_case(base, setting) for setting in combinations]
 
 
 def _case(base: SweepCase, setting: Setting) -> SweepCase:
-    lived, computer = base.scenario.model_dump(mode="json"), base.config.model_dump(mode="json")
+    lived = base.scenario.model_dump(mode="json", context=EVERY_FIELD)
+    computer = base.config.model_dump(mode="json", context=EVERY_FIELD)
     planned: dict[str, Any] = {}
+    aimed: dict[str, Any] = {}
     for name, value in setting.items():
         if name.startswith(PLAN_PREFIX):
             planned[name.removeprefix(PLAN_PREFIX)] = value
+        elif name.startswith(GOAL_PREFIX):
+            aimed[name.removeprefix(GOAL_PREFIX)] = value
         elif name == FOLLOWER or name.startswith(ONBOARD_PREFIX):
             _put(computer, name, name.removeprefix(ONBOARD_PREFIX), value, "a robot's computer")
         elif name != TEMPLATE:
             _put(lived, name, name, value, "a scenario")
-    unknown = sorted(set(planned) - set(PlanOptions.model_fields))
-    if unknown:
-        known = ", ".join(f"{PLAN_PREFIX}{field}" for field in PlanOptions.model_fields)
-        raise SpecError(
-            "command line", f"--set {PLAN_PREFIX}{unknown[0]}", "is not an option of a plan", f"use {known}"
-        )
-    try:
-        chosen = PlanOptions.model_validate(base.options.model_dump() | planned)
-    except ValidationError as error:
-        raise first_problem(error, "--set plan", planned) from error
-    painted = str(setting.get(TEMPLATE, base.template))
+    work = _work(base.work, setting, aimed)
+    of_plans, owner = (
+        (PlanOptions.model_fields, "a plan") if isinstance(work, str) else (GOAL_OPTIONS, "a plan to a goal")
+    )
+    options = _changed(base.options, PLAN_PREFIX, planned, of_plans, f"an option of {owner}")
     world, config = parse(Scenario, json.dumps(lived), "--set"), parse(OnboardConfig, json.dumps(computer), "--set")
-    return SweepCase(setting, painted, world, config, chosen)
+    return SweepCase(setting, work, world, config, options)
+
+
+def _work(work: str | PoseGoal, setting: Setting, aimed: Mapping[str, Any]) -> str | PoseGoal:
+    if isinstance(work, str):
+        for name in aimed:
+            remedy = "give --goal X,Y[,HEADING] in place of a template"
+            raise SpecError("command line", f"--set {GOAL_PREFIX}{name}", "is of a goal, and there is none", remedy)
+        return str(setting.get(TEMPLATE, work))
+    if TEMPLATE in setting:
+        raise SpecError("command line", f"--set {TEMPLATE}", "is given beside --goal", "leave one of both out")
+    return _changed(work, GOAL_PREFIX, aimed, PoseGoal.model_fields, "a field of a goal")
+
+
+def _changed(base: M, prefix: str, values: Mapping[str, Any], known: Collection[str], what: str) -> M:
+    """The message with these values; `known` are the names that they may have, and `what` people call them."""
+    for name in sorted(set(values).difference(known)):
+        names = ", ".join(f"{prefix}{field}" for field in known)
+        raise SpecError("command line", f"--set {prefix}{name}", f"is not {what}", f"use {names}")
+    try:
+        return type(base).model_validate({**base.model_dump(), **values})
+    except ValidationError as error:
+        raise first_problem(error, f"--set {prefix.rstrip('.')}", values) from error
 
 
 def _put(fields: dict[str, Any], name: str, place: str, value: Any, owner: str) -> None:

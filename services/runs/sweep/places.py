@@ -7,17 +7,24 @@ from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.runs.simulation import Job
-from touchline.services.runs.sweep.task import SweepRun, Task, begin_worker, perform, perform_in_worker, undisturbed
+from touchline.services.runs.sweep.task import (
+    SweepJob,
+    SweepRun,
+    Task,
+    begin_worker,
+    perform,
+    perform_in_worker,
+    undisturbed,
+)
 
 
-def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[SweepRun, None, None]:
+def here(jobs: list[SweepJob], tasks: Sequence[Task]) -> Generator[SweepRun, None, None]:
     """Perform the tasks one after the other in this process."""
     for task in tasks:
         yield perform(jobs, task)
 
 
-def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Generator[SweepRun, None, None]:
+def in_processes(jobs: list[SweepJob], tasks: Sequence[Task], workers: int) -> Generator[SweepRun, None, None]:
     """In ``workers`` processes, as they finish. Closing the iterator early stops them.
 
     Raises:
@@ -41,7 +48,7 @@ def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Genera
             process.terminate()
 
 
-def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[SweepRun, None, None]:
+def on_dask(jobs: list[SweepJob], tasks: Sequence[Task], address: str) -> Generator[SweepRun, None, None]:
     """On the workers of the Dask scheduler at ``address``, which need this version of Touchline installed.
 
     Raises:
@@ -68,7 +75,7 @@ def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[S
             client.cancel(futures)
 
 
-def _perform(task: Task, jobs: list[Job]) -> SweepRun:
+def _perform(task: Task, jobs: list[SweepJob]) -> SweepRun:
     return perform(jobs, task)
 
 

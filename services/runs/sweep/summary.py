@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from touchline.services.runs.arrival import NEAR_M, NEAR_RAD, goal_figures
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.task import SweepRun
 from touchline.services.runs.writing import writing
@@ -48,13 +49,26 @@ def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str,
 
 def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
     told = [run for run in runs if run.figures]
+    work: dict[str, Any] = {"template": case.work}
+    if not isinstance(case.work, str):
+        work = {"goal": goal_figures(case.work), "within_2cm_2deg_pct": _within_pct(runs)}
     return {
         "set": case.setting,
-        "template": case.template,
+        **work,
         "runs": len(runs),
         "failed_seeds": [run.seed for run in runs if not run.success],
         "figures": {name: statistics(name, told) for name in (told[0].figures if told else {})},
     }
+
+
+def _within_pct(runs: Sequence[SweepRun]) -> float:
+    """The share of runs in which the robot arrived, and in truth within 2 cm and 2°, %."""
+    near = [
+        run
+        for run in runs
+        if run.success and run.figures["off_m"] <= NEAR_M and run.figures.get("turned_rad", 0.0) <= NEAR_RAD
+    ]
+    return 100.0 * len(near) / len(runs) if runs else 0.0
 
 
 def statistics(name: str, runs: Sequence[SweepRun]) -> dict[str, float | int]:

@@ -16,7 +16,10 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.reports import failing
 from touchline.services.runs.simulation import Job, Progress, simulate
 from touchline.services.runs.sweep.combinations import SweepCase
+from touchline.services.runs.sweep.goal_job import GoalJob, arrival_run_figures
 from touchline.services.system.shutdown import ENDS
+
+SweepJob = Job | GoalJob
 
 
 @dataclass(frozen=True)
@@ -46,19 +49,23 @@ def prepare(
     seeds: int,
     vehicle: Vehicle | None = None,
     progress: Progress = lambda done, doing: None,
-) -> tuple[list[Job], list[Task]]:
+) -> tuple[list[SweepJob], list[Task]]:
     """Plan every template once for each set of options, and list the runs: ``seeds`` of each case, with one vehicle.
+
+    To a goal each run has a plan of its own, as its robot believes to stand elsewhere; whether there is one is tried.
 
     Raises:
         SpecError: A template is none.
         PlanningError: One cannot be planned so.
     """
-    jobs: dict[str, Job] = {}
+    jobs: dict[str, SweepJob] = {}
+    vehicle = vehicle or Vehicle()
     tasks: list[Task] = []
     for index, case in enumerate(cases):
-        key = f"{case.template} {case.options.model_dump_json()}"
+        begin = "" if isinstance(case.work, str) else case.scenario.start
+        key = f"{case.work!r} {begin!r} {case.options.model_dump_json()}"
         if key not in jobs:
-            jobs[key] = Job.prepare(load_template(case.template), case.options, vehicle, progress)
+            jobs[key] = _job(case, vehicle, progress)
         job = list(jobs).index(key)
         first = case.scenario.seed
         tasks += [
@@ -68,12 +75,30 @@ def prepare(
     return list(jobs.values()), tasks
 
 
-def perform(jobs: list[Job], task: Task) -> SweepRun:
+def _job(case: SweepCase, vehicle: Vehicle, progress: Progress) -> SweepJob:
+    if isinstance(case.work, str):
+        return Job.prepare(load_template(case.work), case.options, vehicle, progress)
+    return GoalJob.prepare(case.work, case.options, vehicle, case.scenario.standing())
+
+
+def perform(jobs: list[SweepJob], task: Task) -> SweepRun:
     """Simulate one task; a refusal by the robot becomes a failed result."""
+    job = jobs[task.job]
     try:
-        outcome = simulate(jobs[task.job], task.scenario, task.config)
+        return _worked(job, task) if isinstance(job, Job) else _driven(job, task)
     except TouchlineError as error:
         return SweepRun(task.case, task.scenario.seed, False, str(error), {})
+
+
+def _driven(job: GoalJob, task: Task) -> SweepRun:
+    done = job.drive(task.scenario, task.config)
+    report, cause = done.outcome.report, done.outcome.scenario_hash
+    figures = {**arrival_run_figures(done), **drive_figures(report)}
+    return SweepRun(task.case, task.scenario.seed, report.success, done.outcome.reason, figures, cause)
+
+
+def _worked(job: Job, task: Task) -> SweepRun:
+    outcome = simulate(job, task.scenario, task.config)
     report = outcome.report
     reason = outcome.reason or failing(report, outcome.area)
     figures = run_figures(report, outcome.area)
@@ -87,6 +112,13 @@ def run_figures(report: TraversalReport, area: AreaReport | None = None) -> dict
         "lateral_error_mean_m": report.lateral_error_mean_m,
         "lateral_error_p95_m": report.lateral_error_p95_m,
         "lateral_error_max_m": report.lateral_error_max_m,
+        **drive_figures(report),
+    }
+
+
+def drive_figures(report: TraversalReport) -> dict[str, float]:
+    """Those that every drive has, whatever it is for."""
+    return {
         "position_rmse_m": report.position_rmse_m,
         "heading_rmse_rad": report.heading_rmse_rad,
         "total_time_s": report.total_time_s,
@@ -142,7 +174,7 @@ def undisturbed() -> Iterator[None]:
         signal.raise_signal(number)
 
 
-def begin_worker(jobs: list[Job]) -> None:
+def begin_worker(jobs: list[SweepJob]) -> None:
     """Initialise a process of a pool, which leaves Ctrl-C to its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
