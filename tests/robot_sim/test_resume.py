@@ -202,7 +202,7 @@ def test_over_the_bus(bus_config, tmp_path):
     path = tmp_path / "tt2.journal"
     with Bus.open(topics.OPERATOR, bus_config) as operator:
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
-            robot = process(bus, journal)
+            robot = process(bus, journal, speed=2.0)  # a turn is no more than half a second of it: 0.4 m
             answer = ask(robot, topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
             assert not answer.success and "nothing to resume" in answer.message
             assert ask(robot, topics.LOAD, trajectory=bus_rig.PLAN).success
