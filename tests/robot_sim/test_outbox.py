@@ -73,15 +73,15 @@ def heard(outbox, inbox, enough, timeout_s=60.0):
 
 
 def meet(outbox, inbox):
-    """Send until the first event arrives: then the sender knows of the inbox."""
+    """Send until the first event arrives: then the sender knows of the inbox. Nothing is on the way afterwards."""
     deadline = time.monotonic() + 60.0
     while not inbox.drain():
         assert time.monotonic() < deadline, "they do not meet"
         outbox.send([event("meet")])
         outbox.turn()
         time.sleep(0.05)
-    time.sleep(0.1)
-    inbox.drain()
+    outbox.send([event("met")])
+    heard(outbox, inbox, lambda texts: "met" in texts)
 
 
 def test_a_frozen_sender_holds_up_nobody_and_loses_nothing(outbox, observer):
