@@ -150,9 +150,8 @@ class Server(Generic[Request, Response]):
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
         """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
         deadline = time.monotonic() + timeout_s
-        pauses = _pauses_s()
         while (call := self.poll()) is None and time.monotonic() < deadline:
-            time.sleep(next(pauses))
+            time.sleep(_POLL_S)
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
@@ -241,7 +240,7 @@ class Answers:
 
 
 def _pauses_s() -> Iterator[float]:
-    """Between two looks for an answer or a request: short at first, since most come at once, then longer."""
+    """Between two looks for an answer: short at first, since most come at once, then longer."""
     pause_s = _FIRST_POLL_S
     while True:
         yield pause_s

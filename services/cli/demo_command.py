@@ -13,6 +13,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import print_figures, say
+from touchline.services.cli.drawing import TemplateArgument
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode
 from touchline.services.cli.run_command import run_job
@@ -21,7 +22,6 @@ from touchline.services.runs.writing import check_recordable
 from touchline.services.system.priority import switch_threads_soon
 from touchline.services.system.temporary_system import local_system, watched
 
-_TEMPLATE = "soccer-11"
 _CONSOLE_SPEED = 20.0
 _RECORDING = Path("session.mcap")
 
@@ -33,22 +33,23 @@ def register(app: typer.Typer) -> None:
 
 def demo(
     body: VehicleChoice,
+    template: TemplateArgument = "soccer-11",
     headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
 ) -> None:
-    """Paint a whole soccer pitch: in the console at 20x in a terminal, else as fast as it goes."""
+    """Paint a whole pitch, soccer-11 or another: in the console at 20x in a terminal, else as fast as it goes."""
     setup = Setup(vehicle=body.chosen())
     check_recordable(_RECORDING)
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
-        _in_console(setup)
+        _in_console(setup, template)
         return
-    template, options = load_template(_TEMPLATE), PlanChoice().options()
-    figures = run_job(template, speed=-1.0, setup=setup, options=options, record=_RECORDING)
-    print_figures(f"{template.title}, painted", figures)
+    field, options = load_template(template), PlanChoice().options()
+    figures = run_job(field, speed=-1.0, setup=setup, options=options, record=_RECORDING)
+    print_figures(f"{field.title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 
 
-def _in_console(setup: Setup) -> None:
+def _in_console(setup: Setup, template: str) -> None:
     from touchline.tui.console import run_console
 
     with local_system({DEFAULT_NAMESPACE: setup}, join_as=topics.SUPERVISOR) as system:  # the console minds the job
@@ -57,7 +58,7 @@ def _in_console(setup: Setup) -> None:
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
         switch_threads_soon()
         with watched(system):
-            report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
+            report = run_console(system.bus.config, template=template, auto_start=True, speed=_CONSOLE_SPEED)
         stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)
     if report is not None:
         figures = {"success": report.success, "paint": paint_figures(report), "estimator": estimator_figures(report)}

@@ -52,8 +52,8 @@ def test_a_command_ends_in_order_at_a_signal(number, doing, code, bus_config, tm
     assert "Traceback" not in log.read_text()
 
 
-def test_demo_without_a_terminal_paints_the_pitch_to_two_centimetres(tmp_path: Path):
-    done = touchline("demo", cwd=tmp_path)
+def test_demo_without_a_terminal_paints_to_two_centimetres(tmp_path: Path):
+    done = touchline("demo", "tennis", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     rows = (line.split() for line in done.stdout.splitlines())
     told = {row[0]: row[1] for row in rows if len(row) == 2}
