@@ -5,10 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # Hundreds of processes are started here: without this each would compile all sources where the variable is set.
 unexport PYTHONDONTWRITEBYTECODE
-# Tests of whole systems, and those that mostly wait for others or for the screen, share the machine with their like;
-# so do those that reckon. What takes longest begins first. Of those that wait more run at once than there are cores.
-WAITING := tests/system tests/bridge tests/bus tests/tui
-PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
+# Tests of whole systems, and those that mostly wait for others or for the screen, run beside those that reckon: more of
+# them at once than there are cores. What takes longest begins first.
+TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests/*/)))
 
 .PHONY: demo test lint planner-kernels robot-kernels bench clean
 
@@ -17,8 +16,7 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
-	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(WAITING)
+	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(TESTS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
