@@ -3,12 +3,25 @@
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
+from typing import NamedTuple
 
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.messages import GetDiagnosticsRequest
+from touchline.schemas.messages import DiagnosticArray, GetDiagnosticsRequest
 from touchline.services.bus import Bus, CallError
 from touchline.services.bus.presence import Presence
+
+
+class Handshake(NamedTuple):
+    """What came of it.
+
+    Attributes:
+        answers: By node, what each that has answered says of itself.
+        silent: Nodes that are on the bus and have not answered; those that have left are in neither.
+    """
+
+    answers: dict[str, DiagnosticArray]
+    silent: frozenset[str]
 
 
 class _Gone(Exception):
@@ -21,10 +34,8 @@ def shake_hands(
     nodes: Iterable[str],
     timeout_s: float,
     while_waiting: Callable[[], None] = lambda: None,
-) -> bool:
+) -> Handshake:
     """Exchange one call with each of the nodes on the bus; one that hangs is given up after ``timeout_s``.
-
-    Returns whether each has answered, but for those that have left.
 
     Declarations, messages and answers of one process keep their order. So when one has answered, it knew of our
     subscriptions before, and we of its; what either had sent until then has arrived.
@@ -36,12 +47,15 @@ def shake_hands(
             raise _Gone
         while_waiting()
 
-    answered = True
+    answers: dict[str, DiagnosticArray] = {}
+    silent: set[str] = set()
+    request = GetDiagnosticsRequest()
     for node in sorted(nodes):
         with suppress(PayloadError, _Gone):
             wait(node)
             try:
-                bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s, partial(wait, node))
+                response = bus.call(topics.diagnostics_service(node), request, timeout_s, partial(wait, node))
+                answers[node] = response.diagnostics
             except CallError:
-                answered = False
-    return answered
+                silent.add(node)
+    return Handshake(answers, frozenset(silent))

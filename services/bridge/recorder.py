@@ -248,6 +248,11 @@ class Recorder:
         channel.last_ns = time_ns
         self._put(channel, time_ns, payload, sequence)
 
+    def lose(self, topic: str, missing: int, namespace: str) -> None:
+        """Count messages that are missing behind all that has come, as nothing shows but their publisher's word."""
+        channel = self._channels[namespace or self._first, topic]
+        self._losses.add(channel.name, missing, channel.robot.now_ns, channel.robot.now_ns)
+
     def _put(self, channel: _Channel, time_ns: int, payload: bytes, sequence: int) -> None:
         if self._problem:
             raise RecordingError(self._problem)
@@ -281,19 +286,22 @@ class Recorder:
         ended = self._file.close_short()
         self._problem = f"{error}; {'the recording ends before it' if ended else 'the recording is broken off there'}"
 
-    def finish(self, rejected: Mapping[tuple[str, str], int] | None = None) -> RecordingReport:
+    def finish(
+        self, rejected: Mapping[tuple[str, str], int] | None = None, unasked: Sequence[str] = ()
+    ) -> RecordingReport:
         """Complete the file with its index and close it; a repeat gives the same report.
 
         After a failed write nothing is raised: the report says what went wrong and what the file does hold.
 
         Args:
             rejected: By robot and name in the topic table, payloads that were kept from the recording.
+            unasked: Publishers that could not be asked what they have sent, so that nobody knows what is missing.
         """
         if self._report is None:
-            self._report = self._finish(rejected or {})
+            self._report = self._finish(rejected or {}, ", ".join(unasked))
         return self._report
 
-    def _finish(self, rejected: Mapping[tuple[str, str], int]) -> RecordingReport:
+    def _finish(self, rejected: Mapping[tuple[str, str], int], unasked: str) -> RecordingReport:
         counts = {channel.name: channel.messages for channel in self._channels.values()}
         if not self._problem:
             try:
@@ -304,6 +312,8 @@ class Recorder:
                     self._writer.add_metadata(name, values)
                 if rejected:
                     self._writer.add_metadata("touchline_rejected", self._told(rejected))
+                if unasked:
+                    self._writer.add_metadata("touchline_unasked", {"publishers": unasked})
                 self._writer.finish()  # type: ignore[no-untyped-call]
                 self._file.close()
             except RecordingError as error:
@@ -314,7 +324,9 @@ class Recorder:
             counts = {name: held.topics[name].messages if name in held.topics else 0 for name in counts}
         size = self.path.stat().st_size
         refused = sum(rejected.values())
-        return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, self._problem)
+        unknown = f"its end may be missing: {unasked} could not be asked what was sent last" if unasked else ""
+        problem = self._problem or unknown
+        return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
 
     def _told(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
         """Rejected payloads in all and by topic."""

@@ -1,12 +1,14 @@
 """The bridge as a process: records its robots on request, and shows them to ROS 2."""
 
 import gc
+import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
     DiagnosticStatus,
     Event,
@@ -19,19 +21,31 @@ from touchline.schemas.messages import (
 from touchline.services.bridge.folder import RecordingFolder
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
 from touchline.services.bridge.going import GoingRecording, next_part
-from touchline.services.bridge.handshake import shake_hands
+from touchline.services.bridge.handshake import Handshake, shake_hands
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
 from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
+from touchline.services.bridge.steadiness import Steadiness
 from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.last_sent import sent_by
 from touchline.services.bus.ros2 import Ros2Session
 from touchline.services.system.priority import switch_threads_soon
 from touchline.services.system.shutdown import Stop, until_stopped
 
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0
-#: Processes that publish what is recorded, and that can be asked how they are.
-_PUBLISHERS = frozenset({topics.PLANNER, topics.TELEMETRY})
+#: Processes that are waited for at the beginning and the end, and those of them whose messages are recorded.
+_NEIGHBOURS = frozenset({topics.PLANNER, topics.TELEMETRY})
+_PUBLISHERS = frozenset({topics.TELEMETRY})
+#: After a standstill: who is at work answers within this, if there is still a link to it.
+_QUICK_S = 0.5
+#: Whoever has joined the bus again knows everybody by then, and has the last message of each latched topic a little
+#: later.
+_FOUND_S = 1.5
+_LATCHED_S = 0.3
+#: Who did not answer, and may be frozen itself, is asked again after this long, so many times.
+_ASK_AGAIN_S = 2.0
+_ASK_AGAIN = 3
 
 
 class BridgeService:
@@ -66,6 +80,10 @@ class BridgeService:
         self._failed: RecordingReport | None = None
         self._gaps_told = 0
         self._was_behind = False
+        self._steadiness = Steadiness()
+        self._recovering = False
+        self._ask_again = 0
+        self._ask_again_s = 0.0
 
     def run(self, stop: Stop) -> RecordingReport | None:
         """Serve until ``stop``; an active recording is then finished and its report returned."""
@@ -106,20 +124,29 @@ class BridgeService:
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
         self._failed, self._gaps_told = None, 0
+        for end in self._ends:
+            end.unasked.clear()
         namespaces = [end.bus.namespace for end in self._ends]
         recorder = Recorder(path, namespaces, topics.RECORDED, self._existing, continues)
         self._parts = [*continues, path]
         if self._going is not None:
             self._going.note(self._parts)
         self._session = RecordingSession(recorder, [end.bus.inbox(topics.RECORDED) for end in self._ends])
-        self._handshake()
+        self._account()
         if self._failed is not None:
             raise RecordingError(self._failed.problem)
 
     def _turn(self) -> bool:
         """One round of the loop; returns whether there was anything to record."""
+        self._steadiness.turn(time.monotonic())
+        if self._steadiness.lost or (self._ask_again and time.monotonic() > self._ask_again_s):
+            self._recover()
         for end in self._ends:
-            end.presence.poll()
+            gone = end.look()
+            if gone and self._session is not None and self._session.behind:
+                end.unasked |= gone
+                self._ask_again = _ASK_AGAIN
+        self._steadiness.meet(self._ends[0].bus.peers)
         busy = self._pump()
         for gateway in self._gateways:
             busy |= gateway.turn()
@@ -148,11 +175,15 @@ class BridgeService:
         except RecordingError as error:
             self._fail(error)
             return False
-        if self._session.recorder.gaps > self._gaps_told:
+        self._tell_gaps()
+        return busy
+
+    def _tell_gaps(self) -> None:
+        """Tell, once for each stretch, that messages are missing."""
+        if self._session is not None and not self._recovering and self._session.recorder.gaps > self._gaps_told:
             self._gaps_told = self._session.recorder.gaps
             text = f"the recording lacks {self._session.recorder.lost} messages so far; its metadata say where"
             self._tell(Event.WARN, "recording-fell-behind", text)
-        return busy
 
     def _tell(self, severity: int, code: str, text: str) -> None:
         """Publish an event under every robot, at its sim time in the recording."""
@@ -220,36 +251,119 @@ class BridgeService:
     def _finish(self) -> RecordingReport | None:
         """Finish the recording with everything that was sent before this call."""
         if self._session is not None:
-            self._handshake()
-            self._catch_up()
+            cut_off = bool(self._unasked())
+            self._account()
+            if self._steadiness.lost or (cut_off and self._unasked() and time.monotonic() > self._ask_again_s):
+                self._recover()
         if self._session is None:  # there was none, or writing its last part failed
             return self._failed
-        report = self._session.finish()
+        report = self._session.finish(self._unasked())
         self._ended()
         return report
 
-    def _handshake(self) -> None:
-        """Know that every publisher knows of us and that what it has sent is here, recording meanwhile.
+    def _recover(self) -> None:
+        """After a standstill of this process: count what it has missed, and join the bus anew if it was cut off.
+
+        Who has left meanwhile cannot be told from who has cut us off, except by looking for it anew.
+        """
+        stood_s = self._steadiness.recovered()
+        if stood_s:
+            self._ask_again = _ASK_AGAIN
+            for end in self._ends:
+                end.unasked |= end.there & _PUBLISHERS
+        self._recovering = True  # what lacks is told when all is counted
+        self._account(_QUICK_S)
+        if self._waits_for_linked():
+            self._account()
+        # What is still on its way by a link would be lost with that.
+        if not self._waits_for_linked() and (self._unasked() or self._lost_peers()):
+            self._rejoin()
+        self._recovering = False
+        self._tell_gaps()
+        unasked = self._unasked()
+        self._ask_again = self._ask_again - 1 if unasked else 0
+        self._ask_again_s = time.monotonic() + _ASK_AGAIN_S
+        if unasked and stood_s and self._session is not None:
+            text = f"the bridge stood still for {stood_s:.1f} s and cannot reach {', '.join(unasked)} any more"
+            self._tell(Event.ERROR, "recording-cut-off", text)
+
+    def _waits_for_linked(self) -> bool:
+        """Whether there is a link to a publisher that has not answered."""
+        peers = self._ends[0].bus.peers()
+        return any(end.presence.instances(node) & peers for end in self._ends for node in end.unasked)
+
+    def _lost_peers(self) -> bool:
+        """Whether a link is gone that was there when this process went steadily."""
+        return bool(self._steadiness.peers - self._ends[0].bus.peers())
+
+    def _unasked(self) -> list[str]:
+        """Publishers, by robot, that could not be asked what they have sent."""
+        return [f"{node} of {end.bus.namespace}" for end in self._ends for node in sorted(end.unasked)]
+
+    def _rejoin(self) -> None:
+        """Join the bus anew; go on with what arrives there when all that were there are found, or are not in time."""
+        wanted = {end: end.there | end.unasked for end in self._ends}
+        bus = self._ends[0].bus
+        try:
+            bus.rejoin(self._breathe)
+        except TouchlineError as error:
+            sys.stderr.write(f"warning: {error}\n")
+            return
+        deadline = time.monotonic() + _FOUND_S
+        while time.monotonic() < deadline and any(nodes - end.presence.alive() for end, nodes in wanted.items()):
+            for end in self._ends:
+                end.presence.poll()
+            self._while_waiting()
+            time.sleep(_IDLE_S)
+        latched = time.monotonic() + _LATCHED_S
+        while time.monotonic() < latched:
+            self._while_waiting()
+            time.sleep(_IDLE_S)
+        self._handshake()
+        bus.leave_former()
+        self._account()
+
+    def _account(self, timeout_s: float = _HANDSHAKE_TIMEOUT_S) -> None:
+        """Know that every publisher knows of us and that what it has sent is here, or count what is missing of it."""
+        answers = self._handshake(timeout_s)
+        self._catch_up()
+        for end, handshake in zip(self._ends, answers, strict=True):
+            end.unasked |= handshake.silent & _PUBLISHERS
+            for node, diagnostics in handshake.answers.items():
+                end.unasked.discard(node)
+                if self._session is not None:
+                    self._session.told(end.bus.namespace, sent_by(node, diagnostics))
+        self._tell_gaps()
+
+    def _handshake(self, timeout_s: float = _HANDSHAKE_TIMEOUT_S) -> list[Handshake]:
+        """Ask everybody how he is, recording meanwhile.
 
         An answer comes behind all that was sent before: who has not answered in time while that was more than could be
         recorded is asked again.
         """
+        answers = []
         for end in self._ends:
-            answered = False
-            while not answered:
+            while True:
                 self._was_behind = False
-                answered = shake_hands(end.bus, end.presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
-                answered |= not self._was_behind
+                done = shake_hands(end.bus, end.presence, _NEIGHBOURS, timeout_s, self._while_waiting)
+                if not done.silent or not self._was_behind:
+                    break
+            answers.append(done)
+        return answers
 
     def _catch_up(self) -> None:
         """Record what has arrived by now; publishers may go on for ever."""
         for _ in range(MOST_ROUNDS):
+            self._while_waiting()
             if self._session is None or not self._session.behind:
                 break
-            self._while_waiting()
+
+    def _breathe(self) -> None:
+        self._beat()
+        self._steadiness.turn(time.monotonic())
 
     def _while_waiting(self) -> None:
-        self._beat()
+        self._breathe()
         self._pump()
         self._was_behind |= self._session is not None and self._session.behind
         for gateway in self._gateways:
@@ -266,7 +380,18 @@ class _RobotEnd:
         self.health = HealthReporter(bus)
         self.record = bus.serve(topics.RECORD)
         self.record_stop = bus.serve(topics.RECORD_STOP)
+        self.there: frozenset[str] = frozenset()
+        """Neighbours that were there when this process went steadily."""
+        self.unasked: set[str] = set()
+        """Publishers that could not be asked what they have sent since then."""
         self._events = bus.publisher(topics.EVENTS)
+
+    def look(self) -> frozenset[str]:
+        """See who is there; returns publishers that have gone, or have cut us off, just now."""
+        self.presence.poll()
+        before = self.there
+        self.there = frozenset(self.presence.alive() & _NEIGHBOURS)
+        return (before - self.there) & _PUBLISHERS
 
     def publish(self, severity: int, code: str, text: str, time_ns: int) -> None:
         """An event for this robot's log."""

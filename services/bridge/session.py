@@ -8,6 +8,7 @@ from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorder import Recorder, RecordingReport
 from touchline.services.bridge.sequencer import Arrived, Sequencer
 from touchline.services.bus.inbox import MOST_WAITING
+from touchline.services.bus.last_sent import LastSent
 
 #: What was recorded longer ago than this survives kill -9.
 FLUSH_PERIOD_S = 0.5
@@ -34,6 +35,9 @@ class SessionInbox(Protocol):
 
     def drain(self, most: int) -> Sequence[Arrived]:
         """The messages that wait, of each topic the first `most`."""
+
+    def told(self, sent: LastSent) -> int:
+        """Take a publisher's word of what it has sent; returns how many messages more are missing than was known."""
 
 
 class RecordingSession:
@@ -86,13 +90,26 @@ class RecordingSession:
         self.behind = bool(cut)
         return bool(batch)
 
-    def finish(self) -> RecordingReport:
-        """Record what is left, if it is not `behind`, and complete the file."""
+    def told(self, namespace: str, sent: Iterable[LastSent]) -> None:
+        """Count what is missing of what a robot's publishers say they have sent; all that arrived has been recorded."""
+        inboxes = [inbox for inbox in self._inboxes if inbox.namespace == namespace]
+        for each in sent:
+            missing = sum(inbox.told(each) for inbox in inboxes)
+            if missing:
+                self._write(self._sequencer.rest())
+                self.recorder.lose(each.topic, missing, namespace)
+
+    def finish(self, unasked: Sequence[str] = ()) -> RecordingReport:
+        """Record what is left, if it is not `behind`, and complete the file.
+
+        Args:
+            unasked: Publishers of whom nobody knows what is missing.
+        """
         if not self.recorder.problem:
             with suppress(RecordingError):  # the report tells
                 self._take()
                 self._write(self._sequencer.rest())
-        return self.recorder.finish(self._rejected())
+        return self.recorder.finish(self._rejected(), unasked)
 
     def _write(self, messages: Iterable[Arrived]) -> None:
         write = self.recorder.write

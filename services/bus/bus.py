@@ -1,9 +1,11 @@
 """One process's connection to the bus."""
 
+import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Literal, Self, TypeAlias
+from weakref import WeakSet
 
 import zenoh
 
@@ -16,12 +18,16 @@ from touchline.services.bus.config import PATIENCE_S, BusConfig
 from touchline.services.bus.counters import Counters
 from touchline.services.bus.inbox import Inbox
 from touchline.services.bus.joining import join, join_at_door, leave
+from touchline.services.bus.last_sent import LastSent
 from touchline.services.bus.presence import Presence, token_prefix
 from touchline.services.bus.publisher import Publisher
 from touchline.services.bus.replies import Replies
 from touchline.services.bus.roster import Roster
 
 _TOLD: Final = 12
+#: Requests that came by a former session are answered within this.
+_ANSWERED_S: Final = 2.0
+_Membership: TypeAlias = tuple[zenoh.Session, zenoh.LivelinessToken]
 
 
 class Bus:
@@ -34,17 +40,24 @@ class Bus:
         counters: Messages published, received, lost and rejected here.
     """
 
-    def __init__(self, session: zenoh.Session, node: str, config: BusConfig) -> None:
+    def __init__(self, session: zenoh.Session, node: str, config: BusConfig, patience_s: float = PATIENCE_S) -> None:
         """Use :meth:`open`."""
         self.node = node
         self.config = config
         self.counters = Counters()
         self._session = session
+        self._former: list[_Membership] = []
+        self._patience_s = patience_s
+        self._declared: WeakSet[Inbox | Presence | Publisher | Server[Any, Any]] = WeakSet()
         self._opened_at = time.monotonic()
         self._answerers = Answerers(self.presence)
         self._replies = Replies()
         self._others: list[Bus] = []
-        self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
+        self._token = self._declare_token(session)
+
+    def _declare_token(self, session: zenoh.Session) -> zenoh.LivelinessToken:
+        key = f"{token_prefix(self.config.namespace)}/{self.node}/{session.zid()}"
+        return session.liveliness().declare_token(key)
 
     @classmethod
     @contextmanager
@@ -71,7 +84,7 @@ class Bus:
             KeyboardInterrupt: ``stop()`` said so before the bus was joined.
         """
         config = config or BusConfig.from_environment()
-        with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config) as bus:
+        with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config, patience_s) as bus:
             yield bus
 
     @classmethod
@@ -103,23 +116,67 @@ class Bus:
 
     @classmethod
     @contextmanager
-    def _of(cls, session: zenoh.Session, node: str, config: BusConfig) -> Iterator[Self]:
+    def _of(
+        cls, session: zenoh.Session, node: str, config: BusConfig, patience_s: float = PATIENCE_S
+    ) -> Iterator[Self]:
+        sessions = [session]
         try:
-            bus = cls(session, node, config)  # held here: the liveliness token goes with it
+            bus = cls(session, node, config, patience_s)  # held here: the liveliness token goes with it
             try:
                 yield bus
             finally:
                 bus._close()
+                sessions = [bus._session, *(former for former, _ in bus._former)]
         finally:
-            leave(session)
+            for each in sessions:
+                leave(each)
 
     def _close(self) -> None:
         for bus in (self, *self._others):
             bus._replies.close()
 
+    def peers(self) -> frozenset[str]:
+        """Ids of the sessions that this one has a link to."""
+        return frozenset(map(str, (*self._session.info.peers_zid(), *self._session.info.routers_zid())))
+
+    def rejoin(self, stop: Callable[[], object]) -> None:
+        """Join the bus once more, with all that was declared here: who has cut this process off never comes back.
+
+        Zenoh connects anew to the endpoints of its configuration alone, and not to peers that it has learned of by
+        gossip. Until :meth:`leave_former`, inboxes go on with what arrives by the former session, and requests that
+        came by it can be answered. Of latched topics late joiners get nothing before the next message.
+
+        Raises:
+            TouchlineError: The bus cannot be joined; nothing has changed.
+            KeyboardInterrupt: ``stop()`` said so first.
+        """
+        self.leave_former()
+        session = join(self.config, self.node, lambda: bool(stop()), self._patience_s)
+        for bus in (self, *self._others):
+            bus._move(session)
+
+    def _move(self, session: zenoh.Session) -> None:
+        self._former.append((self._session, self._token))
+        self._session, self._token = session, self._declare_token(session)
+        for each in list(self._declared):
+            each.declare(session)
+
+    def leave_former(self) -> None:
+        """Go on with what arrives by the session of :meth:`rejoin` alone; the former one is soon closed."""
+        for bus in (self, *self._others):
+            for each in list(bus._declared):
+                each.leave_former()
+        former = [each for bus in (self, *self._others) for each in bus._former]
+        for bus in (self, *self._others):
+            bus._former = []
+        if former:
+            closing = threading.Timer(_ANSWERED_S, _leave_all, (former,))
+            closing.daemon = True
+            closing.start()
+
     def of(self, namespace: str) -> Self:
         """A bus of another robot in the same session, with counters and answering threads of its own."""
-        other = type(self)(self._session, self.node, self.config.of(namespace))
+        other = type(self)(self._session, self.node, self.config.of(namespace), self._patience_s)
         other._opened_at = self._opened_at
         self._others.append(other)  # held here: its liveliness token goes with it
         return other
@@ -149,15 +206,26 @@ class Bus:
 
     def publisher(self, topic: Topic, publisher_id: bytes | None = None) -> Publisher:
         """A publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
-        return Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
+        publisher = Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
+        self._declared.add(publisher)
+        return publisher
+
+    def sent(self) -> list[LastSent]:
+        """What was sent here of each topic that is recorded."""
+        ours = [each for each in self._declared if isinstance(each, Publisher) and each.topic.recorded]
+        return [LastSent(each.topic.name, each.id, each.sequence) for each in ours]
 
     def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
-        return Inbox(self._session, self.namespace, topics, keep, self.counters)
+        inbox = Inbox(self._session, self.namespace, topics, keep, self.counters)
+        self._declared.add(inbox)
+        return inbox
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
         """The serving end of ``service``."""
-        return Server(self._session, self.key(service.name), service, self.counters, self._replies)
+        server = Server(self._session, self.key(service.name), service, self.counters, self._replies)
+        self._declared.add(server)
+        return server
 
     def call(
         self,
@@ -190,7 +258,9 @@ class Bus:
 
     def presence(self) -> Presence:
         """A view of who is on the bus."""
-        return Presence(self._session, self.config.namespace)
+        presence = Presence(self._session, self.config.namespace)
+        self._declared.add(presence)
+        return presence
 
     def wait_for(self, nodes: set[str], timeout_s: float) -> set[str]:
         """Wait until all of ``nodes`` are on the bus; returns those that are still missing."""
@@ -202,3 +272,9 @@ class Bus:
             if not missing or time.monotonic() > deadline:
                 return missing
             time.sleep(0.005)
+
+
+def _leave_all(memberships: Iterable[_Membership]) -> None:
+    """Close the sessions, whose tokens are held until then."""
+    for session, _ in memberships:
+        leave(session, 0.0)

@@ -3,6 +3,7 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Final, Generic, NamedTuple
@@ -118,7 +119,24 @@ class Server(Generic[Request, Response]):
         self._looked_at = _LOOKED_AT
         if service.urgent:
             room, self._looked_at = _WAITING_URGENT_CALLS, _LOOKED_AT_URGENT
-        self._queryable = session.declare_queryable(key, handlers.RingChannel(room), complete=True)
+        self._room = room
+        self._queryables: list[zenoh.Queryable[handlers.Handler[zenoh.Query]]] = []
+        self.declare(session)
+
+    def declare(self, session: zenoh.Session) -> None:
+        """Serve by this session, and by the one before as long as that is open."""
+        new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
+        self._queryables = [*self._queryables[-1:], new]
+
+    def leave_former(self) -> None:
+        """Requests that came by the former session are answered as long as that is open."""
+
+    def _received(self) -> zenoh.Query | None:
+        for queryable in self._queryables:
+            with suppress(zenoh.ZError):  # its session is closed
+                if (query := queryable.try_recv()) is not None:
+                    return query
+        return None
 
     def poll(self) -> ServedCall[Request, Response] | None:
         """The next request, if one waits."""
@@ -139,7 +157,7 @@ class Server(Generic[Request, Response]):
     def _unread(self, looks: Iterator[int]) -> ServedCall[Request, Response] | None:
         """The next request, looking at no more than there are `looks`."""
         for _ in looks:
-            query = self._queryable.try_recv()
+            query = self._received()
             if query is None:
                 return None
             if (call := self._admit(query)) is not None:

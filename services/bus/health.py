@@ -15,6 +15,7 @@ from touchline.schemas.messages import (
     KeyValue,
     Time,
 )
+from touchline.services.bus import last_sent
 from touchline.services.bus.bus import Bus
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
@@ -26,6 +27,7 @@ STARTING = "starting: "
 class HealthReporter:
     """Publishes a process's diagnostics and answers requests for them.
 
+    An answer tells what was sent of each topic, too (`touchline.services.bus.last_sent`).
     Their stamp is the bus's time, the last clock that was heard (0 before the first); wall time is one of the values.
     """
 
@@ -56,7 +58,8 @@ class HealthReporter:
             if (call := self._server.poll()) is None:
                 break
             settle()
-            call.reply(GetDiagnosticsResponse(diagnostics=self._report(values, level, message)))
+            asked = {**values, last_sent.KEY: last_sent.as_text(self._bus.sent())}
+            call.reply(GetDiagnosticsResponse(diagnostics=self._report(asked, level, message)))
         if at_once or time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD_S
             self._publisher.send(self._report(values, level, message))

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from itertools import repeat
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import zenoh
 from zenoh import ext, handlers
@@ -15,12 +15,16 @@ from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
 from touchline.services.bus import attachment
 from touchline.services.bus.counters import Counters, SequenceGaps
+from touchline.services.bus.last_sent import LastSent
 
 #: Samples of a topic that a lossless inbox holds before its publishers have to wait.
 MOST_WAITING = 65_536
 #: Samples of one topic that wait at most where the oldest gives way.
 _RECENT = 1024
 _POLL_S = 0.002
+_Subscriber: TypeAlias = (
+    "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]"
+)
 
 
 class Sample(NamedTuple):
@@ -80,16 +84,32 @@ class Inbox:
         self._counters = counters
         self._keep = keep
         self._subscribers = [
-            (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, f"{namespace}/{topic.name}", topic))
-            for topic in topics
+            (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, topic)) for topic in topics
         ]
+        self._next: list[_Subscriber] = []
         self.lost = 0
+        self._early: list[Sample] = []
         self.rejected: dict[str, int] = {}
         self.cut: set[str] = set()
 
-    def _declare(
-        self, session: zenoh.Session, key: str, topic: Topic
-    ) -> "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]":
+    def declare(self, session: zenoh.Session) -> None:
+        """Let samples arrive by this session, too; they wait until :meth:`leave_former`."""
+        self._next = [self._declare(session, topic) for topic, *_ in self._subscribers]
+
+    def leave_former(self) -> None:
+        """Take samples from the last session, when those of the former one are taken."""
+        if not self._next:
+            return
+        self._early = self.drain(MOST_WAITING)
+        for _, _, gaps, _ in self._subscribers:
+            gaps.begin_again()
+        self._subscribers = [
+            (topic, form, gaps, new) for (topic, form, gaps, _), new in zip(self._subscribers, self._next, strict=True)
+        ]
+        self._next = []
+
+    def _declare(self, session: zenoh.Session, topic: Topic) -> "_Subscriber":
+        key = f"{self.namespace}/{topic.name}"
         channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
         if self._keep == "all":
             channel = handlers.FifoChannel(MOST_WAITING)
@@ -105,7 +125,7 @@ class Inbox:
 
         Who takes samples as fast as they are sent would never come to an end without.
         """
-        samples: list[Sample] = []
+        samples, self._early = self._early, []
         self.cut.clear()
         for topic, form, gaps, subscriber in self._subscribers:
             receive = subscriber.try_recv
@@ -118,6 +138,20 @@ class Inbox:
             else:
                 self.cut.add(topic.name)
         return samples
+
+    def told(self, sent: LastSent) -> int:
+        """Take the word of a publisher, when all that has arrived of it was drained.
+
+        Returns:
+            How many of its messages are missing that were not known to be.
+        """
+        missing = sum(
+            gaps.told(sent.publisher, sent.sequence)
+            for topic, _, gaps, _ in self._subscribers
+            if topic.name == sent.topic
+        )
+        self._count_lost(missing)
+        return missing
 
     def messages(self) -> Iterator[tuple[Sample, Message]]:
         """Every sample that waits, decoded; unusable ones are counted and left out."""
@@ -149,8 +183,11 @@ class Inbox:
         missed = gaps.missed(numbered.publisher, numbered.sequence)
         if missed < 0:
             return None
+        self._count_lost(missed)
+        return Sample(topic, payload, *numbered, missed, self.namespace)
+
+    def _count_lost(self, missed: int) -> None:
         if self._keep != "latest":
             self.lost += missed
         if self._keep == "all":
             self._counters.lost += missed
-        return Sample(topic, payload, *numbered, missed, self.namespace)

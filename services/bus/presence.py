@@ -43,14 +43,22 @@ class Presence:
 
     def __init__(self, session: zenoh.Session, namespace: str) -> None:
         """Watch the tokens under ``namespace``; use :meth:`touchline.services.bus.Bus.presence`."""
-        self._session = session
+        self._namespace = namespace
         self._prefix = token_prefix(namespace)
+        self.declare(session)
+
+    def declare(self, session: zenoh.Session) -> None:
+        """Watch by this session from now on, beginning with nobody."""
+        self._session = session
         self._instances: defaultdict[str, set[str]] = defaultdict(set)
         self._missed = False
         self._count: _Count | None = None
         self._subscriber = session.liveliness().declare_subscriber(
-            all_tokens(namespace), handlers.RingChannel(_WAITING), history=True
+            all_tokens(self._namespace), handlers.RingChannel(_WAITING), history=True
         )
+
+    def leave_former(self) -> None:
+        """Nothing is left of a former session."""
 
     def poll(self) -> list[PresenceChange]:
         """What changed since the last call; never waits."""

@@ -16,7 +16,12 @@ _CDR = zenoh.Encoding("application/cdr")
 
 
 class Publisher:
-    """Sends the messages of one topic, each with the next sequence number."""
+    """Sends the messages of one topic, each with the next sequence number.
+
+    Attributes:
+        sequence: That of the last message.
+        id: By which receivers tell it from others of the topic.
+    """
 
     def __init__(
         self, session: zenoh.Session, key: str, topic: Topic, counters: Counters, publisher_id: bytes | None = None
@@ -25,18 +30,24 @@ class Publisher:
         self.topic = topic
         self.sequence = 0
         self._counters = counters
-        self._id = publisher_id or uuid.uuid4().bytes
-        control = zenoh.CongestionControl.BLOCK if topic.block else zenoh.CongestionControl.DROP
-        self._put = self._declare(session, key, control).put
+        self._key = key
+        self.id = publisher_id or uuid.uuid4().bytes
+        self.declare(session)
 
-    def _declare(
-        self, session: zenoh.Session, key: str, control: zenoh.CongestionControl
-    ) -> zenoh.Publisher | ext.AdvancedPublisher:
+    def declare(self, session: zenoh.Session) -> None:
+        """Publish by this session from now on."""
+        self._put = self._declare(session).put
+
+    def leave_former(self) -> None:
+        """Nothing is left of a former session."""
+
+    def _declare(self, session: zenoh.Session) -> zenoh.Publisher | ext.AdvancedPublisher:
+        control = zenoh.CongestionControl.BLOCK if self.topic.block else zenoh.CongestionControl.DROP
         if not self.topic.latched:
-            return session.declare_publisher(key, encoding=_CDR, congestion_control=control)
+            return session.declare_publisher(self._key, encoding=_CDR, congestion_control=control)
         return ext.declare_advanced_publisher(
             session,
-            key,
+            self._key,
             encoding=_CDR,
             congestion_control=control,
             cache=ext.CacheConfig(max_samples=1),
@@ -59,5 +70,5 @@ class Publisher:
     def send_numbered(self, payload: bytes, sequence: int) -> None:
         """As :meth:`send_bytes`, with a sequence number of the caller's, larger than the last one."""
         self.sequence = sequence
-        self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self._id))
+        self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self.id))
         self._counters.published += 1

@@ -8,7 +8,7 @@ import typer
 
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
-from touchline.schemas.messages import RecordRequest, RecordStopRequest
+from touchline.schemas.messages import RecordRequest
 from touchline.schemas.setup import Setup
 from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
@@ -17,6 +17,7 @@ from touchline.services.cli.drawing import TemplateArgument
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode
 from touchline.services.cli.run_command import run_job
+from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import estimator_figures, paint_figures
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.priority import switch_threads_soon
@@ -59,11 +60,12 @@ def _in_console(setup: Setup, template: str) -> None:
         switch_threads_soon()
         with watched(system):
             report = run_console(system.bus.config, template=template, auto_start=True, speed=_CONSOLE_SPEED)
-        stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)
+            stopped = end_recording(system.bus, say)
     if report is not None:
         figures = {"success": report.success, "paint": paint_figures(report), "estimator": estimator_figures(report)}
         print_figures("Painted", figures)
-    if stopped.success:
+    if stopped is not None and stopped.path:
         print_figures(f"Recording {_RECORDING}", {"messages": stopped.messages, "lost": stopped.lost})
-    else:
-        say(f"the recording was not finished: {stopped.message}")
+    if problem := lacking(stopped, _RECORDING):
+        say(f"the recording is not complete: {problem}")
+        sys.exit(ExitCode.FAILED)

@@ -12,15 +12,15 @@ import typer
 
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
+from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.display import print_event, print_figures, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, SpeedOption, config_of, speed_factor
+from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.shutdown import until_stopped
 
-_STOP_TIMEOUT_S = 120.0
 #: A supervisor has started a bridge again by then that was killed.
 _RETURN_S = 15.0
 #: Whoever joins the bus knows all of its robots by then.
@@ -57,18 +57,25 @@ def record(
         while not stop and time.monotonic() < deadline:
             watch.check()
             time.sleep(0.05)
-        done = bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=uuid.uuid4().hex), _STOP_TIMEOUT_S)
-    if not done.success:
-        raise TouchlineError(done.message)
+        done = end_recording(bus, say)
+    problem = lacking(done, file)
+    if done is None or not done.path:
+        raise TouchlineError(problem)
     figures: dict[str, Any] = {"path": done.path, "messages": done.messages, "bytes": done.bytes, "lost": done.lost}
     figures["interrupted"] = watch.interrupted
+    if problem:
+        figures["problem"] = problem
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
         print_figures(f"Recording {file}", figures)
     if watch.interrupted:
         print_event(Event.WARN, done.message)
-    if done.lost or watch.interrupted:
+    if not done.success:
+        raise TouchlineError(problem)
+    if problem:
+        print_event(Event.ERROR, f"the recording is not complete: {problem}")
+    if problem or watch.interrupted:
         sys.exit(ExitCode.FAILED)
 
 

@@ -78,7 +78,8 @@ def bridge(
     check_recordable(record)
     report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
     if report is not None:
-        typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
+        figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
+        typer.echo(json.dumps(figures | ({"problem": report.problem} if report.problem else {})))
 
 
 def tui(robot: SomeRobotsOption = None) -> None:

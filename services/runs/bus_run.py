@@ -4,6 +4,7 @@ import time
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -30,6 +31,7 @@ from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, Inbox
 from touchline.services.bus.counters import Counters
+from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 from touchline.services.system.diagnostics import read_health
 
@@ -201,13 +203,12 @@ class BusRun:
         if self.options.record is None:
             return None
         self.watcher.stage("Finishing the recording")
-        response = self._ask(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=120.0)
-        figures: dict[str, Any] = {"path": str(self.options.record), "complete": response.success}
-        if response.success:
-            figures |= {"messages": response.messages, "bytes": response.bytes, "lost": response.lost}
-        else:
-            figures["problem"] = response.message or "the bridge does not say why"
-        return figures
+        report = end_recording(self.bus, partial(self.watcher.event, Event.WARN), self.watcher.check)
+        figures: dict[str, Any] = {"path": str(self.options.record), "complete": False}
+        if report is not None and Path(report.path).name == self.options.record.name:  # of a next part it says little
+            figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
+        problem = lacking(report, self.options.record)
+        return figures | ({"problem": problem} if problem else {"complete": True})
 
     def _give_up(self, recording: Path | None) -> None:
         """Leave the robot stopped and the recording whole; what cannot be asked any more is left."""

@@ -9,6 +9,7 @@ from touchline.schemas.messages import Imu
 from touchline.services.bridge.reader import read_summary
 from touchline.services.bridge.recorder import Recorder
 from touchline.services.bridge.session import FLUSH_PERIOD_S, RecordingSession
+from touchline.services.bus.last_sent import LastSent
 
 
 class Waiting:
@@ -23,6 +24,9 @@ class Waiting:
     def drain(self, most: int) -> list[Sent]:
         self.said += 1
         return [Sent(topics.IMU, self.said, self.said, encode(Imu()))]
+
+    def told(self, sent: LastSent) -> int:
+        return 0
 
 
 def test_what_was_heard_half_a_second_ago_is_on_the_disk(tmp_path: Path) -> None:
