@@ -21,6 +21,20 @@ def copy(source: NDArray[Any], target: NDArray[Any]) -> None:
 
 
 @kernel
+def copy_rows(source: NDArray[Any], target: NDArray[Any], count: int) -> None:
+    """Copy the first rows of an array into those of another.
+
+    Args:
+        source: (`count` or more, k).
+        target: (`count` or more, k) its first `count` rows are overwritten.
+        count: How many.
+    """
+    for i in range(count):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]
+
+
+@kernel
 def least(values: NDArray[np.float64]) -> int:
     """Index of the least of `values` (n,), the first one if there are equals."""
     place = 0

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from touchline.services.core.arcs import unit
+from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import ON_PATH, left_centres, word_table, wrapped
@@ -53,7 +54,7 @@ def plain_word(x: float, y: float, heading: float, weight: float, word: Floats) 
             taken += abs(table[row, 1]) * (1.0 if middle_straight else weight)
             if taken < best - _TIE:
                 best, straight = taken, middle_straight
-                word[:] = table[row]
+                copy(table[row], word)
     return best, straight
 
 

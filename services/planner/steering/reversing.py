@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.services.core.angles import TAU
+from touchline.services.core.arrays import copy_rows
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering import cusp_words
@@ -193,7 +194,7 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
 def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int, found: Shortest) -> None:
     """Store a path as the shortest with its number of cusps; one of the query turned round is turned back."""
     path = found.paths[cusps]
-    path[:n] = pieces[:n]
+    copy_rows(pieces, path, n)
     if turned_round:
         turn_pieces_round(path, n)
     found.lengths[cusps], found.counts[cusps] = length, n

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
@@ -105,7 +106,7 @@ def moved(order: Ints, trial: Ints, seed: int, at: int, stretch: Ints) -> None:
         stretch: (2,) filled in: the first and the last place that differ.
     """
     n = len(order)
-    trial[:] = order
+    copy(order, trial)
     i, j = whole(seed, at, n), whole(seed, at + 1, n)
     if i > j:
         i, j = j, i
@@ -114,10 +115,10 @@ def moved(order: Ints, trial: Ints, seed: int, at: int, stretch: Ints) -> None:
         for k in range(j - i + 1):
             trial[i + k] = order[j - k] ^ 1
     elif move == 1:
-        trial[i:j] = order[i + 1 : j + 1]
+        copy(order[i + 1 : j + 1], trial[i:])
         trial[j] = order[i] ^ whole(seed, at + 3, 2)
     elif move == 2:
-        trial[i + 1 : j + 1] = order[i:j]
+        copy(order[i:j], trial[i + 1 :])
         trial[i] = order[j] ^ whole(seed, at + 3, 2)
     else:
         trial[i], trial[j] = order[j], order[i]
@@ -158,10 +159,10 @@ def annealed(start: Ints, costs: LaneCosts, steps: int, hot_s: float, seed: int)
             continue
         cost_now = price(trial, costs, turned)
         if cost_now < now + allowed:
-            order[:] = trial
+            copy(trial, order)
             now = cost_now
             add_up(order, costs.way, upto)
             if now < least:
                 least = now
-                best[:] = order
+                copy(order, best)
     return best
