@@ -1,0 +1,158 @@
+"""Who may be where: Voronoi cells for deployment, and buffered cells that robots which need room to stop keep to.
+
+Voronoi cell of robot i: all of the area that is nearer to p_i than to any other robot, straight across obstacles.
+
+Buffered cell: with S_i the *stopping segment*, from p_i to where robot i would stand if it braked straight ahead now,
+for each pair the nearest points a of S_i and b of S_j, n = (b − a)/|b − a| and m = (a + b)/2, robot i keeps to
+(q − m)·n ≤ −r and robot j to the other side, r = min(r_s, |b − a|/2). Sides of the area are moved in by r_s, or so far
+as S_i lets them. While everybody keeps to its cell, which it can as braking is always permitted, S_i stays in the old
+cell i, S_j in the old cell j, and so with every update |b − a| ≥ min(2·r_s, what it was before): docs/fleet.md has the
+proof. After Zhou, Wang, Bandyopadhyay, Schwager, "Fast, on-line collision avoidance for dynamic vehicles using buffered
+Voronoi cells", IEEE Robotics and Automation Letters 2(2), 2017, whose cells are those of points without extent.
+
+A buffered cell is convex. Where the area is not, it is a convex part of the free area round S_i: walls cut from it, in
+order of nearness, whatever lies behind the line through the wall's nearest point. So behind a corner nothing is in the
+cell, and a goal there is not reached by going to the cell's nearest point: that needs a way from elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import TouchlineError
+from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.kernels.nearest import nearest_in
+from touchline.services.fleet.kernels.partition import bisecting, keep_apart, surrounded
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ROBOT_RADIUS_M: Final = 0.2
+"""r_s by default: a body of 0.177 m, and 23 mm for errors of estimate and follower and for latency."""
+
+
+class SegmentsMeet(TouchlineError):
+    """Robots whose stopping segments meet, or one whose segment meets a wall: no cells can keep them apart."""
+
+    def __init__(self, first: str, second: str) -> None:
+        self.first, self.second = first, second
+        super().__init__(f"robot {first} is about to run into {second}; stop them and move them apart")
+
+
+class CoincidentPoints(TouchlineError):
+    """Two robots at the same place: neither is nearer to anything."""
+
+
+class VoronoiParts(NamedTuple):
+    """Voronoi cells, each in as many convex parts as the area has pieces; a part may have no corners.
+
+    Attributes:
+        corners: (n, p, m, 2) counter-clockwise, m.
+        counts: (n, p) how many corners each part has.
+    """
+
+    corners: Floats
+    counts: Ints
+
+
+class BufferedCell(NamedTuple):
+    """Where one robot may be.
+
+    Attributes:
+        half_planes: (k, 3) n·q ≤ offset: outward unit normal, offset (m); a row of zeros says nothing.
+        corners: (c, 2) of the polygon, counter-clockwise (m); none if rounding leaves nothing of it.
+    """
+
+    half_planes: Floats
+    corners: Floats
+
+    def excess_m(self, segment: Floats) -> float:
+        """How far a segment (4,), or any part of it, is outside; negative inside, by the least distance to a side."""
+        there = self.half_planes[np.abs(self.half_planes[:, :2]).sum(axis=1) > 0.0]
+        ends = segment.reshape(2, 2)
+        return float((there[:, :2] @ ends.T - there[:, 2:]).max()) if len(there) else -np.inf
+
+    def nearest(self, point: Floats, otherwise: Floats) -> Floats:
+        """The point of the cell (m) nearest to another, or, if rounding leaves nothing of it, `otherwise`."""
+        if not len(self.corners):
+            return otherwise
+        found = nearest_in(self.corners, len(self.corners), complex(point[0], point[1]))
+        return np.array((found.real, found.imag))
+
+
+def stopping_segments(poses: Floats, deceleration_mps2: float) -> Floats:
+    """From where robots are to where they would stand if they braked straight ahead: v²/(2a) on.
+
+    Args:
+        poses: (n, 4) x, y (m), heading (rad) and speed (m/s, negative backward).
+        deceleration_mps2: a.
+
+    Returns:
+        (n, 4) x₁ y₁ x₂ y₂ (m).
+    """
+    here, heading, speed = poses[:, :2], poses[:, 2], poses[:, 3]
+    way = speed * np.abs(speed) / (2.0 * deceleration_mps2)
+    return np.column_stack((here, here + way[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))))
+
+
+def voronoi(points: Floats, area: FreeArea) -> VoronoiParts:
+    """The Voronoi cells of points in an area, exact for any polygon with obstacles.
+
+    Args:
+        points: (n, 2) m.
+        area: Where.
+
+    Raises:
+        CoincidentPoints: Two points are the same.
+    """
+    if len(np.unique(points, axis=0)) < len(points):
+        raise CoincidentPoints("two robots are at the same place; move them apart")
+    return VoronoiParts(*bisecting(np.ascontiguousarray(points), area.pieces, area.sizes))
+
+
+def buffered_cells(
+    segments: Floats, area: FreeArea, radius_m: float = ROBOT_RADIUS_M, names: Sequence[str] = ()
+) -> list[BufferedCell]:
+    """The buffered cells of robots.
+
+    Args:
+        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m); a segment may be a point.
+        area: Where they drive.
+        radius_m: r_s.
+        names: Of the robots, for errors; else their numbers.
+
+    Raises:
+        SegmentsMeet: Two segments touch or cross, or one touches a wall.
+    """
+    n = len(segments)
+    rows = np.zeros((n, n + len(area.sides) + len(area.walls), 3))
+    called = list(names) or [str(number) for number in range(n)]
+    first, second = keep_apart(segments, radius_m, rows)
+    if first >= 0:
+        raise SegmentsMeet(called[first], called[second])
+    return within_area(segments, area, radius_m, rows, called)
+
+
+def within_area(
+    segments: Floats, area: FreeArea, radius_m: float, rows: Floats, names: Sequence[str]
+) -> list[BufferedCell]:
+    """Cells whose half-planes towards other robots are given.
+
+    Args:
+        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
+        area: Where they drive.
+        radius_m: r_s.
+        rows: (n, k + sides and walls of the area, 3) half-planes, of which the first k are given, the rest filled.
+        names: Of the robots.
+
+    Raises:
+        SegmentsMeet: A segment touches a wall.
+    """
+    corners, counts = surrounded(segments, area.hull, area.sides, area.walls, radius_m, rows)
+    if len(stuck := np.flatnonzero(counts < 0)):
+        raise SegmentsMeet(names[int(stuck[0])], "a wall")
+    return [BufferedCell(row, some[:count]) for row, some, count in zip(rows, corners, counts, strict=True)]

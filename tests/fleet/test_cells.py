@@ -1,0 +1,171 @@
+"""Cells of points and of stopping segments: known answers, degenerate cases, and the properties that make them safe."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from tests.fleet.kinematic import square
+from touchline.schemas.errors import SpecError
+from touchline.services.fleet.cells import (
+    BufferedCell,
+    CoincidentPoints,
+    SegmentsMeet,
+    buffered_cells,
+    stopping_segments,
+    voronoi,
+)
+from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.kernels.nearest import nearest_in, nearest_pair
+
+L_SHAPE = FreeArea.of([(0, 0), (6, 0), (6, 2), (2, 2), (2, 6), (0, 6)])
+COURT = FreeArea.of([(0, 0), (6, 0), (6, 6), (0, 6)], [[(2.5, 2.5), (3.5, 2.5), (3.5, 3.5), (2.5, 3.5)]])
+coordinates = st.floats(0.0, 6.0).map(lambda value: round(value, 9))
+points = st.builds(complex, coordinates, coordinates)
+
+
+def shape_of(corners):
+    return shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+
+
+def line(segment):
+    return shapely.LineString(np.asarray(segment).reshape(2, 2))
+
+
+def segments(*rows):
+    return np.array(rows, dtype=np.float64)
+
+
+@given(points, points, points, points)
+def test_the_nearest_points_of_segments_are_as_far_apart_as_shapely_has_them(a, b, c, d):
+    one, other = nearest_pair(a, b, c, d)
+    first, second = (line([p.real, p.imag, q.real, q.imag]) for p, q in ((a, b), (c, d)))
+    assert abs(one - other) == pytest.approx(first.distance(second), abs=1e-12)
+    assert first.distance(shapely.Point(one.real, one.imag)) < 1e-12
+    assert second.distance(shapely.Point(other.real, other.imag)) < 1e-12
+
+
+def test_segments_without_length_or_side_by_side_have_nearest_points_too():
+    assert nearest_pair(1j, 1j, 3 + 1j, 3 + 1j) == (1j, 3 + 1j)
+    assert nearest_pair(1j, 1j, -1 + 0j, 2 + 0j) == (1j, 0j)
+    one, other = nearest_pair(0j, 4 + 0j, 1 + 1j, 3 + 1j)
+    assert other - one == 1j
+    assert nearest_pair(0j, 2 + 2j, 2j, 2 + 0j) == (1 + 1j, 1 + 1j)
+    assert nearest_pair(0j, 1 + 0j, 1 + 0j, 1 + 1j) == (1 + 0j, 1 + 0j)
+
+
+def test_a_point_in_a_polygon_is_its_own_nearest():
+    corners = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)])
+    assert nearest_in(corners, 4, 1 + 0.5j) == 1 + 0.5j
+    assert nearest_in(corners, 4, 3 + 0.5j) == 2 + 0.5j
+    assert nearest_in(corners, 4, 3 + 4j) == 2 + 1j
+
+
+def test_a_stopping_segment_ends_where_braking_does():
+    poses = np.array([(1.0, 2.0, 0.0, 0.5), (1.0, 2.0, math.pi / 2, -0.4), (1.0, 2.0, 0.7, 0.0)])
+    found = stopping_segments(poses, 0.5)
+    assert found == pytest.approx(segments((1, 2, 1.25, 2), (1, 2, 1, 1.84), (1, 2, 1, 2)))
+
+
+@pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
+@settings(max_examples=30)
+@given(st.lists(points, min_size=1, max_size=8, unique=True))
+def test_voronoi_cells_are_all_of_the_area_and_nearest_to_their_own(area, places):
+    rows = np.array([(p.real, p.imag) for p in places])
+    assume(len(rows) == 1 or min(abs(p - q) for p in places for q in places if p != q) > 1e-6)
+    parts = voronoi(rows, area)
+    cells = [
+        shapely.union_all([shape_of(some[:count]) for some, count in zip(*each, strict=True)])
+        for each in zip(parts.corners, parts.counts, strict=True)
+    ]
+    assert sum(cell.area for cell in cells) == pytest.approx(area.area_m2, abs=1e-6)
+    for own, cell in enumerate(cells):
+        for x, y in shapely.get_coordinates(cell):
+            apart = np.hypot(*(rows - (x, y)).T)
+            assert apart[own] <= apart.min() + 1e-6
+
+
+def test_two_robots_share_a_room_by_a_strip_as_wide_as_both():
+    left, right = buffered_cells(segments((1, 2, 1, 2), (3, 2, 3, 2)), square(4.0), 0.2)
+    assert shape_of(left.corners).symmetric_difference(shapely.box(0.2, 0.2, 1.8, 3.8)).area < 1e-12
+    assert shape_of(right.corners).symmetric_difference(shapely.box(2.2, 0.2, 3.8, 3.8)).area < 1e-12
+    driving, _ = buffered_cells(segments((1, 2, 1.5, 2), (3, 2, 3, 2)), square(4.0), 0.2)
+    assert driving.corners[:, 0].max() == pytest.approx(2.05)
+
+
+def test_who_is_too_near_already_comes_no_nearer():
+    left, right = buffered_cells(segments((1, 2, 1, 2), (1.3, 2, 1.3, 2)), square(4.0), 0.2)
+    assert left.corners[:, 0].max() == pytest.approx(1.0)
+    assert right.corners[:, 0].min() == pytest.approx(1.3)
+    (beside,) = buffered_cells(segments((0.1, 2, 0.1, 2)), square(4.0), 0.2)
+    assert beside.corners[:, 0].min() == pytest.approx(0.1)
+    (outside,) = buffered_cells(segments((-0.5, 2, -0.5, 2)), square(4.0), 0.2)
+    assert outside.excess_m(np.array((-0.5, 2.0, -0.5, 2.0))) <= 0.0
+    assert outside.nearest(np.array((2.0, 2.0)), np.zeros(2)).tolist() == [2.0, 2.0]
+
+
+def test_robots_that_are_about_to_meet_are_named():
+    with pytest.raises(SegmentsMeet, match="robot b is about to run into c"):
+        buffered_cells(segments((0, 1, 0, 1), (1, 1, 2, 1), (1.5, 0.5, 1.5, 1.5)), square(4.0), 0.2, ["a", "b", "c"])
+    with pytest.raises(SegmentsMeet, match="robot 0 is about to run into 1"):
+        buffered_cells(segments((1, 1, 1, 1), (1, 1, 1, 1)), square(4.0))
+    with pytest.raises(SegmentsMeet, match="robot 0 is about to run into a wall"):
+        buffered_cells(segments((2.2, 3, 2.8, 3)), COURT)
+    with pytest.raises(CoincidentPoints):
+        voronoi(np.ones((2, 2)), square(4.0))
+
+
+@pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
+@settings(max_examples=60)
+@given(st.lists(st.tuples(points, st.floats(0, math.tau), st.floats(0, 0.5)), min_size=1, max_size=8))
+def test_cells_hold_their_segments_and_keep_their_distance(area, team):
+    free = shapely.union_all([shape_of(piece[:size]) for piece, size in zip(area.pieces, area.sizes, strict=True)])
+    kept: list[np.ndarray] = []
+    for row in stopping_segments(np.array([(p.real, p.imag, heading, speed) for p, heading, speed in team]), 0.5):
+        apart = [line(row).distance(line(other)) for other in kept] + [line(row).distance(free.boundary)]
+        if free.contains(line(row)) and min(apart) > 1e-3:
+            kept.append(row)
+    assume(kept)
+    rows = np.array(kept)
+    lines = [line(row) for row in rows]
+    cells = buffered_cells(rows, area, 0.2)
+    assert max(cell.excess_m(row) for cell, row in zip(cells, rows, strict=True)) < 1e-12
+    shapes = [shape_of(cell.corners) for cell in cells]
+    for k, shape in enumerate(shapes):
+        assert shape.distance(lines[k]) < 1e-9
+        assert shape.is_empty or shape.distance(free.boundary) > min(0.2, lines[k].distance(free.boundary)) - 1e-9
+        assert free.buffer(1e-9).contains(shape)
+        for j, other in enumerate(shapes[:k]):
+            if not (shape.is_empty or other.is_empty):
+                assert shape.distance(other) > min(0.4, lines[k].distance(lines[j])) - 1e-9
+
+
+def test_a_cell_ends_at_a_corner_that_it_cannot_see_round():
+    (cell,) = buffered_cells(segments((4, 1, 4, 1)), L_SHAPE, 0.2)
+    assert cell.corners.max(axis=0).tolist() == pytest.approx([5.8, 1.8])
+    (at_the_bend,) = buffered_cells(segments((1, 1, 1, 1)), L_SHAPE, 0.2)
+    assert shape_of(at_the_bend.corners).area > 1.6**2
+
+
+def test_a_cell_that_rounding_has_emptied_sends_nobody_anywhere():
+    here = np.array((1.0, 2.0))
+    assert BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))).nearest(np.zeros(2), here) is here
+
+
+@pytest.mark.parametrize(
+    ("outline", "obstacles", "field"),
+    [
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], [], "outline"),
+        ([(0, 0), (1, 0)], [], "outline"),
+        ([(0, 0), (1, 0), (math.nan, 1)], [], "outline"),
+        ([(0, 0), (4, 0), (4, 4), (0, 4)], [[(1, 1), (2, 2), (2, 1), (1, 2)]], r"obstacles\[0\]"),
+        ([(0, 0), (4, 0), (4, 4), (0, 4)], [[(1, -1), (2, -1), (2, 5), (1, 5)]], "obstacles leave"),
+        ([(0, 0), (4, 0), (4, 4), (0, 4)], [[(-1, -1), (5, -1), (5, 5), (-1, 5)]], "obstacles leave"),
+    ],
+)
+def test_what_is_no_area_is_refused(outline, obstacles, field):
+    with pytest.raises(SpecError, match=field):
+        FreeArea.of(outline, obstacles)
