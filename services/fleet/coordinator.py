@@ -31,12 +31,15 @@ class TeamSettings:
         deceleration_mps2: How hard each brakes, at least.
         speed_max_mps: How fast each drives, at most.
         period_s: From update to update.
+        lease_s: For how long a robot may drive on without being heard (see links.py): a round trip by the slowest
+            messages and the loss of a few. The shorter, the sooner others may pass one that is silent.
     """
 
     radius_m: float = ROBOT_RADIUS_M
     deceleration_mps2: float = 0.5
     speed_max_mps: float = 0.5
     period_s: float = 0.4
+    lease_s: float = 3.0
 
 
 class RobotPose(NamedTuple):
