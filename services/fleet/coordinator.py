@@ -39,7 +39,12 @@ class TeamSettings:
     deceleration_mps2: float = 0.5
     speed_max_mps: float = 0.5
     period_s: float = 0.4
-    lease_s: float = 3.0
+    lease_s: float = 2.4
+
+    @property
+    def resting_s(self) -> float:
+        """After this long without being heard a robot is at rest: the lease, and the time to brake."""
+        return self.lease_s + self.speed_max_mps / self.deceleration_mps2
 
 
 class RobotPose(NamedTuple):

@@ -120,6 +120,8 @@ class Hub:
         robot = self._robots[message.name]
         if message.stamp_s <= robot.newest.stamp_s or message.adopted not in robot.using:
             return
+        if robot.rests_within_m is not None and message.stamp_s < robot.echo_s + self._settings.resting_s:
+            return  # it is from before the robot came to rest, elsewhere
         robot.newest, robot.heard_s = message, now_s
         robot.using = {
             number: made
@@ -169,11 +171,10 @@ class Hub:
 
     def _look_for_silence(self, now_s: float) -> None:
         settings = self._settings
-        stopping_s = settings.speed_max_mps / settings.deceleration_mps2
         for robot in self._robots.values():
-            silent_s = now_s - robot.heard_s
-            if robot.rests_within_m is None and silent_s >= max(SILENT_S, settings.lease_s + stopping_s):
-                robot.rests_within_m = settings.speed_max_mps * (settings.lease_s + 0.5 * stopping_s)
+            if robot.rests_within_m is None and now_s - robot.heard_s >= max(SILENT_S, settings.resting_s):
+                braking_m = settings.speed_max_mps**2 / (2.0 * settings.deceleration_mps2)
+                robot.rests_within_m = settings.speed_max_mps * settings.lease_s + braking_m
                 for made in robot.using.values():
                     made.dead = True
 

@@ -153,6 +153,25 @@ def test_a_robot_that_begins_anew_is_not_listened_to() -> None:
     assert hub.resting == {"tb01", "tb02"}
 
 
+def test_a_message_from_before_a_robot_came_to_rest_says_not_where_it_rests() -> None:
+    starts = [Whereabouts("tb01", 0.0, AT_REST)]
+    hub = Hub(square(4.0), GoalLists({}), starts)
+    hub.update(3.4)
+    assert hub.resting == {"tb01"}
+    number = hub.say()[0].number
+    hub.receive(Whereabouts("tb01", 3.3, AT_REST), 3.5)
+    hub.update(3.8)
+    assert hub.say()[0].number == number
+    hub.receive(Whereabouts("tb01", 3.5, AT_REST), 3.9)
+    hub.update(4.2)
+    new = hub.say()[0]
+    assert new.number > number
+    assert new.echo_s == 0.0
+    hub.receive(Whereabouts("tb01", 5.0, AT_REST, new.number, new.number), 5.0)
+    assert not hub.resting
+    assert hub.say()[0].echo_s == 5.0
+
+
 def test_robots_at_one_place_are_refused() -> None:
     with pytest.raises(SegmentsMeet, match="robot a is about to run into b"):
         Hub(square(4.0), GoalLists({}), [Whereabouts("b", 0.0, AT_REST), Whereabouts("a", 0.0, AT_REST)])
