@@ -18,11 +18,11 @@ The hub:
    that were made since the highest number that it had decided by then;
 2. makes a new cell only of half-planes such that for every other robot, each cell which that one may be using shares a
    plane with it;
-3. echoes the newest stamp that it has. When a robot has been silent for a second it makes it no more cells, and echoes
-   nothing newer; after another lease and the time to brake the robot is *at rest*. Then all cells that it may be using
-   are dead, it is somewhere in one of them within reach of its last S, and for others that much is an obstacle;
-4. when a robot at rest is heard again, makes it cells by rule 2, and echoes its stamps again only when it has adopted
-   one of these.
+3. echoes the newest stamp that it has. A robot of which it has heard nothing newer for a second gets no more cells;
+   after the lease and the time to brake it is *at rest*: all cells that it may be using are dead, it stands in one of
+   them within reach of its last S, and for others that much is an obstacle;
+4. passes over what a robot said before it came to rest. When one at rest is heard again, it makes it cells by rule 2,
+   and echoes its stamps again only when it has adopted one of these.
 
 So any two robots that may drive keep to the two sides of one and the same plane, whatever has been lost: docs/fleet.md
 has the proof, and says what is wrong with the simpler rule by which each of two robots goes on to the newest plane for
