@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.fleet.unicycles import UnicycleLimits, drive
 from touchline.services.fleet.coordinator import Coordinator, RobotPose
 from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.kernels.unicycles import UnicycleLimits, drive
 from touchline.services.fleet.tasks import TeamTask
 
 Floats = NDArray[np.float64]

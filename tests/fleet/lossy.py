@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.fleet.kinematic import LIMITS, names_of
+from tests.fleet.unicycles import brake, step
 from touchline.services.fleet.cells import stopping_segments
 from touchline.services.fleet.coordinator import TeamSettings
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.kernels.unicycles import brake, step
 from touchline.services.fleet.links import NumberedCell, RobotEnd, Whereabouts
 from touchline.services.fleet.tasks import TeamTask
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.fleet.kinematic import LIMITS, PERIOD_S, corner_grid, square
+from tests.fleet.unicycles import drive
 from touchline.services.fleet.cells import buffered_cells, stopping_segments
-from touchline.services.fleet.kernels.unicycles import drive
 
 RADIUS_M = 0.2
 TEAMS, UPDATES = 50, 200
