@@ -108,7 +108,7 @@ class MpcFollower:
             self._solver = None
             return None
         self._memory.added[:] = u[:2]
-        arguments = (programme.forward, u, self._controller.drive, now)
+        arguments = (programme.forward, u, self._controller.p.limit, self._controller.drive, now)
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
         speed_mps, yaw_rate_radps, *actuators = self._answer(*arguments)

@@ -308,16 +308,20 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
 
 
 @kernel
-def answer(forward: Floats, added: Floats, drive: Any, now: Floats) -> tuple[float, float, float, float]:
+def answer(
+    forward: Floats, added: Floats, limit: tuple[float, ...], drive: Any, now: Floats
+) -> tuple[float, float, float, float]:
     """The twist of the coming tick [m/s, rad/s], and the commands of both actuators that lead to it.
 
     Args:
         forward: (2,) feed-forward of the actuators.
-        added: (at least 2,) what is added to it.
+        added: (at least 2,) what is added to it; the solver keeps to the limits but for its tolerance.
+        limit: Largest commands of both actuators.
         drive: Figures of the drive.
         now: (NOW,) of `tracking_state`.
     """
     actuators = np.empty(2)
-    actuators[0], actuators[1] = forward[0] + added[0], forward[1] + added[1]
+    for i in range(2):
+        actuators[i] = _bound(forward[i] + added[i], limit[i])
     speed_mps, yaw_rate_radps = onboard_drive.twist(drive, actuators, now)
     return speed_mps, yaw_rate_radps, actuators[0], actuators[1]
