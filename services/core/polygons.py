@@ -38,8 +38,8 @@ def within(point: complex, edges: NDArray[np.float64]) -> bool:
 
 
 @kernel
-def off_squared(point: complex, a: complex, b: complex) -> float:
-    """The squared distance (m²) of a point from a segment.
+def nearest_share(point: complex, a: complex, b: complex) -> float:
+    """How far along a segment its point nearest to another point is: 0 at its first end, 1 at its second.
 
     Args:
         point: m.
@@ -49,7 +49,38 @@ def off_squared(point: complex, a: complex, b: complex) -> float:
     u, from_a = b - a, point - a
     square = u.real * u.real + u.imag * u.imag
     share = (from_a.real * u.real + from_a.imag * u.imag) / square if square > 0.0 else 0.0
-    share = min(max(share, 0.0), 1.0)
+    return min(max(share, 0.0), 1.0)
+
+
+@kernel
+def crossing_share(a: complex, b: complex, c: complex, d: complex) -> float:
+    """How far along the first of two segments the second crosses it, 0 to 1; -1 if they do not, or are parallel.
+
+    Args:
+        a: One end of the first segment, m.
+        b: Its other end.
+        c: One end of the second, m.
+        d: Its other end.
+    """
+    u, v, w = b - a, d - c, c - a
+    cross = u.real * v.imag - u.imag * v.real
+    if cross == 0.0:
+        return -1.0
+    s, t = (w.real * v.imag - w.imag * v.real) / cross, (w.real * u.imag - w.imag * u.real) / cross
+    return s if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0 else -1.0
+
+
+@kernel
+def off_squared(point: complex, a: complex, b: complex) -> float:
+    """The squared distance (m²) of a point from a segment.
+
+    Args:
+        point: m.
+        a: One end of the segment, m.
+        b: The other; it may be the same.
+    """
+    u, from_a = b - a, point - a
+    share = nearest_share(point, a, b)
     x, y = from_a.real - share * u.real, from_a.imag - share * u.imag
     return x * x + y * y
 
@@ -66,11 +97,7 @@ def apart_squared(a: complex, b: complex, c: complex, d: complex) -> float:
         c: One end of the second, m.
         d: Its other end.
     """
-    u, v, w = b - a, d - c, c - a
-    cross = u.real * v.imag - u.imag * v.real
-    if cross != 0.0:
-        s, t = (w.real * v.imag - w.imag * v.real) / cross, (w.real * u.imag - w.imag * u.real) / cross
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            return 0.0
+    if crossing_share(a, b, c, d) >= 0.0:
+        return 0.0
     least = min(off_squared(a, c, d), off_squared(b, c, d))
     return float(min(least, off_squared(c, a, b), off_squared(d, a, b)))

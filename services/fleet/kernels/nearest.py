@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.core.polygons import crossing_share, nearest_share
 
 Floats = NDArray[np.float64]
 
@@ -17,14 +18,8 @@ def nearest_on(point: complex, a: complex, b: complex) -> complex:
         a: One end of the segment, m.
         b: The other; it may be the same.
     """
-    u, from_a = b - a, point - a
-    square = u.real * u.real + u.imag * u.imag
-    if square == 0.0:
-        return a
-    share = (from_a.real * u.real + from_a.imag * u.imag) / square
-    if share >= 1.0:
-        return b
-    return a + max(share, 0.0) * u
+    share = nearest_share(point, a, b)
+    return b if share == 1.0 else a + share * (b - a)
 
 
 @kernel
@@ -44,12 +39,9 @@ def nearest_pair(a: complex, b: complex, c: complex, d: complex) -> tuple[comple
     Returns:
         A point of the first and one of the second; the same point twice if they meet.
     """
-    u, v, w = b - a, d - c, c - a
-    cross = u.real * v.imag - u.imag * v.real
-    if cross != 0.0:
-        s, t = (w.real * v.imag - w.imag * v.real) / cross, (w.real * u.imag - w.imag * u.real) / cross
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            return a + s * u, a + s * u
+    share = crossing_share(a, b, c, d)
+    if share >= 0.0:
+        return a + share * (b - a), a + share * (b - a)
     best, pair = np.inf, (a, c)
     for k in range(4):
         if k < 2:
