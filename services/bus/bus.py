@@ -165,7 +165,8 @@ class Bus:
         """Go on with what arrives by the session of :meth:`rejoin` alone; the former one is soon closed."""
         for bus in (self, *self._others):
             for each in list(bus._declared):
-                each.leave_former()
+                if isinstance(each, Inbox):
+                    each.leave_former()
         former = [each for bus in (self, *self._others) for each in bus._former]
         for bus in (self, *self._others):
             bus._former = []

@@ -124,12 +124,9 @@ class Server(Generic[Request, Response]):
         self.declare(session)
 
     def declare(self, session: zenoh.Session) -> None:
-        """Serve by this session, and by the one before as long as that is open."""
+        """Serve by this session, and answer what comes by the one before as long as that is open."""
         new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
         self._queryables = [*self._queryables[-1:], new]
-
-    def leave_former(self) -> None:
-        """Requests that came by the former session are answered as long as that is open."""
 
     def _received(self) -> zenoh.Query | None:
         for queryable in self._queryables:

@@ -57,9 +57,6 @@ class Presence:
             all_tokens(self._namespace), handlers.RingChannel(_WAITING), history=True
         )
 
-    def leave_former(self) -> None:
-        """Nothing is left of a former session."""
-
     def poll(self) -> list[PresenceChange]:
         """What changed since the last call; never waits."""
         changes: list[PresenceChange] = []

@@ -38,9 +38,6 @@ class Publisher:
         """Publish by this session from now on."""
         self._put = self._declare(session).put
 
-    def leave_former(self) -> None:
-        """Nothing is left of a former session."""
-
     def _declare(self, session: zenoh.Session) -> zenoh.Publisher | ext.AdvancedPublisher:
         control = zenoh.CongestionControl.BLOCK if self.topic.block else zenoh.CongestionControl.DROP
         if not self.topic.latched:
