@@ -139,7 +139,7 @@ class GoalChain:
     def _place(self) -> PlanPlace:
         onboard = self.emulator.onboard
         assert isinstance(onboard, Onboard)
-        job = onboard._traversal.job
+        job = onboard._traversal.mission
         assert job is not None
         return PlanPlace(job.plan, job.driver.leg_index, job.driver.arc_length_m)
 

@@ -141,6 +141,25 @@ class TrackingGains(Spec):
     """k_b of `frenet`."""
 
 
+class TeamLimits(Spec):
+    """How a robot keeps to the cells in which a team's coordinator guides it."""
+
+    lease_s: Annotated[float, Field(gt=0, le=60)] = 2.4
+    """It brakes when it has not been told for so long that it is heard; the coordinator counts on that."""
+    doubt_m: Annotated[float, Field(ge=0, le=1)] = 0.005
+    """By how much it may believe itself outside of a cell that it takes; part of the radius that is kept free."""
+    there_m: Annotated[float, Field(gt=0, le=1)] = 0.01
+    """So near to its target it stands…"""
+    away_m: Annotated[float, Field(gt=0, le=1)] = 0.02
+    """…until that is so far away."""
+
+    @model_validator(mode="after")
+    def _sets_off_farther_away(self) -> Self:
+        if self.there_m > self.away_m:
+            raise ValueError("there_m must be at most away_m")
+        return self
+
+
 class OnboardConfig(GrownSpec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
@@ -154,7 +173,8 @@ class OnboardConfig(GrownSpec):
     fence: FenceLimits = FenceLimits()
     lane_pursuit: LanePursuit = LanePursuit()
     tracking: TrackingGains = TrackingGains()
+    team: TeamLimits = TeamLimits()
     link_timeout_s: Seconds = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
-    later_fields = ("camera", "odometry", "lane_pursuit", "tracking")
+    later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team")

@@ -58,6 +58,7 @@ from touchline.schemas.messages.standard import (
     TwistWithCovariance,
     Vector3,
 )
+from touchline.schemas.messages.team_messages import Guidance, Whereabouts
 from touchline.schemas.messages.touchline import (
     ActuatorCommand,
     EstimatorStatus,
@@ -119,6 +120,7 @@ __all__ = [
     "GnssStatus",
     "GotoRequest",
     "GotoResponse",
+    "Guidance",
     "Header",
     "Imu",
     "InjectFaultRequest",
@@ -177,4 +179,5 @@ __all__ = [
     "Velocity",
     "VelocityProfile",
     "VelocityType",
+    "Whereabouts",
 ]

@@ -11,6 +11,7 @@ from touchline.schemas.plain_text import plain_lines
 from touchline.services.cli import (
     compare_command,
     demo_command,
+    fleet_command,
     goto_command,
     order_command,
     picture_command,
@@ -40,7 +41,16 @@ app = typer.Typer(
 )
 #: The order of the help: what belongs together, and what is done first before what is done with it.
 for name, modules in {
-    "Jobs": (demo_command, plan_command, run_command, simulate_command, goto_command, sweep_command, study_command),
+    "Jobs": (
+        demo_command,
+        plan_command,
+        run_command,
+        simulate_command,
+        goto_command,
+        fleet_command,
+        sweep_command,
+        study_command,
+    ),
     "Drawings and robots": (template_commands, vehicle_commands),
     "The running system": (system_commands, order_command),
     "Recordings": (recording_commands, compare_command, picture_command),

@@ -88,11 +88,11 @@ def sweep(
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
         warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
-        swept = _collect(processes.runs(jobs, tasks), len(tasks), advance)
+        swept = collect(processes.runs(jobs, tasks), len(tasks), advance)
     results.conclude(swept, cases)
 
 
-def _collect(runs: Generator["SweepRun", None, None], wanted: int, advance: Advance) -> Swept:
+def collect(runs: Generator["SweepRun", None, None], wanted: int, advance: Advance) -> Swept:
     """The runs until the last one, Ctrl-C or a problem; what is done by then is worth telling.
 
     Raises:

@@ -36,6 +36,14 @@ _SHOWN = {
     "lateral_error_mean_m": ("lateral error mean, mm", 1e3, 2),
     "lateral_error_p95_m": ("lateral error p95, mm", 1e3, 2),
     "lateral_error_max_m": ("lateral error max, mm", 1e3, 2),
+    "contacts": ("contacts", 1.0, 1),
+    "closest_m": ("closest centres, m", 1.0, 4),
+    "driven_mean_m": ("driven by each, m", 1.0, 2),
+    "beyond_walls_robot_s": ("beyond walls, robot-seconds", 1.0, 2),
+    "cost_of_points": ("H, of that of Lloyd's points", 1.0, 4),
+    "cost_of_squares": ("H, of that of squares", 1.0, 4),
+    "spread_s": ("H within 5 % of its end after, s", 1.0, 1),
+    "arrived_s": ("all arrived after, s", 1.0, 1),
     "off_m": ("off the goal, mm", 1e3, 2),
     "turned_rad": ("turned at the goal, °", math.degrees(1.0), 2),
     "planned_time_s": ("planned time, s", 1.0, 1),
@@ -138,6 +146,8 @@ def _print(figures: dict[str, Any], wanted: int) -> None:
 
 def _work(combination: dict[str, Any]) -> str:
     """What its runs did."""
+    if "team" in combination:
+        return f"{combination['team']}: {combination['task']}"
     if "template" in combination:
         return str(combination["template"])
     return "goal " + ", ".join(f"{number:g}" for number in combination["goal"].values() if number is not None)

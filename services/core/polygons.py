@@ -67,7 +67,7 @@ def crossing_share(a: complex, b: complex, c: complex, d: complex) -> float:
     if cross == 0.0:
         return -1.0
     s, t = (w.real * v.imag - w.imag * v.real) / cross, (w.real * u.imag - w.imag * u.real) / cross
-    return s if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0 else -1.0
+    return float(s) if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0 else -1.0
 
 
 @kernel
@@ -82,7 +82,7 @@ def off_squared(point: complex, a: complex, b: complex) -> float:
     u, from_a = b - a, point - a
     share = nearest_share(point, a, b)
     x, y = from_a.real - share * u.real, from_a.imag - share * u.imag
-    return x * x + y * y
+    return float(x * x + y * y)
 
 
 @kernel

@@ -26,6 +26,8 @@ STREAM_LOOSE_FIX: Final = 8  # errors of float and single positions
 STREAM_TRANSPORT: Final = 9  # which messages are lost, late or sent again
 STREAM_FAULT: Final = 10  # noise that only faults add
 STREAM_CAMERA: Final = 11  # errors of a camera's poses, which are missing, and how late they are
+STREAM_TEAM_START: Final = 12  # how the robots of a team stand at the start
+STREAM_RADIO: Final = 13  # which messages between a team's robots and its coordinator are lost, or late
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -78,7 +80,7 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Of the session.
-        stream: STREAM_CHASSIS to STREAM_CAMERA: what is drawn.
+        stream: STREAM_CHASSIS to STREAM_RADIO: what is drawn.
         tick: When.
         channel: Number within stream and tick.
     """
@@ -91,7 +93,7 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Of the session.
-        stream: STREAM_CHASSIS to STREAM_CAMERA: what is drawn.
+        stream: STREAM_CHASSIS to STREAM_RADIO: what is drawn.
         tick: When.
         channel: Number within stream and tick.
     """

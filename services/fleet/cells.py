@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import TouchlineError
+from touchline.services.core.half_planes import excess_m
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.kernels.nearest import nearest_in
 from touchline.services.fleet.kernels.partition import bisecting, keep_apart, surrounded
@@ -33,6 +34,10 @@ Ints = NDArray[np.int64]
 
 ROBOT_RADIUS_M: Final = 0.2
 """r_s by default: a body of 0.177 m, and 23 mm for errors of estimate and follower and for latency."""
+
+
+# A side that the polygon comes so near to (m) counts as touched.
+_TOUCHES_M: Final = 1e-6
 
 
 class SegmentsMeet(TouchlineError):
@@ -70,11 +75,19 @@ class BufferedCell(NamedTuple):
     half_planes: Floats
     corners: Floats
 
+    @property
+    def binding(self) -> Floats:
+        """(b, 3) of the half-planes, those that the polygon touches: the others say nothing more."""
+        there: Floats = self.half_planes[np.abs(self.half_planes[:, :2]).sum(axis=1) > 0.0]
+        if not len(self.corners):
+            return there
+        touched: Floats = there[(self.corners @ there[:, :2].T).max(axis=0) >= there[:, 2] - _TOUCHES_M]
+        return touched
+
     def excess_m(self, segment: Floats) -> float:
         """How far a segment (4,), or any part of it, is outside; negative inside, by the least distance to a side."""
-        there = self.half_planes[np.abs(self.half_planes[:, :2]).sum(axis=1) > 0.0]
-        ends = segment.reshape(2, 2)
-        return float((there[:, :2] @ ends.T - there[:, 2:]).max()) if len(there) else -np.inf
+        x1, y1, x2, y2 = segment.tolist()
+        return float(max(excess_m(self.half_planes, complex(x1, y1)), excess_m(self.half_planes, complex(x2, y2))))
 
     def nearest(self, point: Floats, otherwise: Floats) -> Floats:
         """The point of the cell (m) nearest to another, or, if rounding leaves nothing of it, `otherwise`."""

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas.team import Importance
 from touchline.services.fleet.cells import VoronoiParts
 from touchline.services.fleet.kernels.polygon_moments import disc_moments, even_moments, raster_moments
 
@@ -83,3 +84,15 @@ class RasterDensity:
         origin = complex(*self.origin_m)
         found: Floats = raster_moments(parts.corners, parts.counts, points, origin, self.pixel_m, self.values)
         return found
+
+
+def density_of(importance: Importance) -> Density:
+    """The density that a specification says."""
+    raster = importance.raster
+    if raster is not None:
+        return RasterDensity(np.array(raster.values, dtype=np.float64), raster.pixel_m, (raster.x_m, raster.y_m))
+    if importance.discs:
+        return DiscDensity(
+            tuple((disc.x_m, disc.y_m, disc.radius_m, disc.value) for disc in importance.discs), importance.value
+        )
+    return EvenDensity(importance.value)

@@ -34,6 +34,7 @@ class FreeArea:
         pieces: (p, m, 2) corners of convex pieces that it consists of (m): itself, or triangles.
         sizes: (p,) how many corners each piece has.
         area_m2: Its area.
+        shape: The polygon itself.
     """
 
     hull: Floats
@@ -42,6 +43,7 @@ class FreeArea:
     pieces: Floats
     sizes: Ints
     area_m2: float
+    shape: Shape
 
     @classmethod
     def of(cls, outline: Sequence[Point], obstacles: Sequence[Sequence[Point]] = ()) -> FreeArea:
@@ -65,7 +67,23 @@ class FreeArea:
         hull = _corners(shapely.orient_polygons(whole.convex_hull))
         sides, walls = _sides(whole, hull)
         pieces, sizes = _stacked([_corners(whole)] if not len(walls) else _triangles(whole))
-        return cls(hull, sides, walls, pieces, sizes, float(whole.area))
+        return cls(hull, sides, walls, pieces, sizes, float(whole.area), whole)
+
+    def holds(self, places: Floats, radius_m: float) -> NDArray[np.bool_]:
+        """Whether discs lie in the area.
+
+        Args:
+            places: (n, 2) of their middles (m).
+            radius_m: Of each.
+
+        Returns:
+            (n,)
+        """
+        import shapely
+
+        off_m = shapely.distance(self.shape.boundary, shapely.points(places))
+        found: NDArray[np.bool_] = shapely.contains_xy(self.shape, places) & (off_m >= radius_m)
+        return found
 
 
 def _polygon(name: str, ring: Sequence[Point]) -> Shape:

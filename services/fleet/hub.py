@@ -1,4 +1,34 @@
-"""The coordinator's end of links that lose messages: makes numbered cells by the rules of `links.py`."""
+"""The coordinator of a team: cells and targets, over links that may lose, delay, double and reorder messages.
+
+A robot says where it is (`Whereabouts`): a stamp of its own clock, its stopping segment S, and which cell it keeps to.
+The hub says where it may be (`Guidance`): a cell with a number, a target, and an echo of a stamp. Of a cell's
+half-planes each belongs to a numbered plane between two robots, of whose other side the other's cell may be.
+
+A robot (`onboard/executive/guided.py`):
+
+1. keeps to one cell, the one it has *adopted*, by the cells' rule of motion;
+2. looks at a cell only if its number is higher than that of any it has looked at (*decided*), and adopts it if S as it
+   is then lies in it, else never;
+3. drives only while its clock is within the *lease* of the newest stamp that has been echoed to it, else it brakes;
+4. says with S which number it has adopted, and up to which it has decided.
+
+The hub:
+
+1. holds for each robot the cells that it *may be using*: the one that it has last said to have adopted, and all
+   that were made since the highest number that it had decided by then;
+2. makes a new cell only of half-planes such that for every other robot, each cell which that one may be using shares a
+   plane with it;
+3. echoes the newest stamp that it has. A robot of which it has heard nothing newer for a second gets no more cells;
+   after the lease and the time to brake it is *at rest*: all cells that it may be using are dead, it stands in one of
+   them within reach of its last S, and for others that much is an obstacle;
+4. passes over what a robot said before it came to rest. When one at rest is heard again, it makes it cells by rule 2,
+   and echoes its stamps again only when it has adopted one of these. One that joins is at rest, too, until all cells
+   that others may be using keep off it.
+
+So any two robots that may drive keep to the two sides of one and the same plane, whatever has been lost: docs/fleet.md
+has the proof, and says what is wrong with the simpler rule by which each of two robots goes on to the newest plane for
+which it has the other's S.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +39,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.fleet.cells import BufferedCell, SegmentsMeet, within_area
-from touchline.services.fleet.coordinator import Aiming, TeamSettings
+from touchline.schemas.messages import Guidance, Whereabouts
+from touchline.schemas.messages.team_messages import FIRST_CELL
+from touchline.services.fleet.aiming import Aiming
+from touchline.services.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.kernels.partition import between
-from touchline.services.fleet.links import FIRST_CELL, NumberedCell, Whereabouts
+from touchline.services.fleet.kernels.partition import between, least_apart_m
 from touchline.services.fleet.resting import strip_off, where_it_rests
 from touchline.services.fleet.tasks import TeamTask
 
@@ -22,6 +53,30 @@ Floats = NDArray[np.float64]
 SILENT_S: Final = 1.0
 CELLS_MOST: Final = 8
 """So many cells that a robot may be using are enough: until it says which, no more are made."""
+
+
+@dataclass(frozen=True)
+class TeamSettings:
+    """What all robots of a team have in common.
+
+    Attributes:
+        radius_m: r_s: the body's radius, three standard deviations of the estimate, the follower's error, and how far
+            a robot drives in the time by which its pose is late.
+        deceleration_mps2: How hard each brakes, at least.
+        speed_max_mps: How fast each drives, at most.
+        lease_s: For how long a robot may drive on without being heard: a round trip by the slowest messages and the
+            loss of a few. The shorter, the sooner others may pass one that is silent.
+    """
+
+    radius_m: float = ROBOT_RADIUS_M
+    deceleration_mps2: float = 0.5
+    speed_max_mps: float = 0.5
+    lease_s: float = 2.4
+
+    @property
+    def resting_s(self) -> float:
+        """After this long without being heard a robot is at rest: the lease, and the time to brake."""
+        return self.lease_s + self.speed_max_mps / self.deceleration_mps2
 
 
 class _Plane(NamedTuple):
@@ -38,6 +93,7 @@ class _MadeCell:
     cell: BufferedCell
     planes: Mapping[str, Sequence[_Plane]]
     dead: bool = False
+    """Whether the robot does not drive in it any more, but rests somewhere in it."""
 
     def shared(self, other: _MadeCell, name: str, others_name: str) -> _Plane | None:
         """The newest plane that robot `name` keeps to with this cell, and `others_name` with that."""
@@ -63,8 +119,18 @@ class _Robot:
     heard_s: float
     using: dict[int, _MadeCell]
     echo_s: float
-    sent: NumberedCell
+    sent: Guidance
     rests_within_m: float | None = None
+
+    @property
+    def segment(self) -> Floats:
+        """(4,) S, as last told (m)."""
+        return _segment(self.newest)
+
+    @property
+    def listened_to(self) -> bool:
+        """Whether it needs and may get further cells."""
+        return len(self.using) < CELLS_MOST
 
     @property
     def adopted(self) -> _MadeCell:
@@ -83,7 +149,7 @@ class Hub:
         self,
         area: FreeArea,
         task: TeamTask,
-        starts: Sequence[Whereabouts],
+        starts: Mapping[str, Whereabouts],
         now_s: float = 0.0,
         settings: TeamSettings | None = None,
     ) -> None:
@@ -92,35 +158,55 @@ class Hub:
         Args:
             area: Where they drive.
             task: What for.
-            starts: Where each one stands, from all of them.
+            starts: Where each one stands, by its name.
             now_s: Of the hub's clock.
             settings: What they have in common.
 
         Raises:
             SegmentsMeet: Two stand at the same place.
         """
-        self._area, self._aiming, self._settings = area, Aiming(task), settings or TeamSettings()
+        self._area, self._aiming, self.settings = area, Aiming(task), settings or TeamSettings()
         self._planes_made, self._cells_made = 0, FIRST_CELL
-        known = {each.name: each for each in sorted(starts, key=lambda each: each.name)}
+        known = {name: starts[name] for name in sorted(starts)}
         planes = self._new_planes(known)
-        self._robots = {}
+        self._robots: dict[str, _Robot] = {}
         for name, each in known.items():
-            made = self._cell(each, {other: [planes[frozenset((name, other))]] for other in known if other != name})
-            x, y = each.segment[:2].tolist()
-            sent = NumberedCell(name, FIRST_CELL, made.cell, (x, y), each.stamp_s)
-            self._robots[name] = _Robot(each, now_s, {FIRST_CELL: made}, each.stamp_s, sent)
+            made = self._cell(name, each, {o: [planes[frozenset((name, o))]] for o in known if o != name})
+            self._robots[name] = _Robot(each, now_s, {FIRST_CELL: made}, each.stamp_s, _stays(each, FIRST_CELL))
 
-    def receive(self, message: Whereabouts, now_s: float) -> None:
+    def set_task(self, task: TeamTask) -> None:
+        """Go on with another task."""
+        self._aiming = Aiming(task)
+
+    def join(self, name: str, there: Whereabouts, now_s: float) -> None:
+        """Take in another robot, which stands; it drives once all others keep off it.
+
+        Args:
+            name: Its name, which nobody has.
+            there: Where it stands.
+            now_s: Of the hub's clock.
+        """
+        nowhere = _MadeCell(BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
+        told = _stays(there, there.adopted)
+        self._robots[name] = _Robot(there, now_s, {there.adopted: nowhere}, there.stamp_s, told, rests_within_m=0.0)
+        self._robots = {each: self._robots[each] for each in sorted(self._robots)}
+
+    def leave(self, name: str) -> None:
+        """A robot is gone, carried off its place: nobody keeps off it any more."""
+        del self._robots[name]
+
+    def receive(self, name: str, message: Whereabouts, now_s: float) -> None:
         """Take a message, in whatever order they come.
 
         Args:
-            message: From a robot of the team.
+            name: Of the robot of the team that it is from.
+            message: What it says.
             now_s: Of the hub's clock.
         """
-        robot = self._robots[message.name]
+        robot = self._robots[name]
         if message.stamp_s <= robot.newest.stamp_s or message.adopted not in robot.using:
             return
-        if robot.rests_within_m is not None and message.stamp_s < robot.echo_s + self._settings.resting_s:
+        if robot.rests_within_m is not None and message.stamp_s < robot.echo_s + self.settings.resting_s:
             return  # it is from before the robot came to rest, elsewhere
         robot.newest, robot.heard_s = message, now_s
         robot.using = {
@@ -146,31 +232,77 @@ class Hub:
         told = {
             name: robot.newest
             for name, robot in self._robots.items()
-            if now_s - robot.heard_s <= SILENT_S and len(robot.using) < CELLS_MOST
+            if now_s - robot.heard_s <= SILENT_S and robot.listened_to and self._is_kept_off(name)
         }
         new = self._new_planes(told)
-        made = {name: self._cell(each, self._planes_of(name, new)) for name, each in told.items()}
+        made = {name: self._cell(name, each, self._planes_of(name, new)) for name, each in told.items()}
         names = list(self._robots)
-        places = np.array([robot.newest.segment[:2] for robot in self._robots.values()])
+        places = self.places
         cells = [(made.get(name) or robot.adopted).cell for name, robot in self._robots.items()]
-        aims = self._aiming.aims(names, places, cells)
+        targets = self._aiming.targets(names, places, cells)
         self._cells_made += 1
         for name, one in made.items():
             robot = self._robots[name]
             robot.using[self._cells_made] = one
-            robot.sent = NumberedCell(name, self._cells_made, one.cell, aims[name].target_m, robot.echo_s)
+            x, y = targets[name]
+            robot.sent = Guidance(
+                number=self._cells_made,
+                target_x_m=x,
+                target_y_m=y,
+                half_planes=one.cell.binding.ravel(),
+            )
 
-    def say(self) -> list[NumberedCell]:
-        """What to tell the robots now: the same again, until there is something new."""
-        return [robot.sent._replace(echo_s=robot.echo_s) for robot in self._robots.values()]
+    def say(self) -> dict[str, Guidance]:
+        """What to tell the robots now, by name: the same again, until there is something new."""
+        return {name: robot.sent.model_copy(update={"echo_s": robot.echo_s}) for name, robot in self._robots.items()}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all robots of the team, sorted."""
+        return tuple(self._robots)
+
+    @property
+    def places(self) -> Floats:
+        """(n, 2) where the robots last said to be, in the order of their names (m)."""
+        return np.array([robot.segment[:2] for robot in self._robots.values()]).reshape(-1, 2)
+
+    @property
+    def cells(self) -> dict[str, BufferedCell]:
+        """The newest cell of each robot, by name."""
+        return {name: robot.using[max(robot.using)].cell for name, robot in self._robots.items()}
+
+    @property
+    def strays_m(self) -> dict[str, float]:
+        """How far each robot, as it says, is outside of the cell that it keeps to; negative inside (m)."""
+        return {name: robot.adopted.cell.excess_m(robot.segment) for name, robot in self._robots.items()}
+
+    @property
+    def nearest_segments_m(self) -> float:
+        """The least distance of two robots' stopping segments, as they say; inf of a single robot (m)."""
+        return float(least_apart_m(np.array([robot.segment for robot in self._robots.values()]).reshape(-1, 4)))
+
+    @property
+    def goals(self) -> dict[str, tuple[float, float]]:
+        """Where the task wanted each robot to be at the last update (m)."""
+        return self._aiming.goals
+
+    @property
+    def stuck(self) -> frozenset[str]:
+        """Whom the right-hand rule sends aside."""
+        return self._aiming.stuck
 
     @property
     def resting(self) -> frozenset[str]:
         """Who has been silent for so long that it is but an obstacle."""
         return frozenset(name for name, robot in self._robots.items() if robot.rests_within_m is not None)
 
+    def _is_kept_off(self, name: str) -> bool:
+        """Whether every cell in which another may drive keeps off a robot: not so while one has just joined."""
+        others = (robot for other, robot in self._robots.items() if other != name)
+        return all(made.dead or name in made.planes for robot in others for made in robot.using.values())
+
     def _look_for_silence(self, now_s: float) -> None:
-        settings = self._settings
+        settings = self.settings
         for robot in self._robots.values():
             if robot.rests_within_m is None and now_s - robot.heard_s >= max(SILENT_S, settings.resting_s):
                 braking_m = settings.speed_max_mps**2 / (2.0 * settings.deceleration_mps2)
@@ -181,9 +313,10 @@ class Hub:
     def _new_planes(self, told: Mapping[str, Whereabouts]) -> dict[frozenset[str], _Plane]:
         """A new plane for every two of some robots."""
         names, found = list(told), {}
+        segments = {name: _segment(each) for name, each in told.items()}
         for k, first in enumerate(names):
             for second in names[k + 1 :]:
-                strip = between(told[first].segment, told[second].segment, self._settings.radius_m)
+                strip = between(segments[first], segments[second], self.settings.radius_m)
                 found[frozenset((first, second))] = self._numbered(first, second, strip)
         return found
 
@@ -218,16 +351,28 @@ class Hub:
         robot = self._robots[name]
         if made.dead:
             resting = self._robots[other]
-            there = where_it_rests(made.cell, resting.newest.segment, resting.rests_within_m or 0.0)
-            strip = strip_off(robot.newest.segment, there, 2.0 * self._settings.radius_m)
+            there = where_it_rests(made.cell, resting.segment, resting.rests_within_m or 0.0)
+            strip = strip_off(robot.segment, there, 2.0 * self.settings.radius_m)
             return self._numbered(name, other, strip)
         # Only a robot that comes back may have no plane in common with it, but was kept off by one of that cell's.
-        return robot.adopted.shared(made, name, other) or max(made.planes[name], key=lambda plane: plane.number)
+        if not robot.adopted.dead and (common := robot.adopted.shared(made, name, other)):
+            return common
+        return max(made.planes[name], key=lambda plane: plane.number)
 
-    def _cell(self, told: Whereabouts, planes: Mapping[str, Sequence[_Plane]]) -> _MadeCell:
-        sides = [plane.sides[told.name] for some in planes.values() for plane in some]
+    def _cell(self, name: str, told: Whereabouts, planes: Mapping[str, Sequence[_Plane]]) -> _MadeCell:
+        sides = [plane.sides[name] for some in planes.values() for plane in some]
         rows = np.zeros((1, len(sides) + len(self._area.sides) + len(self._area.walls), 3))
         if sides:
             rows[0, : len(sides)] = sides
-        (cell,) = within_area(told.segment[None], self._area, self._settings.radius_m, rows, [told.name])
+        (cell,) = within_area(_segment(told)[None], self._area, self.settings.radius_m, rows, [name])
         return _MadeCell(cell, planes)
+
+
+def _segment(told: Whereabouts) -> Floats:
+    """(4,) S: x₁ y₁ x₂ y₂ (m)."""
+    return np.array((told.x_m, told.y_m, told.stop_x_m, told.stop_y_m))
+
+
+def _stays(told: Whereabouts, number: int) -> Guidance:
+    """To stay where it stands."""
+    return Guidance(number=number, echo_s=told.stamp_s, target_x_m=told.x_m, target_y_m=told.y_m)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.messages import Trajectory
+from touchline.schemas.messages import Guidance, Trajectory, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import Computer, ComputerState
@@ -18,6 +18,7 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
+from touchline.services.onboard.executive.guided_tick import GuidedCourse
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
 from touchline.services.onboard.executive.traversal import (
     ABORTED_BY_OPERATOR,
@@ -72,6 +73,7 @@ class Onboard:
         self._state, self._drive = ComputerState(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
+        self._team = config.team
         self._follower = make_follower(config.follower, vehicle, ask, config)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence)
@@ -116,6 +118,21 @@ class Onboard:
     def take_over(self, course: Course) -> float:
         """Go on under way along what `prepare` gave, without a stop; returns its planned duration [s]."""
         return self._traversal.take_over(course)
+
+    def begin_guided(self) -> None:
+        """Drive where a coordinator guides the robot from now on; until it does, the robot stands."""
+        self._traversal.begin_guided(self._team)
+
+    def take_guidance(self, told: Guidance) -> None:
+        """Take what the coordinator tells; nothing if the robot is not guided."""
+        if self._traversal.guided is not None:
+            self._traversal.guided.receive(told)
+
+    @property
+    def whereabouts(self) -> Whereabouts | None:
+        """What a guided robot tells its coordinator; None if it is not guided or does not know where it is."""
+        guided = self._traversal.guided
+        return guided.whereabouts if guided is not None else None
 
     def start(self) -> None:
         """Begin the traversal."""
@@ -162,7 +179,7 @@ class Onboard:
 
     def nominal(self, tick: int) -> Nominal | None:
         """What `nominal_tick` needs for the ticks after `tick`; None if the next one may need a decision."""
-        estimator, job = self._estimator, self._traversal.job
+        estimator, job = self._estimator, self._traversal.mission
         buffer = estimator.buffer
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
             return None
@@ -172,6 +189,13 @@ class Onboard:
         )
         return Nominal(self._state.array, course, self._follower, driver.now)
 
+    def guided_course(self, tick: int) -> GuidedCourse | None:
+        """What kernels need for the ticks after `tick` of a guided robot; None if the next one may need a decision."""
+        buffer, job = self._estimator.buffer, self._traversal.guided
+        if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
+            return None
+        return job.course
+
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""
         self._traversal.driven(tick)
@@ -180,6 +204,11 @@ class Onboard:
     def take_events(self) -> list[OnboardEvent]:
         """What happened since the last call."""
         return self._log.take()
+
+    @property
+    def computer(self) -> Computer:
+        """(1,) its state, for kernels."""
+        return self._state.array
 
     @property
     def state(self) -> int:
@@ -219,7 +248,7 @@ class Onboard:
     def spraying(self) -> bool:
         """Whether the valve is commanded open."""
         job = self._traversal.job
-        return job is not None and job.sprayer.valve
+        return job is not None and job.spraying
 
     @property
     def painted(self) -> PaintBelief:

@@ -271,6 +271,15 @@ class LegState(Record):
     """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
 
 
+class GuidanceState(Record):
+    """How a guided robot drives, from tick to tick."""
+
+    speed_mps: float
+    """That is commanded, at least 0."""
+    stands: bool
+    """Whether it has come to a target and stands."""
+
+
 class TraversalClock(Record):
     """The time of a traversal."""
 
@@ -292,6 +301,7 @@ class ComputerState(Record):
     leg: LegState
     spray: SprayState
     command: CommandState
+    guidance: GuidanceState
     clock: TraversalClock
 
 

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
-from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
 from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
 from touchline.schemas.setup import Setup
@@ -146,6 +146,16 @@ class OnboardComputer(Protocol):
     def take_over(self, course: Any) -> float:
         """As `take`, under way and without a stop."""
 
+    def begin_guided(self) -> None:
+        """Drive where a coordinator guides the robot from now on."""
+
+    def take_guidance(self, told: Guidance) -> None:
+        """Take what the coordinator tells; nothing if the robot is not guided."""
+
+    @property
+    def whereabouts(self) -> Whereabouts | None:
+        """What a guided robot tells its coordinator."""
+
     def start(self) -> None:
         """Begin the traversal."""
 
@@ -244,7 +254,7 @@ class Emulator:
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
-        self.ledger = PaintLedger([], vehicle.tool.width_m, vehicle.tool.width_m)
+        self.ledger = self._no_paint()
         self.account: AreaAccount | None = None
         self.track = Track()
         self.estimator_error = EstimatorError()
@@ -255,6 +265,10 @@ class Emulator:
         self._ended_ticks = SETTLE_TICKS
         if scenario.start is not None:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
+
+    def _no_paint(self) -> PaintLedger:
+        """A ledger of a job without lines."""
+        return PaintLedger([], self.vehicle.tool.width_m, self.vehicle.tool.width_m)
 
     @property
     def time_s(self) -> float:
@@ -361,6 +375,18 @@ class Emulator:
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
         self.faults.step(tick)
+
+    def begin_guided(self) -> None:
+        """Drive where a team's coordinator guides the robot from now on.
+
+        Raises:
+            CommandRefused: Not now, or not such a robot.
+        """
+        self.check_load()
+        self.onboard.begin_guided()
+        self.ledger, self.account, self.track = self._no_paint(), None, Track()
+        self.estimator_error = EstimatorError()
+        self._ended_ticks = 0
 
     def start(self) -> None:
         """Begin the loaded traversal."""

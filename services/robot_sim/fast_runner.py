@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from touchline.services.onboard.computer_state import Computer, ReceivedFix
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
 from touchline.services.onboard.estimation.filter import speed_now_mps
+from touchline.services.onboard.executive.guided_tick import GuidedCourse, guide
 from touchline.services.onboard.interface import (
     ACTUATORS,
 )
@@ -207,6 +208,46 @@ def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Compu
 
 
 @kernel
+def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: Any) -> bool:
+    """Let another tick pass, up to where the robot's computer decides; False if it is not nominal so far."""
+    at, tick = progress[0], progress[0].tick + 1
+    world, effects, sensing, fixes, _ = hardware
+    at.tick = tick
+    advance(world, _held(computer), effects, tick)
+    at.fixes = sense(Moment(world.state, effects, world.seed, tick), sensing)
+    at.stage = SENSED
+    if not _arrived_in_time(at.fixes, tick, sensing.transport):
+        return False
+    _read_frame(at.fixes, hardware, computer)
+    perceive(tick, fixes, at.fixes, computer, course)
+    at.stage = PERCEIVED
+    return True
+
+
+@kernel
+def run_guided_ticks(
+    progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: GuidedCourse, books: Books
+) -> None:
+    """Run ticks of a guided robot until the last is done or one is not nominal.
+
+    Args:
+        progress: (1,) updated.
+        hardware: Of the robot, all of it updated.
+        computer: (1,) of the robot, updated.
+        course: That it goes by.
+        books: In which each tick is entered.
+    """
+    at, ledger = progress[0], books.paint.coverage.state[0]
+    while at.tick < at.last_tick:
+        if not _perceive(progress, hardware, computer, course) or not guide(computer, course):
+            return
+        _enter(progress, hardware, computer, books)
+        at.stage = WHOLE
+        if ledger.points + 2 * MOST_RUNS > len(books.paint.points) or ledger.stretches > 0:
+            return
+
+
+@kernel
 def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, books: Books) -> None:
     """Run ticks until the last is done, the valve has switched, one is not nominal, or the follower must be asked.
 
@@ -217,29 +258,19 @@ def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilo
         books: In which each tick is entered.
     """
     at, ledger = progress[0], books.paint.coverage.state[0]
-    world, effects, sensing, fixes, _ = hardware
     computer, course, pursuit, saved = pilot
     lead, limits, memory, twist = pursuit
     points, ahead = books.paint.points, course.leg.ahead
-    tick = at.tick
     while True:
         if at.stage == ASKING:
             switched = actuate(twist, at.wanted, computer, course)
             _enter(progress, hardware, computer, books)
             at.stage = WHOLE
             full = ledger.points + 2 * MOST_RUNS > len(points)
-            if tick >= at.last_tick or switched or full or ledger.stretches > 0:
+            if at.tick >= at.last_tick or switched or full or ledger.stretches > 0:
                 return
-        tick += 1
-        at.tick = tick
-        advance(world, _held(computer), effects, tick)
-        at.fixes = sense(Moment(world.state, effects, world.seed, tick), sensing)
-        at.stage = SENSED
-        if not _arrived_in_time(at.fixes, tick, sensing.transport):
+        if not _perceive(progress, hardware, computer, course):
             return
-        _read_frame(at.fixes, hardware, computer)
-        perceive(tick, fixes, at.fixes, computer, course)
-        at.stage = PERCEIVED
         at.wanted = steer(computer, course, saved)
         if at.wanted < 0:
             return
@@ -261,6 +292,7 @@ class FastRunner:
         self._saved: Floats = np.zeros(NOW)
         self._not_before = 0
         self._code: Callable[..., None] | None = None  # `run_nominal_ticks` for the types of its arguments
+        self._guided_code: Callable[..., None] | None = None
 
     def run(self, most: int) -> None:
         """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
@@ -293,34 +325,44 @@ class FastRunner:
         effects = emulator.faults.effects
         if first < self._not_before or last_tick <= first or effects.bumper or effects.operator_lost:
             return
-        nominal = onboard.nominal(first)
-        if nominal is None:
+        if (guided := onboard.guided_course(first)) is not None:
+            self._drive_guided(onboard.computer, guided, last_tick, rows)
+        elif (nominal := onboard.nominal(first)) is not None:
+            self._drive(nominal, last_tick, rows)
+        else:
             self._not_before = first + RETRY_TICKS
             return
-        self._drive(nominal, last_tick, rows)
         self._hand_over(onboard)
 
+    def _drive_guided(self, computer: Computer, course: GuidedCourse, last_tick: int, rows: Rows) -> None:
+        arguments = self._progress.array, self._hardware(last_tick), computer, course, self._books(last_tick, rows)
+        if self._guided_code is None:
+            self._guided_code = run_guided_ticks.for_types_of(arguments)
+        self._guided_code(*arguments)
+
+    def _hardware(self, last_tick: int) -> Hardware:
+        """The robot's, ready for ticks up to the last."""
+        emulator, first = self._emulator, self._emulator.tick_count
+        self._progress.reset(tick=first, stage=WHOLE, last_tick=last_tick, first_tick=first + 1)
+        effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
+        return Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh)
+
+    def _books(self, last_tick: int, rows: Rows) -> Books:
+        """Where ticks up to the last are entered."""
+        emulator = self._emulator
+        emulator.ledger.make_room()
+        track = emulator.track.arrays(last_tick - emulator.tick_count)
+        return Books(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
+
     def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
-        first = self._emulator.tick_count
-        emulator, progress, follower = self._emulator, self._progress, nominal.follower
+        progress, follower = self._progress, nominal.follower
         if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
             pursuit = Pursuit(follower.lead, follower.limits, follower.memory.array, self._twist)
         else:
             pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
-        progress.reset(tick=first, stage=WHOLE, last_tick=last_tick, first_tick=first + 1)
-        emulator.ledger.make_room()
-        effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
-        arguments = (
-            progress.array,
-            Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh),
-            Pilot(nominal.computer, nominal.course, pursuit, self._saved),
-            Books(
-                emulator.ledger.paint,
-                emulator.track.arrays(last_tick - first),
-                emulator.estimator_error.sums,
-                rows,
-            ),
-        )
+        hardware = self._hardware(last_tick)
+        pilot = Pilot(nominal.computer, nominal.course, pursuit, self._saved)
+        arguments = (progress.array, hardware, pilot, self._books(last_tick, rows))
         if self._code is None:
             self._code = run_nominal_ticks.for_types_of(arguments)
         run = self._code

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from tests.fleet.kinematic import square
+from tests.fleet.teams import square
 from touchline.schemas.errors import SpecError
 from touchline.services.fleet.cells import (
     BufferedCell,
@@ -141,6 +141,38 @@ def test_cells_hold_their_segments_and_keep_their_distance(area, team):
         for j, other in enumerate(shapes[:k]):
             if not (shape.is_empty or other.is_empty):
                 assert shape.distance(other) > min(0.4, lines[k].distance(lines[j])) - 1e-9
+
+
+@pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
+@pytest.mark.parametrize("robots", [1, 4, 12])
+def test_the_half_planes_that_bind_say_all_that_all_do(area, robots):
+    rng = np.random.default_rng(robots)
+    free = shapely.union_all([shape_of(piece[:size]) for piece, size in zip(area.pieces, area.sizes, strict=True)])
+    kept: list[np.ndarray] = []
+    while len(kept) < robots:
+        pose = (*rng.uniform(0.0, 6.0, 2), rng.uniform(0.0, math.tau), rng.uniform(0.0, 0.5))
+        (row,) = stopping_segments(np.array([pose]), 0.5)
+        if free.contains(line(row)) and all(line(row).distance(line(other)) > 1e-3 for other in kept):
+            kept.append(row)
+    for cell, row in zip(buffered_cells(np.array(kept), area, 0.2), kept, strict=True):
+        binding = BufferedCell(cell.binding, cell.corners)
+        assert len(binding.half_planes) <= np.count_nonzero(np.abs(cell.half_planes[:, :2]).sum(axis=1))
+        assert {tuple(each) for each in cell.binding.tolist()} <= {tuple(each) for each in cell.half_planes.tolist()}
+        near = row[:2] + rng.normal(0.0, 0.5, (300, 2))
+        inside = rng.dirichlet(np.ones(len(cell.corners)), 100) @ cell.corners
+        for point in np.vstack((near, inside, rng.uniform(-9.0, 15.0, (300, 2)))):
+            ways = [each.excess_m(np.tile(point, 2)) for each in (cell, binding)]
+            assert abs(ways[0]) < 1e-5 or (ways[0] > 0.0) == (ways[1] > 0.0)
+
+
+def test_half_planes_that_another_makes_superfluous_do_not_bind():
+    row = segments((1, 2, 1, 2), (2, 2, 2, 2), (3.9, 2, 3.9, 2))
+    cell = buffered_cells(row, square(6.0), 0.2)[0]
+    assert sorted(cell.binding.tolist()) == pytest.approx(
+        np.array(sorted([(1.0, 0.0, 1.3), (-1.0, 0.0, -0.2), (0.0, 1.0, 5.8), (0.0, -1.0, -0.2)]))
+    )
+    nothing_left = BufferedCell(cell.half_planes, np.zeros((0, 2)))
+    assert len(nothing_left.binding) == np.count_nonzero(np.abs(cell.half_planes[:, :2]).sum(axis=1)) == 6
 
 
 def test_a_cell_ends_at_a_corner_that_it_cannot_see_round():

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.fleet.kinematic import LIMITS, PERIOD_S, corner_grid, square
-from tests.fleet.unicycles import drive
+from tests.fleet.teams import PERIOD_S, corner_grid, square
+from tests.fleet.unicycles import LIMITS, drive
 from touchline.services.fleet.cells import buffered_cells, stopping_segments
 
 RADIUS_M = 0.2
@@ -34,7 +34,8 @@ def worst_of_team(robots: int, seed: int, updates: int, *, stopping: bool) -> tu
         new = rng.uniform(0.0, 1.0, robots) < 0.1
         goals[new] = rng.uniform(0.0, side, (int(new.sum()), 2))
         rows = np.array([cell.half_planes for cell in cells])
-        closest = min(closest, drive(states, rows, goals, LIMITS, PERIOD_S / 8, 8))
+        targets = goals[:, 0] + 1j * goals[:, 1]
+        closest = min(closest, drive(states, rows, targets, np.ones(robots, np.bool_), LIMITS, PERIOD_S / 8, 8))
     return closest, outside
 
 

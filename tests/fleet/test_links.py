@@ -1,81 +1,119 @@
 """Half of all messages lost, the rest up to a second late, robots that freeze: no two ever come too near."""
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
 import shapely
 
-from tests.fleet.kinematic import corner_grid, names_of, on_circle, poses, square
-from tests.fleet.lossy import LossyTeam, Weather
-from touchline.services.fleet.cells import BufferedCell, SegmentsMeet
+from tests.fleet.teams import (
+    FAIR,
+    FOUL,
+    TEAM_LIMITS,
+    Team,
+    Weather,
+    corner_grid,
+    corners_of,
+    names_of,
+    on_circle,
+    square,
+    swapped,
+    whereabouts,
+)
+from touchline.schemas.messages import Guidance
 from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.links import NumberedCell, RobotEnd, Whereabouts
 from touchline.services.fleet.lloyd import deployment, settled
-from touchline.services.fleet.tasks import Deploy, GoalLists, swap
+from touchline.services.fleet.tasks import Deploy, GoalLists
+from touchline.services.onboard.executive.cell_keeper import CellKeeper
 
 APART_M = 0.4
-AT_REST = np.array((1.0, 1.0, 1.0, 1.0))
+AT_REST = (1.0, 1.0)
+HERE, NEARER = (1 + 1j, 1 + 1j), (0j, 0j)
 
 
-def half_plane(x_most: float) -> BufferedCell:
-    """All that lies left of a line."""
-    corners = np.array([(-9.0, -9.0), (x_most, -9.0), (x_most, 9.0), (-9.0, 9.0)])
-    return BufferedCell(np.array([(1.0, 0.0, x_most)]), corners)
+def told(number: int, x_most: float, echo_s: float = 0.0, target_x_m: float = 0.0) -> Guidance:
+    """To keep to what lies left of a line."""
+    rows = np.array((1.0, 0.0, x_most))
+    return Guidance(number=number, echo_s=echo_s, half_planes=rows, target_x_m=target_x_m)
 
 
-def told(number: int, x_most: float, echo_s: float = 0.0) -> NumberedCell:
-    return NumberedCell("tb01", number, half_plane(x_most), (0.0, 0.0), echo_s)
-
-
-def swapping(robots: int, weather: Weather, seed: int) -> tuple[LossyTeam, np.ndarray]:
+def swapping(robots: int, weather: Weather, seed: int) -> tuple[Team, np.ndarray]:
     states = on_circle(robots, 1.5, 2.5, seed)
-    task = swap({name: (pose.x_m, pose.y_m) for name, pose in poses(states).items()})
-    goals = 2.0 * states[:, :2].mean(axis=0) - states[:, :2]
-    return LossyTeam(states, square(5.0), task, weather, seed), goals
+    task, goals = swapped(states)
+    return Team(states, square(5.0), task, weather, seed), goals
 
 
-def missing(team: LossyTeam, goals: np.ndarray) -> set[str]:
+def missing(team: Team, goals: np.ndarray) -> set[str]:
     off = np.hypot(*(team.states[:, :2] - goals).T)
     return {name for name, each in zip(team.names, off, strict=True) if each > 0.1}
 
 
-def nearest_cells_m(team: LossyTeam) -> float:
-    """The least distance of the cells that two robots keep to which may drive both."""
-    driving = [end.kept for end in team.ends.values() if end.may_drive(team.now_s)]
-    shapes = [shapely.Polygon(each.cell.corners) for each in driving if each and len(each.cell.corners) > 2]
+def nearest_cells_m(team: Team) -> float:
+    """The least distance of the cells that two robots keep to whose leases both hold."""
+    keepers = [keeper for keeper in team.keepers.values() if team.now_s <= keeper.until_s]
+    corners = [corners_of(keeper.half_planes) for keeper in keepers if len(keeper.half_planes)]
+    shapes = [shapely.Polygon(each) for each in corners if len(each) > 2]
     return min((one.distance(other) for one, other in combinations(shapes, 2)), default=math.inf)
 
 
 def test_a_robot_adopts_a_newer_cell_that_it_is_in_and_no_other() -> None:
-    end = RobotEnd("tb01", 3.0)
-    assert end.say(0.0, AT_REST)[3:] == (0, 0)
-    end.receive(told(2, 1.5), AT_REST)
-    end.receive(told(1, 9.0), AT_REST)
-    assert end.say(0.1, AT_REST)[3:] == (2, 2)
-    end.receive(told(4, 0.9), AT_REST)
-    assert end.say(0.2, AT_REST)[3:] == (2, 4)
-    end.receive(told(4, 0.9), np.zeros(4))
-    end.receive(told(3, 9.0), np.zeros(4))
-    assert end.say(0.3, AT_REST)[3:] == (2, 4)
-    assert end.kept is not None
-    assert end.kept.number == 2
+    keeper = CellKeeper(TEAM_LIMITS)
+
+    def receive(guidance: Guidance, segment: tuple[complex, complex]) -> tuple[int, int, float]:
+        keeper.receive(guidance, segment)
+        said = keeper.say(0.5, segment)
+        assert (said.stamp_s, said.x_m, said.stop_y_m) == (0.5, segment[0].real, segment[1].imag)
+        return said.adopted, said.decided, keeper.target_m.real
+
+    assert (keeper.say(0.0, HERE).adopted, keeper.say(0.0, HERE).decided) == (0, 0)
+    assert receive(told(2, 1.5, target_x_m=0.2), HERE) == (2, 2, 0.2)
+    assert receive(told(1, 9.0, target_x_m=0.1), HERE) == (2, 2, 0.2)
+    assert receive(told(4, 0.9, target_x_m=0.4), HERE) == (2, 4, 0.2)
+    assert receive(told(4, 0.9, target_x_m=0.4), NEARER) == (2, 4, 0.2)
+    assert receive(told(3, 9.0, target_x_m=0.3), NEARER) == (2, 4, 0.2)
+    assert receive(told(5, 1.2, target_x_m=0.5), (1 + 1j, 1.3 + 1j)) == (2, 5, 0.2)
+    assert keeper.half_planes.tolist() == [[1.0, 0.0, 1.5]]
+
+
+def test_a_robot_may_believe_itself_a_little_outside_of_a_cell_that_it_takes() -> None:
+    keeper = CellKeeper(TEAM_LIMITS.model_copy(update={"doubt_m": 0.005}))
+    keeper.receive(told(1, 0.994), HERE)
+    assert keeper.say(0.0, HERE).adopted == 0
+    keeper.receive(told(2, 0.996), HERE)
+    assert keeper.say(0.0, HERE).adopted == 2
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"half_planes": np.array((1.0, 0.0))},
+        {"half_planes": np.array((1.0, 0.0, math.nan))},
+        {"target_x_m": math.inf},
+        {"echo_s": math.nan},
+    ],
+    ids=["not three numbers", "no offset", "no target", "no echo"],
+)
+def test_a_robot_passes_over_what_is_no_guidance(changed: dict[str, object]) -> None:
+    keeper = CellKeeper(TEAM_LIMITS)
+    keeper.receive(told(1, 9.0, echo_s=7.0).model_copy(update=changed), HERE)
+    assert keeper.until_s == -math.inf
+    assert keeper.say(0.0, HERE).decided == 0
 
 
 def test_a_robot_drives_only_while_it_knows_that_it_is_heard() -> None:
-    end = RobotEnd("tb01", 3.0)
-    assert not end.may_drive(0.0)
-    end.receive(told(1, 9.0, echo_s=2.0), AT_REST)
-    end.receive(told(1, 9.0, echo_s=1.0), AT_REST)
-    assert end.may_drive(5.0)
-    assert not end.may_drive(5.1)
-    end.receive(told(1, 9.0, echo_s=4.0), AT_REST)
-    assert end.may_drive(7.0)
+    keeper = CellKeeper(TEAM_LIMITS)
+    assert keeper.until_s == -math.inf
+    keeper.receive(told(1, 9.0, echo_s=2.0), HERE)
+    keeper.receive(told(1, 9.0, echo_s=1.0), HERE)
+    assert keeper.until_s == 2.0 + TEAM_LIMITS.lease_s
+    keeper.receive(told(1, 9.0, echo_s=4.0), HERE)
+    assert keeper.until_s == 4.0 + TEAM_LIMITS.lease_s
 
 
 def test_a_team_that_loses_nothing_changes_places() -> None:
-    team, goals = swapping(8, Weather(lost=0.0, delay_s=0.0), 1)
+    team, goals = swapping(8, FAIR, 1)
     team.run(40.0)
     assert not missing(team, goals)
     assert team.closest_m >= APART_M - 1e-6
@@ -83,7 +121,7 @@ def test_a_team_that_loses_nothing_changes_places() -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_cells_that_are_kept_to_lie_apart_whatever_is_lost(seed: int) -> None:
-    team, _ = swapping(6, Weather(frozen=(("tb02", 8.0, 16.0),)), seed)
+    team, _ = swapping(6, replace(FOUL, frozen=(("tb02", 8.0, 16.0),)), seed)
     nearest = math.inf
     for update in range(1, 100):
         team.run(0.4 * update)
@@ -102,8 +140,8 @@ class NewestOnly(Hub):
 
 def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.MonkeyPatch) -> None:
     """The test above finds what it looks for."""
-    monkeypatch.setattr("tests.fleet.lossy.Hub", NewestOnly)
-    team, _ = swapping(6, Weather(), 0)
+    monkeypatch.setattr("tests.fleet.teams.Hub", NewestOnly)
+    team, _ = swapping(6, FOUL, 0)
     nearest = math.inf
     for update in range(1, 100):
         team.run(0.4 * update)
@@ -114,7 +152,7 @@ def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("seed", range(2))
 def test_a_team_spreads_with_half_of_its_messages(seed: int) -> None:
     area, start = square(5.0), corner_grid(10)
-    team = LossyTeam(start, area, Deploy(area), Weather(), seed)
+    team = Team(start, area, Deploy(area), FOUL, seed)
     team.run(90.0)
     of_points = deployment(settled(start[:, :2].copy(), area), area).cost
     assert team.closest_m >= APART_M - 1e-6
@@ -123,7 +161,7 @@ def test_a_team_spreads_with_half_of_its_messages(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_others_go_round_a_frozen_robot_and_it_goes_on_when_it_wakes(seed: int) -> None:
-    team, goals = swapping(6, Weather(frozen=(("tb03", 10.0, 70.0),)), seed)
+    team, goals = swapping(6, replace(FOUL, frozen=(("tb03", 10.0, 70.0),)), seed)
     team.run(16.0)
     assert team.hub.resting == {"tb03"}
     before = team.states[:, :2].copy()
@@ -138,40 +176,32 @@ def test_others_go_round_a_frozen_robot_and_it_goes_on_when_it_wakes(seed: int) 
 
 
 def test_a_robot_that_begins_anew_is_not_listened_to() -> None:
-    starts = [
-        Whereabouts(name, 0.0, np.array((x, 1.0, x, 1.0))) for name, x in zip(names_of(2), (1.0, 3.0), strict=True)
-    ]
-    hub = Hub(square(4.0), GoalLists({"tb01": [(3.0, 3.0)]}), starts)
+    places = dict(zip(names_of(2), ((1.0, 1.0), (3.0, 1.0)), strict=True))
+    hub = Hub(square(4.0), GoalLists({"tb01": [(3.0, 3.0)]}), {name: whereabouts(at) for name, at in places.items()})
     hub.update(0.4)
-    (first, _) = hub.say()
-    hub.receive(Whereabouts("tb01", 0.5, starts[0].segment, first.number, first.number), 0.5)
-    hub.receive(Whereabouts("tb01", 0.6, starts[0].segment, 0, 0), 0.6)
-    assert hub.say()[0].echo_s == 0.5
-    hub.receive(Whereabouts("tb01", 0.4, starts[0].segment, first.number, first.number), 0.7)
-    assert hub.say()[0].echo_s == 0.5
+    first = hub.say()["tb01"].number
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.5, adopted=first, decided=first), 0.5)
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.6), 0.6)
+    assert hub.say()["tb01"].echo_s == 0.5
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.4, adopted=first, decided=first), 0.7)
+    assert hub.say()["tb01"].echo_s == 0.5
     hub.update(4.6)
     assert hub.resting == {"tb01", "tb02"}
 
 
 def test_a_message_from_before_a_robot_came_to_rest_says_not_where_it_rests() -> None:
-    starts = [Whereabouts("tb01", 0.0, AT_REST)]
-    hub = Hub(square(4.0), GoalLists({}), starts)
+    hub = Hub(square(4.0), GoalLists({}), {"tb01": whereabouts(AT_REST)})
     hub.update(3.4)
     assert hub.resting == {"tb01"}
-    number = hub.say()[0].number
-    hub.receive(Whereabouts("tb01", 3.3, AT_REST), 3.5)
+    number = hub.say()["tb01"].number
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=3.3), 3.5)
     hub.update(3.8)
-    assert hub.say()[0].number == number
-    hub.receive(Whereabouts("tb01", 3.5, AT_REST), 3.9)
+    assert hub.say()["tb01"].number == number
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=3.5), 3.9)
     hub.update(4.2)
-    new = hub.say()[0]
+    new = hub.say()["tb01"]
     assert new.number > number
     assert new.echo_s == 0.0
-    hub.receive(Whereabouts("tb01", 5.0, AT_REST, new.number, new.number), 5.0)
+    hub.receive("tb01", whereabouts(AT_REST, stamp_s=5.0, adopted=new.number, decided=new.number), 5.0)
     assert not hub.resting
-    assert hub.say()[0].echo_s == 5.0
-
-
-def test_robots_at_one_place_are_refused() -> None:
-    with pytest.raises(SegmentsMeet, match="robot a is about to run into b"):
-        Hub(square(4.0), GoalLists({}), [Whereabouts("b", 0.0, AT_REST), Whereabouts("a", 0.0, AT_REST)])
+    assert hub.say()["tb01"].echo_s == 5.0

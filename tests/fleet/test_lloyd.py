@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fleet.kinematic import corner_grid, square
+from tests.fleet.teams import corner_grid, square
 from touchline.services.fleet.cells import voronoi
 from touchline.services.fleet.density import DiscDensity, EvenDensity, RasterDensity
 from touchline.services.fleet.free_area import FreeArea

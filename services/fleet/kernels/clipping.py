@@ -3,11 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.half_planes import NORMAL_X, NORMAL_Y, OFFSET
 from touchline.services.core.jit import kernel
 
 Floats = NDArray[np.float64]
-# Columns of a half-plane {q: n·q ≤ offset}: its outward unit normal n, and the offset (m).
-NORMAL_X, NORMAL_Y, OFFSET = range(3)
 
 
 @kernel

@@ -5,9 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.half_planes import NORMAL_X, NORMAL_Y, OFFSET
 from touchline.services.core.jit import kernel
 from touchline.services.core.polygons import apart_squared
-from touchline.services.fleet.kernels.clipping import NORMAL_X, NORMAL_Y, OFFSET, clip, clip_all
+from touchline.services.fleet.kernels.clipping import clip, clip_all
 from touchline.services.fleet.kernels.nearest import nearest_pair
 
 Floats = NDArray[np.float64]
@@ -89,6 +90,25 @@ def keep_apart(segments: Floats, radius: float, rows: Floats) -> tuple[int, int]
             rows[i, j, NORMAL_X], rows[i, j, NORMAL_Y], rows[i, j, OFFSET] = x, y, mine
             rows[j, i, NORMAL_X], rows[j, i, NORMAL_Y], rows[j, i, OFFSET] = -x, -y, -others
     return -1, -1
+
+
+@kernel
+def least_apart_m(segments: Floats) -> float:
+    """The least distance (m) of any two of (n, 4) segments x₁ y₁ x₂ y₂ (m); inf if there is but one."""
+    least = math.inf
+    for i in range(len(segments)):
+        for j in range(i + 1, len(segments)):
+            one, other = segments[i], segments[j]
+            least = min(
+                least,
+                apart_squared(
+                    complex(one[0], one[1]),
+                    complex(one[2], one[3]),
+                    complex(other[0], other[1]),
+                    complex(other[2], other[3]),
+                ),
+            )
+    return math.sqrt(least)
 
 
 @kernel

@@ -225,6 +225,10 @@ class Failsafe:
         self.fence_arrays = FenceArrays(np.ascontiguousarray(fence.outline), np.ascontiguousarray(fence.body))
         self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
+    def take_fence_away(self) -> None:
+        """There is no plan any more."""
+        self._fence, self.fence_arrays = None, FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
+
     def forget(self) -> None:
         """Start all observations over time anew, as the operator wants to go on."""
         self.findings.astray_s[:] = 0.0

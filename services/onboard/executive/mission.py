@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from enum import Enum, auto
-from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
@@ -22,6 +21,7 @@ from touchline.services.onboard.executive.covered import Covered
 from touchline.services.onboard.executive.handover import NotYet, PlanPlace, off_place, taken_over_at
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
+from touchline.services.onboard.executive.traversal_job import JobProgress, Step
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.onboard.trajectory.path import FORWARD, SPIN, pose_at
@@ -45,17 +45,6 @@ class MissionPhase(Enum):
     ALONG = auto()
     STOP_TO_GO_BACK = auto()
     BACK = auto()
-
-
-class Step(NamedTuple):
-    """A tick of a running job: the command, and whether it ends the running."""
-
-    command: Command
-    hold: str = ""
-    """Why to pause until it is better."""
-    refusal: str = ""
-    """Why to give up."""
-    done: bool = False
 
 
 class Mission:
@@ -143,6 +132,19 @@ class Mission:
     def place(self) -> tuple[int, float, float | None]:
         """Where another process could go on: the first three of `Checkpoint`."""
         return self.driver.leg_index, self.driver.arc_length_m, self.sprayer.owed_if_it_ended(self._nozzle_m())
+
+    @property
+    def progress(self) -> JobProgress:
+        """How far it has come along the plan."""
+        plan, driver = self.plan, self.driver
+        segment, arc_m = driver.segment, driver.arc_length_m
+        remaining_s = plan.total_time_s - plan.time_at(arc_m, driver.leg_index)
+        return JobProgress(segment, len(plan.ids), plan.ids[segment], arc_m, plan.total_length_m, remaining_s)
+
+    @property
+    def spraying(self) -> bool:
+        """Whether the valve is commanded open."""
+        return self.sprayer.valve
 
     @property
     def begins_at(self) -> tuple[float, float, float]:

@@ -1,6 +1,7 @@
 """The traversal executive: which command is allowed when, and what the robot does in each state.
 
     IDLE ──load──► READY ──start──► RUNNING ──end reached──► DONE
+    IDLE, READY, DONE, ABORTED ──begin guided──► RUNNING, wherever a coordinator guides it
                                     ▲     │ pause, link lost, pose lost
                               resume│     ▼
                                     PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
@@ -19,7 +20,7 @@ from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
-from touchline.schemas.onboard import FenceLimits
+from touchline.schemas.onboard import FenceLimits, TeamLimits
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
@@ -27,10 +28,12 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.events import ERROR, INFO, WARN, EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.geofence import Geofence
+from touchline.services.onboard.executive.guided import GuidedDrive
 from touchline.services.onboard.executive.handover import check_here
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.mission import Mission
 from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
+from touchline.services.onboard.executive.traversal_job import TraversalJob
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, TICKS_PER_S, Checkpoint, Command, Status
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
 
@@ -98,7 +101,7 @@ class Traversal:
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
-        self.job: Mission | None = None
+        self.job: TraversalJob | None = None
         self._automatic = False  # the pause was ordered by the robot and ends by itself
         self._tries = Tries()
         self._before_estop = IDLE
@@ -161,13 +164,29 @@ class Traversal:
             CommandRefused: In this state, while paint is owed, or because it does not agree with what is being driven.
         """
         self._require("replace", RUNNING)
-        plan = course.plan
-        arc_m = self._loaded().take_over(plan)
+        plan, mission = course.plan, self.mission
+        if mission is None:
+            raise CommandRefused("cannot replace while the robot is guided by a team's coordinator; abort that first")
+        arc_m = mission.take_over(plan)
         self._hazards.fence = course.fence
         self.clock.elapsed_s = plan.time_at(arc_m, 0)
         self._tries = Tries()
         self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
+
+    def begin_guided(self, team: TeamLimits) -> None:
+        """Drive where a coordinator guides the robot from now on; until it does, the robot stands.
+
+        Raises:
+            CommandRefused: In this state, or such a robot cannot be guided.
+        """
+        self.check_load()
+        self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer)
+        self._hazards.take_fence_away()
+        self.clock.elapsed_s = 0.0
+        self._fallbacks_before = 0
+        self._tries = Tries()
+        self._become(RUNNING, "")
 
     def start(self) -> None:
         """Begin: align, then drive."""
@@ -263,20 +282,31 @@ class Traversal:
     def driven(self, tick: int) -> None:
         """Account for the ticks up to this one, which `nominal_tick` has run."""
         self.clock.tick = tick
-        self._loaded().sprayer.count_closed()
+        if self.mission is not None:
+            self.mission.sprayer.count_closed()
 
     @property
     def begins_at(self) -> tuple[float, float, float]:
-        """Where the loaded job begins: east [m], north [m], heading [rad]."""
-        return self._loaded().begins_at
+        """Where the loaded mission begins: east [m], north [m], heading [rad]."""
+        assert self.mission is not None, "a trajectory was taken"
+        return self.mission.begins_at
 
     @property
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on; None if no traversal is running or paused."""
         state = self._before_estop if self.state == ESTOPPED else self.state
-        if self.job is None or state not in (RUNNING, PAUSED):
-            return None
-        return Checkpoint(*self.job.place, self.clock.tick, self.clock.elapsed_s, self._fallbacks)
+        place = self.job.place if self.job is not None and state in (RUNNING, PAUSED) else None
+        return Checkpoint(*place, self.clock.tick, self.clock.elapsed_s, self._fallbacks) if place is not None else None
+
+    @property
+    def mission(self) -> Mission | None:
+        """The job, if it is one along a trajectory."""
+        return self.job if isinstance(self.job, Mission) else None
+
+    @property
+    def guided(self) -> GuidedDrive | None:
+        """The job, if the robot is guided."""
+        return self.job if isinstance(self.job, GuidedDrive) else None
 
     @property
     def _fallbacks(self) -> int:
@@ -287,21 +317,21 @@ class Traversal:
         job = self.job
         if job is None:
             return Status(state=self.state, reason=self.reason, follower_fallbacks=self._fallbacks)
-        plan, segment, arc = job.plan, job.driver.segment, job.driver.arc_length_m
+        done = job.progress
         return Status(
             self.state,
             self.reason,
-            segment,
-            len(plan.ids),
-            plan.ids[segment],
-            arc,
-            plan.total_length_m,
+            done.segment_index,
+            done.segment_count,
+            done.segment_id,
+            done.arc_length_m,
+            done.total_length_m,
             self.clock.elapsed_s,
-            0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc, job.driver.leg_index),
+            0.0 if self.state in (DONE, ABORTED) else done.remaining_s,
             self._fallbacks,
         )
 
-    def _heed_hazards(self, job: Mission) -> None:
+    def _heed_hazards(self, job: TraversalJob) -> None:
         hazards = self._hazards
         if hazards.emergency and self.state in (READY, RUNNING, PAUSED):
             self._stop_hard(hazards.emergency)
@@ -318,7 +348,7 @@ class Traversal:
             self.job.close_valve()
         self._become(ESTOPPED, reason, ERROR)
 
-    def _run(self, job: Mission) -> Command:
+    def _run(self, job: TraversalJob) -> Command:
         step = job.run()
         if step.done:
             self._leave_running(DONE, "")
@@ -335,7 +365,7 @@ class Traversal:
             self.reason = _waits_for(job)
         return step.command
 
-    def _try_again(self, job: Mission) -> None:
+    def _try_again(self, job: TraversalJob) -> None:
         """An automatic pause ends when the pose has been good for a while and the robot stands."""
         if not job.standing or not self._watch.settled(self.clock.tick / TICKS_PER_S):
             return
@@ -350,7 +380,7 @@ class Traversal:
             return
         self._go_on(job)
 
-    def _go_on(self, job: Mission) -> None:
+    def _go_on(self, job: TraversalJob) -> None:
         self._automatic = False
         self._become(RUNNING, "")
         job.go_on()
@@ -360,7 +390,7 @@ class Traversal:
         self._automatic = False
         self._become(state, reason, severity)
 
-    def _loaded(self) -> Mission:
+    def _loaded(self) -> TraversalJob:
         assert self.job is not None, "every state but IDLE has a job"
         return self.job
 
@@ -379,7 +409,7 @@ class Traversal:
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
 
 
-def _waits_for(job: Mission) -> str:
+def _waits_for(job: TraversalJob) -> str:
     """Why a job that runs has not set off, "" if it has."""
     if job.waiting:
         return "waiting: the accelerometer contradicts the standing wheels"

@@ -13,6 +13,7 @@ from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import EVERY_FIELD, first_problem, parse
+from touchline.schemas.team import TeamScenario
 from touchline.services.planner.goal_plan import GOAL_OPTIONS
 
 Setting = dict[str, Any]
@@ -35,12 +36,12 @@ class SweepCase:
 
     Attributes:
         setting: The values that tell it from the others.
-        work: The template to work on, or where to drive.
+        work: The template to work on, where to drive, or the team that drives.
         scenario: Its seed is the first of the sweep's.
     """
 
     setting: Setting
-    work: str | PoseGoal
+    work: str | PoseGoal | TeamScenario
     scenario: Scenario
     config: OnboardConfig
     options: PlanOptions
@@ -87,6 +88,13 @@ def cases(
     return [_case(base, setting) for setting in combinations]
 
 
+def team_cases(teams: Mapping[int, TeamScenario]) -> list[SweepCase]:
+    """A case for each team, by its number of robots."""
+    return [
+        SweepCase({"robots": robots}, team, team.world, team.onboard, PlanOptions()) for robots, team in teams.items()
+    ]
+
+
 def _case(base: SweepCase, setting: Setting) -> SweepCase:
     lived = base.scenario.model_dump(mode="json", context=EVERY_FIELD)
     computer = base.config.model_dump(mode="json", context=EVERY_FIELD)
@@ -101,6 +109,7 @@ def _case(base: SweepCase, setting: Setting) -> SweepCase:
             _put(computer, name, name.removeprefix(ONBOARD_PREFIX), value, "a robot's computer")
         elif name != TEMPLATE:
             _put(lived, name, name, value, "a scenario")
+    assert not isinstance(base.work, TeamScenario), "a team has cases of its own"
     work = _work(base.work, setting, aimed)
     of_plans, owner = (
         (PlanOptions.model_fields, "a plan") if isinstance(work, str) else (GOAL_OPTIONS, "a plan to a goal")

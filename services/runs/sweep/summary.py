@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from touchline.schemas.team import TeamScenario
 from touchline.services.runs.arrival import NEAR_M, NEAR_RAD, goal_figures
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.task import SweepRun
@@ -20,6 +21,7 @@ MORE_IS_BETTER: Final = (
     "of_field_pct",
     "of_reachable_pct",
     "of_planned_pct",
+    "closest_m",
 )
 
 
@@ -50,7 +52,9 @@ def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str,
 def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
     told = [run for run in runs if run.figures]
     work: dict[str, Any] = {"template": case.work}
-    if not isinstance(case.work, str):
+    if isinstance(case.work, TeamScenario):
+        work = {"team": case.work.name, "task": case.work.task.kind}
+    elif not isinstance(case.work, str):
         work = {"goal": goal_figures(case.work), "within_2cm_2deg_pct": _within_pct(runs)}
     return {
         "set": case.setting,

@@ -9,17 +9,19 @@ from typing import Any
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import AreaReport, TraversalReport
+from touchline.schemas.messages import AreaReport, PoseGoal, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.reports import failing
 from touchline.services.runs.simulation import Job, Progress, simulate
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.goal_job import GoalJob, arrival_run_figures
+from touchline.services.runs.sweep.team_job import TeamJob, swept_figures
 from touchline.services.system.shutdown import ENDS
 
-SweepJob = Job | GoalJob
+SweepJob = Job | GoalJob | TeamJob
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def prepare(
     vehicle = vehicle or Vehicle()
     tasks: list[Task] = []
     for index, case in enumerate(cases):
-        begin = "" if isinstance(case.work, str) else case.scenario.start
+        begin = case.scenario.start if isinstance(case.work, PoseGoal) else ""
         key = f"{case.work!r} {begin!r} {case.options.model_dump_json()}"
         if key not in jobs:
             jobs[key] = _job(case, vehicle, progress)
@@ -78,6 +80,8 @@ def prepare(
 def _job(case: SweepCase, vehicle: Vehicle, progress: Progress) -> SweepJob:
     if isinstance(case.work, str):
         return Job.prepare(load_template(case.work), case.options, vehicle, progress)
+    if isinstance(case.work, TeamScenario):
+        return TeamJob(case.work)
     return GoalJob.prepare(case.work, case.options, vehicle, case.scenario.standing())
 
 
@@ -85,9 +89,16 @@ def perform(jobs: list[SweepJob], task: Task) -> SweepRun:
     """Simulate one task; a refusal by the robot becomes a failed result."""
     job = jobs[task.job]
     try:
+        if isinstance(job, TeamJob):
+            return _as_a_team(job, task)
         return _worked(job, task) if isinstance(job, Job) else _driven(job, task)
     except TouchlineError as error:
         return SweepRun(task.case, task.scenario.seed, False, str(error), {})
+
+
+def _as_a_team(job: TeamJob, task: Task) -> SweepRun:
+    done = job.drive(task.scenario)
+    return SweepRun(task.case, task.scenario.seed, done["success"], done["reason"], swept_figures(done))
 
 
 def _driven(job: GoalJob, task: Task) -> SweepRun:

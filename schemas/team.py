@@ -1,0 +1,176 @@
+"""A team of robots as data: where it drives, what for, and what may go wrong between its robots and its coordinator."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Coordinate, Pose2, Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import Spec
+from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+
+Point = tuple[Coordinate, Coordinate]
+Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
+MOST_ROBOTS: Final = 256
+PLACE_M2: Final = 2.5
+"""Of an area that is not said, for each robot."""
+
+
+class TeamArea(Spec):
+    """Where a team drives: a polygon, convex or not, less obstacles (m, map frame)."""
+
+    outline: Ring
+    obstacles: Annotated[tuple[Ring, ...], Field(max_length=100)] = ()
+
+
+class ImportantDisc(Spec):
+    """A disc that is more important to be near to; where discs overlap, their values add up."""
+
+    x_m: Coordinate
+    y_m: Coordinate
+    radius_m: Annotated[float, Field(gt=0, le=10_000)]
+    value: Annotated[float, Field(ge=0, le=1e6)]
+
+
+class ImportanceRaster(Spec):
+    """Squares of their own importance, row by row along y from a corner; nothing is important outside."""
+
+    values: Annotated[tuple[tuple[Annotated[float, Field(ge=0, le=1e6)], ...], ...], Field(min_length=1)]
+    pixel_m: Annotated[float, Field(gt=0, le=1000)]
+    x_m: Coordinate = 0.0
+    y_m: Coordinate = 0.0
+
+    @model_validator(mode="after")
+    def _is_a_rectangle(self) -> Self:
+        if not self.values[0] or len({len(row) for row in self.values}) > 1:
+            raise ValueError("values must have rows of one length, at least one number each")
+        return self
+
+
+class Importance(Spec):
+    """φ, how important it is to be near to which place: a value everywhere and more in discs, or a raster."""
+
+    value: Annotated[float, Field(ge=0, le=1e6)] = 1.0
+    discs: Annotated[tuple[ImportantDisc, ...], Field(max_length=100)] = ()
+    raster: ImportanceRaster | None = None
+
+    @model_validator(mode="after")
+    def _is_one_or_the_other(self) -> Self:
+        if self.raster is not None and self.discs:
+            raise ValueError("raster and discs exclude each other: leave one of both out")
+        return self
+
+
+class DeployTask(Spec):
+    """Spread over the area, each robot near to its share of it."""
+
+    kind: Literal["deploy"] = "deploy"
+    importance: Importance = Importance()
+
+
+class SwapTask(Spec):
+    """Each robot to the opposite place, across the middle of all."""
+
+    kind: Literal["swap"]
+
+
+class GoalsTask(Spec):
+    """Each robot to its goals (x, y in m) in turn, by its name; who has none stays."""
+
+    kind: Literal["goals"]
+    goals: dict[str, Annotated[tuple[Point, ...], Field(min_length=1, max_length=1000)]]
+
+
+class FormationTask(Spec):
+    """In formation: a line, a circle or a grid about a place, each robot to the nearest free place of it."""
+
+    kind: Literal["formation"]
+    shape: Literal["line", "circle", "grid"] = "circle"
+    x_m: Coordinate
+    y_m: Coordinate
+    heading_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
+    apart_m: Annotated[float, Field(gt=0, le=1000)] = 1.0
+
+
+TaskSpec = Annotated[DeployTask | SwapTask | GoalsTask | FormationTask, Field(discriminator="kind")]
+
+
+class TeamLinks(Spec):
+    """Radio between the robots and their coordinator: what is lost, and how late the rest comes."""
+
+    loss: Annotated[float, Field(ge=0, le=0.95)] = 0.0
+    delay_s: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """Messages take up to this long, each its own time, so that they overtake each other."""
+
+    @property
+    def lossless(self) -> bool:
+        """Whether every message arrives at once."""
+        return self.loss == 0.0 and self.delay_s == 0.0
+
+
+class TeamScenario(Spec):
+    """A team, its area and its task; what is left out is as by default.
+
+    Robots are called `tb1`, `tb2`, … unless they are given by name with their places. Without places they start from a
+    grid in a corner of the area, or, to change places, from a circle.
+    """
+
+    name: str = "team"
+    robots: Annotated[int, Field(ge=1, le=MOST_ROBOTS)] = 10
+    places: dict[str, Pose2] = Field(default_factory=dict)
+    """Where robots stand at the start, by their names; they are then all there are."""
+    area: TeamArea | None = None
+    """Without one: a square of 2.5 m² a robot, or as large as the circle of a swap needs."""
+    task: TaskSpec = DeployTask()
+    vehicle: Vehicle = SHIPPED["turtlebot2"].vehicle
+    onboard: OnboardConfig = with_its_own("turtlebot2", OnboardConfig())
+    world: Scenario = on_its_ground("turtlebot2", Scenario())
+    """Of every robot, but for its place and its seed: that of `tb7` is 6 more than this one's."""
+    avoid: Literal["cells", "none"] = "cells"
+    """`none`: as in the study, each on its own path."""
+    path: Literal["bearing", "free"] = "bearing"
+    """Of robots that avoid nobody: Dubins paths to a heading by the study's rule, or to any heading."""
+    radius_m: Annotated[float, Field(gt=0, le=100)] = 0.2
+    """r_s that every centre keeps from walls, and half of what two keep from each other: the body, and what estimate,
+    follower and delay make of it."""
+    update_s: Annotated[float, Field(ge=0.1, le=5, multiple_of=0.1)] = 0.4
+    """From one set of cells to the next."""
+    links: TeamLinks = TeamLinks()
+    duration_s: Annotated[float, Field(gt=0, le=100_000)] = 120.0
+
+    @field_validator("places")
+    @classmethod
+    def _can_be_keys(cls, places: dict[str, Any]) -> dict[str, Any]:
+        for name in places:
+            if not is_namespace(name):
+                raise ValueError(f"the name {name!r} cannot be a robot's: {NAMESPACE_RULE}")
+        if len(places) > MOST_ROBOTS:
+            raise ValueError(f"are {len(places)} robots; give at most {MOST_ROBOTS}")
+        return places
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all robots, sorted as text."""
+        return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
+
+    def setup(self, name: str, start: Pose2) -> Setup:
+        """What decides a robot's session.
+
+        Args:
+            name: One of `names`.
+            start: Where it stands.
+        """
+        world = self.world.model_copy(update={"start": start})
+        setup = Setup(vehicle=self.vehicle, onboard=self.onboard, scenario=world)
+        return setup.with_seed(world.seed + _number_of(name, self.names))
+
+
+def _number_of(name: str, names: tuple[str, ...]) -> int:
+    """The robot's number: of `tb7` 6, so that a further robot changes no other's noise; else its place in the list."""
+    digits = name.removeprefix("tb")
+    return int(digits) - 1 if digits.isdigit() and name.startswith("tb") else names.index(name)

@@ -1,0 +1,98 @@
+"""``touchline fleet``: teams of robots that share an area."""
+
+import time
+from typing import Annotated
+
+import typer
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import EVERY_FIELD
+from touchline.schemas.team import MOST_ROBOTS, TeamScenario
+from touchline.services.cli.display import progress_bar, say
+from touchline.services.cli.garbage import without_collecting
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.number_list import numbers_of
+from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
+from touchline.services.cli.output_choice import deliver
+from touchline.services.cli.sweep_command import WorkersChoice, collect
+from touchline.services.cli.sweep_output import SweepOutput
+from touchline.services.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand with its own."""
+    fleet = typer.Typer(no_args_is_help=True, help="Teams of robots that share an area and never touch.")
+    fleet.command("team")(team)
+    fleet.command("simulate")(with_groups(simulate))
+    fleet.command("sweep")(with_groups(sweep))
+    app.add_typer(fleet, name="fleet")
+
+
+def team() -> None:
+    """Print a team as JSON, every field: what `--team` takes, to be changed."""
+    typer.echo(TeamScenario().model_dump_json(indent=1, context=EVERY_FIELD))
+
+
+def simulate(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
+    *,
+    choice: TeamChoice,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
+    from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.runs.team.team_figures import team_figures
+    from touchline.services.runs.team.team_run import TeamRun
+
+    chosen = choice.chosen(robots, seed)
+    with progress_bar("Team") as advance:
+        warm_up(say, Setup(vehicle=chosen.vehicle, onboard=chosen.onboard))
+        begun = time.perf_counter()
+        run = TeamRun(chosen, hashed=hashed)
+        with without_collecting():
+            run.run(advance)
+        figures = team_figures(run, time.perf_counter() - begun)
+    deliver(f"Team of {len(run.names)}", figures, report, as_json)
+    if not figures["success"]:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def sweep(
+    robots: Annotated[str, typer.Option(metavar="N,N…", help="How many robots: teams of all these sizes.")] = "10",
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each, with seeds that count up.", min=1)] = 20,
+    seed: SeedOption = None,
+    *,
+    choice: TeamChoice,
+    processes: WorkersChoice,
+    results: SweepOutput,
+) -> None:
+    """Simulate teams of several sizes with many seeds on all cores; exit code 1 if any two robots touch."""
+    from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.runs.sweep.combinations import team_cases
+    from touchline.services.runs.sweep.task import prepare
+
+    teams = {size: choice.chosen(size, seed) for size in _sizes(robots)}
+    cases = team_cases(teams)
+    with progress_bar("Touchline") as advance:
+        jobs, tasks = prepare(cases, seeds)
+        first = next(iter(teams.values()))
+        warm_up(say, Setup(vehicle=first.vehicle, onboard=first.onboard))  # so that not every process compiles
+        swept = collect(processes.runs(jobs, tasks), len(tasks), advance)
+    results.conclude(swept, cases)
+
+
+def _sizes(text: str) -> list[int]:
+    """The sizes of teams that are asked for.
+
+    Raises:
+        SpecError: They are none.
+    """
+    sizes = numbers_of("--robots", text, range(1, 33), "10,20,50")
+    for size in sizes:
+        if size != int(size) or not 1 <= size <= MOST_ROBOTS:
+            raise SpecError("command line", "--robots", f"has {size:g}", f"give whole numbers from 1 to {MOST_ROBOTS}")
+    return [int(size) for size in sizes]

@@ -1,0 +1,1 @@
+"""Teams of emulated robots in one process: lockstep, radio, contacts and figures."""

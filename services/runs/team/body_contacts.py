@@ -1,0 +1,49 @@
+"""Which robots of a team touch each other, by their true places in every tick; bodies are discs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class BodyContacts:
+    """Counts contacts; two robots that stay in contact count once.
+
+    Attributes:
+        count: So far.
+        closest_m: The least distance of two centres so far.
+    """
+
+    def __init__(self, robots: int, body_radius_m: float) -> None:
+        """Nobody has touched anybody.
+
+        Args:
+            robots: How many there are.
+            body_radius_m: Of each.
+        """
+        self._first, self._second = np.triu_indices(robots, 1)
+        self._apart_m = 2.0 * body_radius_m
+        self._touching = np.zeros(len(self._first), dtype=np.bool_)
+        self.count, self.closest_m = 0, math.inf
+
+    def look(self, places: Floats) -> set[int]:
+        """Count what is new; returns the robots that have come to touch another.
+
+        Args:
+            places: (ticks, n, 2) in order (m).
+        """
+        if not len(self._first):
+            return set()
+        between = places[:, self._first] - places[:, self._second]
+        apart_m = np.hypot(between[..., 0], between[..., 1])
+        self.closest_m = min(self.closest_m, float(apart_m.min()))
+        touching = apart_m < self._apart_m
+        new = touching & ~np.vstack((self._touching[None], touching[:-1]))
+        self._touching = touching[-1]
+        self.count += int(new.sum())
+        pairs = new.any(axis=0)
+        return {int(robot) for robot in np.concatenate((self._first[pairs], self._second[pairs]))}

@@ -1,0 +1,57 @@
+"""One emulated robot of a team, a stretch of ticks at a time, with its true places in every tick."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.setup import Setup
+from touchline.services.robot_sim import tick_log
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import Telemetry
+
+Floats = NDArray[np.float64]
+
+
+class TeamRobot:
+    """See the module.
+
+    Attributes:
+        emulator: The robot.
+        telemetry: What it tells, if that is to be hashed.
+    """
+
+    def __init__(self, setup: Setup, *, hashed: bool) -> None:
+        """It stands at its scenario's start."""
+        self.emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+        self.telemetry = Telemetry(self.emulator) if hashed else None
+        self._runner = FastRunner(self.emulator)
+        self._rows = np.zeros((0, tick_log.COLUMNS))
+
+    def drive(self, ticks: int, places: Floats) -> None:
+        """Let ticks pass.
+
+        Args:
+            ticks: How many.
+            places: (ticks, 2) filled with where the robot truly is at the end of each (m).
+        """
+        if len(self._rows) < ticks:
+            self._rows = np.zeros((ticks, tick_log.COLUMNS))
+        done = 0
+        while done < ticks:
+            done += self._step(ticks - done, places[done:])
+        if self.telemetry is not None:
+            self.telemetry.only_hashed()
+
+    def _step(self, most: int, places: Floats) -> int:
+        rows, telemetry = self._rows, self.telemetry
+        if telemetry is not None:
+            rows, most = telemetry.rows, telemetry.until_due(most)
+        count = self._runner.step(most, rows)
+        # All but the last are nominal ones, which are kept.
+        places[: count - 1] = rows[: count - 1, tick_log.TRUTH : tick_log.TRUTH + 2]
+        places[count - 1] = self.emulator.world.pose[:2]
+        if telemetry is not None:
+            telemetry.hold(count)
+        return count

@@ -1,0 +1,215 @@
+"""A team of emulated robots and its coordinator in lockstep, in one process, as fast as it goes."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import Guidance, Whereabouts
+from touchline.schemas.scenario import Pose2
+from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.density import Density
+from touchline.services.fleet.hub import Hub, TeamSettings
+from touchline.services.fleet.lloyd import deployment
+from touchline.services.fleet.starts import free_area, starts
+from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
+from touchline.services.runs.team.body_contacts import BodyContacts
+from touchline.services.runs.team.radio import Radio
+from touchline.services.runs.team.team_robot import TeamRobot
+
+Floats = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+LOST_S: Final = 30.0
+"""Sim time: robots that stand for so long without knowing where will not drive."""
+SAYING_TICKS: Final = 10
+"""Between two messages of a robot, where messages may be lost or late."""
+_TOUCH_S: Final = 1.0
+_TO_HUB, _TO_ROBOTS = 0, 1
+
+
+@dataclass
+class TeamTrace:
+    """What was measured of a team, against the truth where not said otherwise.
+
+    Attributes:
+        times_s: (k,) of the updates, from the first cells on.
+        places: (k, n, 2) of the robots then (m).
+        cost: (k,) H of these places, by the task's density or even (m⁴).
+        driven_m: (n,) how far each has driven.
+        beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
+        nearest_segments_m: The least distance of two stopping segments at an update, as the robots believe.
+        outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most, likewise.
+        arrived_s: When all had come to their last goals.
+    """
+
+    times_s: list[float] = field(default_factory=list)
+    places: list[Floats] = field(default_factory=list)
+    cost: list[float] = field(default_factory=list)
+    driven_m: Floats = field(default_factory=lambda: np.zeros(0))
+    beyond_walls_s: float = 0.0
+    nearest_segments_m: float = math.inf
+    outside_cell_m: float = -math.inf
+    arrived_s: float = math.nan
+
+
+class TeamRun:
+    """See the module.
+
+    Attributes:
+        team: The scenario.
+        area: Where.
+        names: Of the robots, sorted.
+        robots: By name.
+        starts: Where each stands at the start, by name.
+        contacts: Of the bodies.
+        trace: What was measured.
+        ticks: So far.
+    """
+
+    def __init__(self, team: TeamScenario, *, hashed: bool = False) -> None:
+        """Everybody at its start.
+
+        Raises:
+            SpecError: The scenario cannot be, such as too small an area.
+            CommandRefused: Such a robot cannot be guided.
+        """
+        self.team, self.area, self.names = team, free_area(team), team.names
+        self.starts: dict[str, Pose2] = starts(team, self.area)
+        setups = {name: team.setup(name, self.starts[name]) for name in self.names}
+        self.robots = {name: TeamRobot(setup, hashed=hashed) for name, setup in setups.items()}
+        self.body_radius_m = float(np.hypot(*np.array(team.vehicle.body.footprint_m).T).max())
+        if team.radius_m < self.body_radius_m:
+            problem = f"is {team.radius_m:g} m, less than the body's {self.body_radius_m:.3f} m"
+            raise SpecError("team", "radius_m", problem, "give the body's radius and a margin of some centimetres")
+        self.contacts = BodyContacts(len(self.names), self.body_radius_m)
+        self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
+        self.ticks = 0
+        self._update_ticks = round(100 * team.update_s)
+        self._task: TeamTask | None = None
+        self._density = Deploy(self.area)
+
+    @property
+    def task(self) -> TeamTask:
+        """What the team does, once it has begun."""
+        assert self._task is not None, "the robots know where they are"
+        return self._task
+
+    def run(self, progress: Progress = lambda done, doing: None) -> None:
+        """From the start to the end.
+
+        Raises:
+            CommandRefused: A robot does not find out where it stands.
+            SegmentsMeet: A robot has not kept to its cell.
+        """
+        hub = self._begin()
+        seed, links = self.team.world.seed, self.team.links
+        to_hub: Radio[Whereabouts] = Radio(links, seed, _TO_HUB)
+        to_robots: Radio[Guidance] = Radio(links, seed, _TO_ROBOTS)
+        step = self._update_ticks if links.lossless else SAYING_TICKS
+        first, last = self.ticks, self.ticks + round(100 * self.team.duration_s)
+        while self.ticks < last:
+            since = self.ticks - first
+            for name in self.names:
+                if (said := self.robots[name].emulator.onboard.whereabouts) is not None:
+                    to_hub.send(self.ticks, name, said)
+            for name, said in to_hub.arrived(self.ticks):
+                hub.receive(name, said, self.ticks / 100.0)
+            if since % self._update_ticks == 0:
+                hub.update(self.ticks / 100.0)
+                self._note(hub, since / 100.0)
+                progress(since / (last - first), f"{len(self.names)} robots, {since / 100:.0f} s")
+                if not math.isnan(self.trace.arrived_s):
+                    return
+            for name, told in hub.say().items():
+                to_robots.send(self.ticks, name, told)
+            for name, told in to_robots.arrived(self.ticks):
+                self.robots[name].emulator.onboard.take_guidance(told)
+            self._drive(step)
+
+    def _begin(self) -> Hub:
+        """Let all find out where they are."""
+        for robot in self.robots.values():
+            robot.emulator.begin_guided()
+        told: dict[str, Whereabouts] = {}
+        while len(told) < len(self.names):
+            if self.ticks > 100 * LOST_S:
+                lost = next(name for name in self.names if name not in told)
+                raise CommandRefused(
+                    f"{lost} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
+                )
+            self._drive(self._update_ticks)
+            said = {name: robot.emulator.onboard.whereabouts for name, robot in self.robots.items()}
+            told = {name: each for name, each in said.items() if each is not None}
+        self.trace.driven_m[:] = 0.0
+        places = {name: (each.x_m, each.y_m) for name, each in told.items()}
+        self._task = task_of(self.team.task, self.area, places)
+        if isinstance(self._task, Deploy):
+            self._density = self._task
+        drive = self.team.vehicle.drive
+        settings = TeamSettings(
+            self.team.radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, self.team.onboard.team.lease_s
+        )
+        return Hub(self.area, self._task, told, self.ticks / 100.0, settings)
+
+    def _drive(self, ticks: int) -> None:
+        """Let ticks pass for all; who touches another has its bumper pressed from then on."""
+        before = self.places()
+        places = np.zeros((ticks, len(self.names), 2))
+        for k, name in enumerate(self.names):
+            self.robots[name].drive(ticks, places[:, k])
+        self.ticks += ticks
+        steps = np.diff(np.concatenate((before[None], places)), axis=0)
+        self.trace.driven_m += np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
+        beyond = ~self.area.holds(places[-1], self.body_radius_m)
+        self.trace.beyond_walls_s += float(beyond.sum()) * ticks / 100.0
+        for k in self.contacts.look(places):
+            press = parse_fault(f'{{"kind": "bumper", "duration_s": {_TOUCH_S}}}')
+            self.robots[self.names[k]].emulator.inject_fault(press)
+
+    def places(self) -> Floats:
+        """(n, 2) where the robots truly are (m)."""
+        return np.array([self.robots[name].emulator.world.pose[:2] for name in self.names])
+
+    def _note(self, hub: Hub, time_s: float) -> None:
+        trace, places = self.trace, self.places()
+        trace.times_s.append(time_s)
+        trace.places.append(places)
+        trace.cost.append(deployment(places, self.area, self.density).cost)
+        trace.nearest_segments_m = min(trace.nearest_segments_m, hub.nearest_segments_m)
+        trace.outside_cell_m = max(trace.outside_cell_m, *hub.strays_m.values())
+        if isinstance(self.task, GoalLists) and self.arrived.all():
+            trace.arrived_s = time_s
+
+    @property
+    def arrived(self) -> NDArray[np.bool_]:
+        """(n,) who truly is at its last goal."""
+        goals = self.task.last if isinstance(self.task, GoalLists) else {}
+        wanted = np.array([goals.get(name, tuple(at)) for name, at in zip(self.names, self.places(), strict=True)])
+        found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M
+        return found
+
+    @property
+    def density(self) -> Density:
+        """φ of the task, or an even one."""
+        return self._density.density
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        """Of each robot's session, if they are worked out, by name."""
+        told = {name: robot.telemetry for name, robot in self.robots.items()}
+        return {name: each.digest.hexdigest() for name, each in told.items() if each is not None}
+
+    @property
+    def session_hash(self) -> str:
+        """Of all robots' sessions, whatever the order in which they are listed; empty if they are not worked out."""
+        lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.hashes.items()))
+        return hashlib.sha256(lines.encode()).hexdigest()[:16] if lines else ""
