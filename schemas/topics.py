@@ -14,6 +14,8 @@ Response = TypeVar("Response", bound=Message)
 
 #: Robot namespace used when none is given.
 DEFAULT_NAMESPACE = "tt2"
+#: Namespace of a team's coordinator where none is given: it is no robot, but is told of like one.
+TEAM_NAMESPACE = "team"
 NAMESPACE_RULE = "use letters, digits, _ and single /, at most 64 in all"
 
 
@@ -102,10 +104,18 @@ STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
 EVENTS = Topic("events", m.Event)
+#: Of a robot that a team's coordinator guides.
+WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
+#: From the coordinator to a robot.
+GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
 TEMPLATE = Topic("template", m.String, latched=True)
 #: JSON of ``touchline.schemas.setup.Setup``.
 SETUP = Topic("setup", m.String, latched=True)
+#: These of a team's coordinator, under a namespace of its own; the first is JSON of ``touchline.schemas.team``.
+TEAM_SETUP = Topic("fleet/setup", m.String, latched=True, general=False)
+TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", tolerance=1e-6, general=False)
+TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -131,9 +141,14 @@ TOPICS: tuple[Topic, ...] = (
     REPORT,
     BATTERY,
     EVENTS,
+    WHEREABOUTS,
+    GUIDANCE,
     PLAN,
     TEMPLATE,
     SETUP,
+    TEAM_SETUP,
+    TEAM_CELLS,
+    TEAM_STATUS,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,
@@ -144,7 +159,7 @@ FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, REPLAY = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, REPLAY, COORDINATOR = (
     "planner",
     "robot-sim",
     "bridge",
@@ -154,6 +169,7 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, 
     "supervisor",
     "telemetry",
     "replay",
+    "coordinator",
 )
 #: Of these, some are there wherever there is a robot, or was until it died.
 SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
@@ -171,6 +187,7 @@ START_TRAVERSAL = Service(
 )
 LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM, MOST_PLAN_BYTES)
 GOTO = Service("traversal/goto", m.GotoRequest, m.GotoResponse, ROBOT_SIM)
+BEGIN_GUIDED = Service("traversal/begin_guided", m.BeginGuidedRequest, m.BeginGuidedResponse, ROBOT_SIM)
 START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
 RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
@@ -183,6 +200,9 @@ SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedRespons
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
 FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "")
+#: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
+TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
+TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
@@ -199,6 +219,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     START_TRAVERSAL,
     LOAD,
     GOTO,
+    BEGIN_GUIDED,
     START,
     PAUSE,
     RESUME,

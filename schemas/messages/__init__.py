@@ -58,7 +58,17 @@ from touchline.schemas.messages.standard import (
     TwistWithCovariance,
     Vector3,
 )
-from touchline.schemas.messages.team_messages import Guidance, Whereabouts
+from touchline.schemas.messages.team_messages import (
+    BeginGuidedRequest,
+    BeginGuidedResponse,
+    Guidance,
+    TeamCell,
+    TeamCells,
+    TeamStatus,
+    TeamTaskRequest,
+    TeamTaskResponse,
+    Whereabouts,
+)
 from touchline.schemas.messages.touchline import (
     ActuatorCommand,
     EstimatorStatus,
@@ -102,6 +112,8 @@ __all__ = [
     "AreaProgress",
     "AreaReport",
     "BatteryState",
+    "BeginGuidedRequest",
+    "BeginGuidedResponse",
     "Clock",
     "CommandRequest",
     "CommandResponse",
@@ -168,6 +180,11 @@ __all__ = [
     "StartTraversalRequest",
     "StartTraversalResponse",
     "String",
+    "TeamCell",
+    "TeamCells",
+    "TeamStatus",
+    "TeamTaskRequest",
+    "TeamTaskResponse",
     "Time",
     "Trajectory",
     "TraversalReport",

@@ -8,6 +8,9 @@ from touchline.schemas.messages.standard import Header
 FIRST_CELL: Final = 0
 """The number of the cell that every robot has where it stands at the start."""
 
+NOTHING_HEARD_S: Final = -1e9
+"""An echo of no message: it lets nobody drive."""
+
 
 class Guidance(Message):
     """Where a robot may be and where it should go, until there is something newer.
@@ -29,16 +32,103 @@ class Guidance(Message):
 class Whereabouts(Message):
     """Where a guided robot is, where it would stand if it braked now, and which cell it keeps to.
 
-    ``stamp_s`` is of its own clock, and later in every message. ``adopted`` is the number of the cell that it keeps to,
+    ``stamp_s`` is of its own clock, and later in every message. Until it is ``aligned`` it does not know where it is,
+    and the places say nothing. ``adopted`` is the number of the cell that it keeps to,
     0 where it stood at the start; ``decided`` the highest number that it has adopted or refused.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/Whereabouts"
     header: Header = Header()
     stamp_s: float = 0.0
+    aligned: bool = True
     x_m: float = 0.0
     y_m: float = 0.0
     stop_x_m: float = 0.0
     stop_y_m: float = 0.0
     adopted: UInt32 = 0
     decided: UInt32 = 0
+
+
+class TeamCell(Message):
+    """One robot of a team: the corners of its newest cell, where the task wants it, where it is told to go.
+
+    ``resting``: it has been silent for so long that it counts as an obstacle. ``stuck``: it stands before others and is
+    sent round them. ``outside_m``: how far it believes itself outside of its cell, negative inside.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TeamCell"
+    name: str = ""
+    number: UInt32 = 0
+    x_m: Float64Array = zeros(0)
+    y_m: Float64Array = zeros(0)
+    goal_x_m: float = 0.0
+    goal_y_m: float = 0.0
+    target_x_m: float = 0.0
+    target_y_m: float = 0.0
+    outside_m: float = 0.0
+    resting: bool = False
+    stuck: bool = False
+
+
+class TeamCells(Message):
+    """The cells of a team after an update."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TeamCells"
+    header: Header = Header()
+    cells: tuple[TeamCell, ...] = ()
+
+
+class TeamStatus(Message):
+    """How a team stands, as its coordinator believes.
+
+    ``arrived`` are within reach of their last goals. ``cost_of_squares`` is how well it is spread, H/H_□: 1 if every
+    robot were amid a square of its own. ``nearest_m`` is the least distance of two stopping segments.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TeamStatus"
+    header: Header = Header()
+    task: str = ""
+    robots: UInt32 = 0
+    arrived: UInt32 = 0
+    stuck: UInt32 = 0
+    resting: UInt32 = 0
+    updates: UInt32 = 0
+    cost_of_squares: float = 0.0
+    nearest_m: float = 0.0
+    outside_m: float = 0.0
+    problem: str = ""
+
+
+class BeginGuidedRequest(Message):
+    """Drive where a coordinator guides the robot from now on.
+
+    ``lockstep_s``: an emulated robot holds sim time at every multiple of it until it is answered; 0: it never does.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Request"
+    request_id: str = ""
+    lockstep_s: float = 0.0
+
+
+class BeginGuidedResponse(Message):
+    """Whether the robot is guided now, or why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Response"
+    success: bool = False
+    message: str = ""
+
+
+class TeamTaskRequest(Message):
+    """A team's task from now on, as JSON of ``touchline.schemas.team.TaskSpec``."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamTask_Request"
+    request_id: str = ""
+    task_json: str = ""
+
+
+class TeamTaskResponse(Message):
+    """Whether the team goes on with that task, or why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamTask_Response"
+    success: bool = False
+    message: str = ""

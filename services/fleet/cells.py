@@ -75,14 +75,24 @@ class BufferedCell(NamedTuple):
     half_planes: Floats
     corners: Floats
 
-    @property
-    def binding(self) -> Floats:
-        """(b, 3) of the half-planes, those that the polygon touches: the others say nothing more."""
+    def binding(self, segment: Floats) -> Floats:
+        """The half-planes that matter to a robot: those that the polygon touches; all, if it is not in that.
+
+        Args:
+            segment: (4,) S of the robot (m).
+
+        Returns:
+            (b, 3)
+        """
         there: Floats = self.half_planes[np.abs(self.half_planes[:, :2]).sum(axis=1) > 0.0]
-        if not len(self.corners):
+        if not all(self._holds(end) for end in segment.reshape(2, 2)):
             return there
         touched: Floats = there[(self.corners @ there[:, :2].T).max(axis=0) >= there[:, 2] - _TOUCHES_M]
         return touched
+
+    def _holds(self, point: Floats) -> bool:
+        """Whether a point (m) is in the polygon."""
+        return len(self.corners) > 0 and float(np.hypot(*(self.nearest(point, point) - point))) <= _TOUCHES_M
 
     def excess_m(self, segment: Floats) -> float:
         """How far a segment (4,), or any part of it, is outside; negative inside, by the least distance to a side."""

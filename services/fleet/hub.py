@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.messages import Guidance, Whereabouts
-from touchline.schemas.messages.team_messages import FIRST_CELL
+from touchline.schemas.messages.team_messages import FIRST_CELL, NOTHING_HEARD_S
 from touchline.services.fleet.aiming import Aiming
 from touchline.services.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.services.fleet.free_area import FreeArea
@@ -153,7 +153,7 @@ class Hub:
         now_s: float = 0.0,
         settings: TeamSettings | None = None,
     ) -> None:
-        """With all robots at rest.
+        """With all robots at rest, and without a cell: who has one of another hub is guided anew first.
 
         Args:
             area: Where they drive.
@@ -179,7 +179,9 @@ class Hub:
         self._aiming = Aiming(task)
 
     def join(self, name: str, there: Whereabouts, now_s: float) -> None:
-        """Take in another robot, which stands; it drives once all others keep off it.
+        """Take in another robot, which stands and has no cell; it drives once all others keep off it.
+
+        Who drives learns of it by the next message: it must not be put down where that one could not stop any more.
 
         Args:
             name: Its name, which nobody has.
@@ -187,8 +189,8 @@ class Hub:
             now_s: Of the hub's clock.
         """
         nowhere = _MadeCell(BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
-        told = _stays(there, there.adopted)
-        self._robots[name] = _Robot(there, now_s, {there.adopted: nowhere}, there.stamp_s, told, rests_within_m=0.0)
+        told = _stays(there, FIRST_CELL)
+        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, rests_within_m=0.0)
         self._robots = {each: self._robots[each] for each in sorted(self._robots)}
 
     def leave(self, name: str) -> None:
@@ -249,12 +251,13 @@ class Hub:
                 number=self._cells_made,
                 target_x_m=x,
                 target_y_m=y,
-                half_planes=one.cell.binding.ravel(),
+                half_planes=one.cell.binding(robot.segment).ravel(),
             )
 
     def say(self) -> dict[str, Guidance]:
         """What to tell the robots now, by name: the same again, until there is something new."""
-        return {name: robot.sent.model_copy(update={"echo_s": robot.echo_s}) for name, robot in self._robots.items()}
+        echoes = {name: max(robot.echo_s, NOTHING_HEARD_S) for name, robot in self._robots.items()}
+        return {name: robot.sent.model_copy(update={"echo_s": echoes[name]}) for name, robot in self._robots.items()}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -270,6 +273,10 @@ class Hub:
     def cells(self) -> dict[str, BufferedCell]:
         """The newest cell of each robot, by name."""
         return {name: robot.using[max(robot.using)].cell for name, robot in self._robots.items()}
+
+    def decided(self, name: str) -> int:
+        """The highest number of a cell that a robot has said to have adopted or refused."""
+        return self._robots[name].newest.decided
 
     @property
     def strays_m(self) -> dict[str, float]:

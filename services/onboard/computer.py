@@ -130,7 +130,7 @@ class Onboard:
 
     @property
     def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator; None if it is not guided or does not know where it is."""
+        """What a guided robot tells its coordinator; None if it is not guided."""
         guided = self._traversal.guided
         return guided.whereabouts if guided is not None else None
 

@@ -154,7 +154,7 @@ class OnboardComputer(Protocol):
 
     @property
     def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator."""
+        """What a guided robot tells its coordinator; None if it is not guided."""
 
     def start(self) -> None:
         """Begin the traversal."""

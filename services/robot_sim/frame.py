@@ -10,7 +10,15 @@ from touchline.schemas import topics
 HEADER: Final = struct.Struct("<IHQ")
 """Bytes of the payload, number of robot and topic, sequence number."""
 
-_OTHERS: Final = (topics.PLANNER_PROGRESS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
+_OTHERS: Final = (
+    topics.PLANNER_PROGRESS,
+    topics.SUPERVISOR_EVENTS,
+    topics.DIAGNOSTICS,
+    topics.GUIDANCE,
+    topics.TEAM_SETUP,
+    topics.TEAM_CELLS,
+    topics.TEAM_STATUS,
+)
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
 """What the robot publishes by way of the sender."""
 NUMBERS: Final = {topic.name: number for number, topic in enumerate(CARRIED)}

@@ -22,6 +22,7 @@ MAGNETIC_FIELD: Final = FixedLayout(m.MagneticField, {"header.frame_id": IMU_FRA
 ODOMETRY: Final = FixedLayout(m.Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
 ESTIMATOR: Final = FixedLayout(m.EstimatorStatus, {"header.frame_id": MAP_FRAME})
 SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
+WHEREABOUTS: Final = FixedLayout(m.Whereabouts, {"header.frame_id": MAP_FRAME})
 AREA: Final = FixedLayout(m.AreaProgress, {"header.frame_id": MAP_FRAME})
 BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
 

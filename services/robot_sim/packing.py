@@ -84,6 +84,12 @@ def positions(sensors: Sensors) -> list[Payload]:
     return fixes + [camera_pose(sample) for sample in sensors.camera_poses]
 
 
+def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:
+    """What a guided robot tells its coordinator."""
+    _, *values = (getattr(said, name) for name in type(said).model_fields)
+    return layouts.WHEREABOUTS.pack(*time, *values)
+
+
 def battery(time: Stamp, emulator: Emulator) -> bytes:
     """The battery, its voltage linear in its charge."""
     state, capacity_wh = emulator.world.state, emulator.vehicle.body.battery_wh

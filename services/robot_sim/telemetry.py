@@ -23,7 +23,7 @@ from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.packing import Payload, Stamp, battery, header, positions, stamp
+from touchline.services.robot_sim.packing import Payload, Stamp, battery, header, positions, stamp, whereabouts
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
@@ -32,6 +32,7 @@ from touchline.services.robot_sim.tick_log import Rows, period
 from touchline.services.robot_sim.world.world import held
 
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
+WHEREABOUTS_TICKS: Final = period(topics.WHEREABOUTS)
 _CLOCK_TICKS: Final = period(topics.CLOCK)
 _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
@@ -205,6 +206,8 @@ class Telemetry:
         due: list[Payload] = []
         if tick % _ESTIMATOR_TICKS == 0:
             due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*time, *emulator.onboard.consistency)))
+        if tick % WHEREABOUTS_TICKS == 0 and (said := emulator.onboard.whereabouts) is not None:
+            due.append((topics.WHEREABOUTS, whereabouts(time, said)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
         if tick % _BATTERY_TICKS == 0:

@@ -120,6 +120,7 @@ class Team:
         self.keepers = {name: CellKeeper(TEAM_LIMITS) for name in self.names}
         self.to_hub: list[Letter] = []
         self.to_robots: list[Letter] = []
+        self._aim()
 
     @property
     def now_s(self) -> float:
@@ -137,6 +138,7 @@ class Team:
         self.states, self.driven_m = np.vstack((self.states, state)), np.append(self.driven_m, 0.0)
         self.keepers[name] = CellKeeper(TEAM_LIMITS)
         self.hub.join(name, self._at(state), self.now_s)
+        self._aim()
 
     def leave(self, name: str) -> None:
         """A robot is carried off."""
@@ -146,6 +148,7 @@ class Team:
         del self.keepers[name]
         self.to_hub, self.to_robots = ([each for each in box if each.name != name] for box in self._boxes)
         self.hub.leave(name)
+        self._aim()
 
     def may_drive(self, name: str) -> bool:
         keeper = self.keepers[name]
@@ -196,17 +199,24 @@ class Team:
         if told_now:
             for name, message in self.hub.say().items():
                 self._post(self.to_robots, name, message)
-        for _, name, message in self._come(self.to_robots):
-            if name in awake:
-                self.keepers[name].receive(message, segments[name])
+        if come := self._come(self.to_robots):
+            for _, name, message in come:
+                if name in awake:
+                    self.keepers[name].receive(message, segments[name])
+            self._aim()
+
+    def _aim(self) -> None:
+        """See to it that all drive by what they have been told."""
+        keepers = [self.keepers[name] for name in self.names]
+        self._rows = stacked([keeper.half_planes for keeper in keepers])
+        self._targets = np.array([keeper.target_m for keeper in keepers])
 
     def _drive(self) -> None:
-        keepers = [self.keepers[name] for name in self.names]
-        rows = stacked([keeper.half_planes for keeper in keepers])
-        targets = np.array([keeper.target_m for keeper in keepers])
         may_drive = np.array([self.may_drive(name) for name in self.names])
         before = self.states[:, :2].copy()
-        self.closest_m = min(self.closest_m, drive(self.states, rows, targets, may_drive, LIMITS, TICK_S, 1))
+        self.closest_m = min(
+            self.closest_m, drive(self.states, self._rows, self._targets, may_drive, LIMITS, TICK_S, 1)
+        )
         self.driven_m += np.hypot(*(self.states[:, :2] - before).T)
 
 

@@ -155,9 +155,11 @@ def test_the_half_planes_that_bind_say_all_that_all_do(area, robots):
         if free.contains(line(row)) and all(line(row).distance(line(other)) > 1e-3 for other in kept):
             kept.append(row)
     for cell, row in zip(buffered_cells(np.array(kept), area, 0.2), kept, strict=True):
-        binding = BufferedCell(cell.binding, cell.corners)
+        binding = BufferedCell(cell.binding(row), cell.corners)
         assert len(binding.half_planes) <= np.count_nonzero(np.abs(cell.half_planes[:, :2]).sum(axis=1))
-        assert {tuple(each) for each in cell.binding.tolist()} <= {tuple(each) for each in cell.half_planes.tolist()}
+        assert {tuple(each) for each in binding.half_planes.tolist()} <= {
+            tuple(each) for each in cell.half_planes.tolist()
+        }
         near = row[:2] + rng.normal(0.0, 0.5, (300, 2))
         inside = rng.dirichlet(np.ones(len(cell.corners)), 100) @ cell.corners
         for point in np.vstack((near, inside, rng.uniform(-9.0, 15.0, (300, 2)))):
@@ -168,11 +170,19 @@ def test_the_half_planes_that_bind_say_all_that_all_do(area, robots):
 def test_half_planes_that_another_makes_superfluous_do_not_bind():
     row = segments((1, 2, 1, 2), (2, 2, 2, 2), (3.9, 2, 3.9, 2))
     cell = buffered_cells(row, square(6.0), 0.2)[0]
-    assert sorted(cell.binding.tolist()) == pytest.approx(
+    assert sorted(cell.binding(row[0]).tolist()) == pytest.approx(
         np.array(sorted([(1.0, 0.0, 1.3), (-1.0, 0.0, -0.2), (0.0, 1.0, 5.8), (0.0, -1.0, -0.2)]))
     )
     nothing_left = BufferedCell(cell.half_planes, np.zeros((0, 2)))
-    assert len(nothing_left.binding) == np.count_nonzero(np.abs(cell.half_planes[:, :2]).sum(axis=1)) == 6
+    assert len(nothing_left.binding(row[0])) == np.count_nonzero(np.abs(cell.half_planes[:, :2]).sum(axis=1)) == 6
+
+
+def test_all_half_planes_bind_who_is_outside_the_area():
+    """Clipped by the area's hull, the polygon says nothing of what others keep to out there."""
+    rows = segments((1, -1, 1, -1), (1, -0.5, 1, -0.5))
+    cell = buffered_cells(rows, square(4.0), 0.2)[1]
+    binding = BufferedCell(cell.binding(rows[1]), cell.corners)
+    assert binding.excess_m(rows[0]) == cell.excess_m(rows[0]) > 0.4
 
 
 def test_a_cell_ends_at_a_corner_that_it_cannot_see_round():

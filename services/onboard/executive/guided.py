@@ -81,11 +81,12 @@ class GuidedDrive:
         return complex(x[m.EAST], x[m.NORTH]), complex(stop)
 
     @property
-    def whereabouts(self) -> Whereabouts | None:
-        """What to tell the coordinator after the last tick; None until the robot has found out where it is."""
+    def whereabouts(self) -> Whereabouts:
+        """What to tell the coordinator after the last tick."""
+        stamp_s = self._estimator.times.tick / TICKS_PER_S
         if not self._aligned:
-            return None
-        return self._keeper.say(self._estimator.times.tick / TICKS_PER_S, self._stopping_segment())
+            return Whereabouts(stamp_s=stamp_s, aligned=False)
+        return self._keeper.say(stamp_s, self._stopping_segment())
 
     def run(self) -> Step:
         """One tick towards the target, as `guided_tick.guide`."""

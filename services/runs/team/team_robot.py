@@ -29,6 +29,16 @@ class TeamRobot:
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.COLUMNS))
 
+    def begin_guided(self) -> None:
+        """Be guided from now on.
+
+        Raises:
+            CommandRefused: Such a robot cannot be.
+        """
+        self.emulator.begin_guided()
+        if self.telemetry is not None:
+            self.telemetry.begin([])
+
     def drive(self, ticks: int, places: Floats) -> None:
         """Let ticks pass.
 

@@ -16,20 +16,19 @@ from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.coordination import LOST_S, Coordination
 from touchline.services.fleet.density import Density
-from touchline.services.fleet.hub import Hub, TeamSettings
-from touchline.services.fleet.lloyd import deployment
+from touchline.services.fleet.hub import Hub
+from touchline.services.fleet.lloyd import EVEN, deployment
+from touchline.services.fleet.radio import Radio
 from touchline.services.fleet.starts import free_area, starts
-from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
+from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.services.runs.team.body_contacts import BodyContacts
-from touchline.services.runs.team.radio import Radio
 from touchline.services.runs.team.team_robot import TeamRobot
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
-LOST_S: Final = 30.0
-"""Sim time: robots that stand for so long without knowing where will not drive."""
 SAYING_TICKS: Final = 10
 """Between two messages of a robot, where messages may be lost or late."""
 _TOUCH_S: Final = 1.0
@@ -94,71 +93,61 @@ class TeamRun:
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = 0
         self._update_ticks = round(100 * team.update_s)
-        self._task: TeamTask | None = None
-        self._density = Deploy(self.area)
+        self._coordination = Coordination(team, self.area)
+        self._to_hub: Radio[Whereabouts] = Radio(team.links, team.world.seed, _TO_HUB)
+        self._to_robots: Radio[Guidance] = Radio(team.links, team.world.seed, _TO_ROBOTS)
+        self._begun_s = math.nan
 
     @property
     def task(self) -> TeamTask:
         """What the team does, once it has begun."""
-        assert self._task is not None, "the robots know where they are"
-        return self._task
+        assert self._coordination.task is not None, "the robots know where they are"
+        return self._coordination.task
 
     def run(self, progress: Progress = lambda done, doing: None) -> None:
         """From the start to the end.
 
         Raises:
-            CommandRefused: A robot does not find out where it stands.
+            CommandRefused: A robot does not find out where it stands, or cannot be guided.
             SegmentsMeet: A robot has not kept to its cell.
         """
-        hub = self._begin()
-        seed, links = self.team.world.seed, self.team.links
-        to_hub: Radio[Whereabouts] = Radio(links, seed, _TO_HUB)
-        to_robots: Radio[Guidance] = Radio(links, seed, _TO_ROBOTS)
-        step = self._update_ticks if links.lossless else SAYING_TICKS
-        first, last = self.ticks, self.ticks + round(100 * self.team.duration_s)
-        while self.ticks < last:
-            since = self.ticks - first
-            for name in self.names:
-                if (said := self.robots[name].emulator.onboard.whereabouts) is not None:
-                    to_hub.send(self.ticks, name, said)
-            for name, said in to_hub.arrived(self.ticks):
-                hub.receive(name, said, self.ticks / 100.0)
-            if since % self._update_ticks == 0:
-                hub.update(self.ticks / 100.0)
-                self._note(hub, since / 100.0)
-                progress(since / (last - first), f"{len(self.names)} robots, {since / 100:.0f} s")
-                if not math.isnan(self.trace.arrived_s):
-                    return
-            for name, told in hub.say().items():
-                to_robots.send(self.ticks, name, told)
-            for name, told in to_robots.arrived(self.ticks):
-                self.robots[name].emulator.onboard.take_guidance(told)
-            self._drive(step)
-
-    def _begin(self) -> Hub:
-        """Let all find out where they are."""
         for robot in self.robots.values():
-            robot.emulator.begin_guided()
-        told: dict[str, Whereabouts] = {}
-        while len(told) < len(self.names):
-            if self.ticks > 100 * LOST_S:
-                lost = next(name for name in self.names if name not in told)
-                raise CommandRefused(
-                    f"{lost} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
-                )
-            self._drive(self._update_ticks)
-            said = {name: robot.emulator.onboard.whereabouts for name, robot in self.robots.items()}
-            told = {name: each for name, each in said.items() if each is not None}
+            robot.begin_guided()
+        step = self._update_ticks if self.team.links.lossless else SAYING_TICKS
+        while self._coordination.hub is None:
+            self._drive(step)
+            self._exchange()
+            self._check_not_lost()
         self.trace.driven_m[:] = 0.0
-        places = {name: (each.x_m, each.y_m) for name, each in told.items()}
-        self._task = task_of(self.team.task, self.area, places)
-        if isinstance(self._task, Deploy):
-            self._density = self._task
-        drive = self.team.vehicle.drive
-        settings = TeamSettings(
-            self.team.radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, self.team.onboard.team.lease_s
-        )
-        return Hub(self.area, self._task, told, self.ticks / 100.0, settings)
+        first, last = self.ticks, self.ticks + round(100 * self.team.duration_s)
+        while self.ticks < last and math.isnan(self.trace.arrived_s):
+            self._drive(step)
+            self._exchange()
+            since = self.ticks - first
+            progress(since / (last - first), f"{len(self.names)} robots, {since / 100:.0f} s")
+
+    def _exchange(self) -> None:
+        """Messages there, an update if it is due, and messages back."""
+        tick, now_s, coordination = self.ticks, self.ticks / 100.0, self._coordination
+        for name in self.names:
+            if (said := self.robots[name].emulator.onboard.whereabouts) is not None:
+                self._to_hub.send(tick, name, said)
+        for name, said in self._to_hub.arrived(tick):
+            coordination.hear(name, said, now_s)
+        if tick % self._update_ticks == 0:
+            coordination.update(now_s)
+            if coordination.hub is not None:
+                self._note(coordination.hub)
+        for name, told in coordination.say().items():
+            self._to_robots.send(tick, name, told)
+        for name, told in self._to_robots.arrived(tick):
+            self.robots[name].emulator.onboard.take_guidance(told)
+
+    def _check_not_lost(self) -> None:
+        if self.ticks > 100 * LOST_S and (lost := self._coordination.waits_for):
+            raise CommandRefused(
+                f"{lost[0]} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
+            )
 
     def _drive(self, ticks: int) -> None:
         """Let ticks pass for all; who touches another has its bumper pressed from then on."""
@@ -179,8 +168,11 @@ class TeamRun:
         """(n, 2) where the robots truly are (m)."""
         return np.array([self.robots[name].emulator.world.pose[:2] for name in self.names])
 
-    def _note(self, hub: Hub, time_s: float) -> None:
+    def _note(self, hub: Hub) -> None:
         trace, places = self.trace, self.places()
+        if not trace.times_s:
+            self._begun_s = self.ticks / 100.0
+        time_s = self.ticks / 100.0 - self._begun_s
         trace.times_s.append(time_s)
         trace.places.append(places)
         trace.cost.append(deployment(places, self.area, self.density).cost)
@@ -200,7 +192,7 @@ class TeamRun:
     @property
     def density(self) -> Density:
         """φ of the task, or an even one."""
-        return self._density.density
+        return self.task.density if isinstance(self.task, Deploy) else EVEN
 
     @property
     def hashes(self) -> dict[str, str]:

@@ -1,0 +1,73 @@
+"""A guided robot's link to its team's coordinator over the bus; in lockstep, sim time is held until that answers."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.schemas.messages import Guidance
+from touchline.services.bus import Bus
+from touchline.services.robot_sim.emulator import Emulator
+
+PATIENCE_S: Final = 2.0
+"""Wall clock: a coordinator that has not answered for so long is waited for no more, until it answers again."""
+_NEVER: Final = 1 << 30
+
+
+class GuidedLink:
+    """See the module.
+
+    Args:
+        bus: Of the robot.
+        emulator: The robot.
+    """
+
+    def __init__(self, bus: Bus, emulator: Emulator) -> None:
+        self._inbox = bus.inbox([topics.GUIDANCE])
+        self._emulator = emulator
+        self._step = 0
+        self._answered_tick = -1
+        self._held_since_s = math.inf
+        self._waits = True
+
+    def begin(self, lockstep_s: float) -> None:
+        """The robot is guided from now on; at every multiple of a time (s) it waits for an answer, if that is not 0."""
+        self._inbox.drain()
+        self._step = round(100 * lockstep_s)
+        self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
+
+    def turn(self) -> None:
+        """Take what the coordinator has sent."""
+        for _, message in self._inbox.messages():
+            if isinstance(message, Guidance):
+                self._emulator.onboard.take_guidance(message)
+                stamp = message.header.stamp
+                self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
+
+    def ticks_ahead(self) -> int:
+        """How many ticks may pass before the next answer is needed."""
+        if not self._step or self._emulator.onboard.whereabouts is None:
+            return _NEVER
+        return self._step - self._emulator.tick_count % self._step
+
+    def held(self, now_s: float) -> bool:
+        """Whether sim time has to wait for an answer.
+
+        Args:
+            now_s: Monotonic wall time.
+        """
+        tick = self._emulator.tick_count
+        at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
+        if not at_gate or self._emulator.onboard.whereabouts is None:
+            self._held_since_s = math.inf
+            self._waits = self._waits or self._answered_tick == tick
+            return False
+        self.turn()
+        if self._answered_tick >= tick:
+            self._waits = True
+            return False
+        self._held_since_s = min(self._held_since_s, now_s)
+        if now_s - self._held_since_s > PATIENCE_S:
+            self._waits = False
+        return self._waits
