@@ -18,6 +18,7 @@ from tests.fleet.teams import (
     swapped,
     whereabouts,
 )
+from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 from touchline.services.fleet.hub import Hub
 from touchline.services.fleet.lloyd import deployment
 from touchline.services.fleet.tasks import Deploy, GoalLists
@@ -83,7 +84,7 @@ def test_a_robot_joins_from_outside_while_others_change_places(weather: Weather,
     assert team.closest_m >= APART_M - 1e-6
 
 
-def test_a_robot_that_joins_is_heard_when_what_it_said_before_must_have_come() -> None:
+def test_a_robot_that_joins_may_drive_when_it_keeps_to_a_cell_that_all_others_keep_off() -> None:
     hub = Hub(square(6.0), GoalLists({NEW: [(5.0, 1.0)]}), {"tb01": whereabouts((1.0, 1.0))})
     hub.update(0.0)
     hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=0.1, adopted=1, decided=1), 0.1)
@@ -109,8 +110,10 @@ def test_a_robot_that_joins_is_heard_when_what_it_said_before_must_have_come() -
     hub.update(4.9)
     new = hub.say()[NEW]
     assert new.number > 0
-    assert new.echo_s == 50.0
+    assert new.echo_s == NOTHING_HEARD_S
     assert new.target_x_m == pytest.approx(5.0)
+    hub.receive(NEW, whereabouts((3.0, 1.0), stamp_s=55.0, adopted=new.number, decided=new.number), 5.0)
+    assert hub.say()[NEW].echo_s == 55.0
 
 
 @WEATHERS
