@@ -1,6 +1,9 @@
 """``touchline fleet``: teams of robots that share an area."""
 
+import tempfile
 import time
+from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -9,15 +12,19 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
-from touchline.services.cli.display import progress_bar, say
+from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.number_list import numbers_of
-from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
+from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, speed_factor
 from touchline.services.cli.output_choice import deliver
+from touchline.services.cli.run_command import Terminal
 from touchline.services.cli.sweep_command import WorkersChoice, collect
 from touchline.services.cli.sweep_output import SweepOutput
 from touchline.services.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
+from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.writing import check_recordable
+from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, severity_of
 
 
 def register(app: typer.Typer) -> None:
@@ -25,6 +32,7 @@ def register(app: typer.Typer) -> None:
     fleet = typer.Typer(no_args_is_help=True, help="Teams of robots that share an area and never touch.")
     fleet.command("team")(team)
     fleet.command("simulate")(with_groups(simulate))
+    fleet.command("run")(with_groups(run))
     fleet.command("sweep")(with_groups(sweep))
     app.add_typer(fleet, name="fleet")
 
@@ -59,6 +67,58 @@ def simulate(
     deliver(f"Team of {len(run.names)}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
+
+
+def run(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    speed: SpeedOption = "max",
+    apart: Annotated[bool, typer.Option("--processes", help="A process for each robot, not one for all.")] = False,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
+    ] = None,
+    *,
+    choice: TeamChoice,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive a team over Zenoh: coordinator, emulated robots and bridge as processes, in lockstep, recorded."""
+    from touchline.services.fleet.starts import free_area, starts
+    from touchline.services.runs.team.team_on_bus import TeamOnBus
+
+    check_recordable(record)
+    chosen = choice.chosen(robots, seed)
+    places = starts(chosen, free_area(chosen))
+    setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
+    with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
+        file = Path(folder) / "team.json"
+        file.write_text(chosen.model_dump_json(), encoding="utf-8")
+        options = ProcessOptions(
+            apart=apart,
+            recordings=record.parent if record else None,
+            coordinator=["--team", str(file), "--lockstep"],
+        )
+        with local_system(setups, options=options) as system:
+            advance(0.0, "Starting")
+            system.wait_until_ready(say)
+            buses = {bus.namespace: bus for bus in system.buses}
+            watcher = Terminal(advance, partial(_watch, system))
+            figures = TeamOnBus(buses, chosen, watcher, speed_factor(speed), record).run()
+    deliver(f"Team of {len(setups)}", figures, report, as_json)
+    if not figures["success"]:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def _watch(system: LocalSystem) -> None:
+    """Tell what happens to the services.
+
+    Raises:
+        JobFailed: One has died.
+    """
+    for notice in system.poll():
+        print_event(severity_of(notice), notice.text)
+        if notice.kind == "died":
+            raise JobFailed(notice.text)
 
 
 def sweep(

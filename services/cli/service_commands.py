@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.errors import TouchlineError
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.team import TeamScenario
 from touchline.services.bus import BusConfig
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice, VehicleChoice
@@ -30,6 +32,7 @@ def register(app: typer.Typer) -> None:
     app.command("planner")(with_groups(planner))
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
+    app.command("coordinator")(coordinator)
     app.command("tui")(tui)
 
 
@@ -80,6 +83,23 @@ def bridge(
     if report is not None:
         figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
         typer.echo(json.dumps(figures | ({"problem": report.problem} if report.problem else {})))
+
+
+def coordinator(
+    team: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="JSON file of the team (docs/fleet.md); default: tb1 to tb10, to deploy."),
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Emulated robots' sim time waits for the coordinator: reproducible.")
+    ] = False,
+    supervisor: SupervisorOption = None,
+) -> None:
+    """Coordinate a team of robots on the bus from the first task on, until Ctrl-C."""
+    from touchline.services.fleet.service import run_service
+
+    told = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
+    run_service(told, lockstep=lockstep, supervisor=supervisor)
 
 
 def tui(robot: SomeRobotsOption = None) -> None:

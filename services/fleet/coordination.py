@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
+
+import numpy as np
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Guidance, TeamCell, Whereabouts
@@ -10,7 +13,7 @@ from touchline.schemas.messages.team_messages import FIRST_CELL
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub, TeamSettings
-from touchline.services.fleet.tasks import TeamTask, task_of
+from touchline.services.fleet.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
 
 LOST_S: Final = 30.0
 """Sim time: robots that stand for so long without knowing where will not drive."""
@@ -37,6 +40,7 @@ class Coordination:
     def __init__(self, team: TeamScenario, area: FreeArea) -> None:
         self._team, self._area = team, area
         self._first: dict[str, Whereabouts] = {}
+        self._begun_s = math.inf
         self.hub: Hub | None = None
         self.task: TeamTask | None = None
 
@@ -77,7 +81,12 @@ class Coordination:
                 return
             self.task = task_of(self._team.task, self._area, _places(self._first))
             self.hub = Hub(self._area, self.task, self._first, now_s, settings_of(self._team))
+            self._begun_s = now_s
         self.hub.update(now_s)
+
+    def set_first_task(self, spec: TaskSpec) -> None:
+        """What the team is to do once all know where they are."""
+        self._team = self._team.model_copy(update={"task": spec})
 
     def set_task(self, spec: TaskSpec) -> None:
         """Go on with another task.
@@ -90,6 +99,25 @@ class Coordination:
         places = dict(zip(self.hub.names, ((float(x), float(y)) for x, y in self.hub.places), strict=True))
         self.task = task_of(spec, self._area, places)
         self.hub.set_task(self.task)
+
+    def arrived(self) -> list[str]:
+        """Who believes to be at its last goal; nobody if the task has none."""
+        if self.hub is None or not isinstance(self.task, GoalLists):
+            return []
+        last = self.task.last
+        at = zip(self.hub.names, self.hub.places, strict=True)
+        return [name for name, place in at if np.hypot(*(place - last.get(name, place))) <= ARRIVED_M]
+
+    def finished(self, now_s: float) -> bool:
+        """Whether the team has had its time, or all believe to be at their last goals.
+
+        Args:
+            now_s: Sim time.
+        """
+        if self.hub is None:
+            return False
+        late = now_s - self._begun_s >= self._team.duration_s - 1e-6
+        return late or len(self.arrived()) == len(self.hub.names)
 
     @property
     def waits_for(self) -> tuple[str, ...]:

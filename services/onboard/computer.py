@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.messages import Guidance, Trajectory, Whereabouts
+from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import Computer, ComputerState
@@ -132,7 +132,8 @@ class Onboard:
     def whereabouts(self) -> Whereabouts | None:
         """What a guided robot tells its coordinator; None if it is not guided."""
         guided = self._traversal.guided
-        return guided.whereabouts if guided is not None else None
+        over = self._traversal.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
+        return guided.whereabouts if guided is not None and not over else None
 
     def start(self) -> None:
         """Begin the traversal."""

@@ -18,6 +18,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
 from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator, LoadedJob, Taking
+from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.journal_keeper import JournalKeeper
 from touchline.services.robot_sim.packing import Payload, header
@@ -26,6 +27,8 @@ from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0
 """Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+LOCKSTEP_MOST_S: Final = 10.0
+"""Longest time between two answers that a guided robot waits for."""
 REPLACING_BYTES: Final = 256 * 1024
 """A load that takes over under way is no larger: it is read while the robot drives."""
 
@@ -54,13 +57,13 @@ class Ready(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A service that takes a trajectory: `prepare` in any thread, `take` between ticks, or `refuse` with a reason.
+    """A service whose request needs time: `prepare` in any thread, `take` between ticks, or `refuse` with a reason.
 
     What `take` returns is the answer; None: that is still to come.
     """
 
-    prepare: Callable[[Any], Ready]
-    take: Callable[[Ready], Message | None]
+    prepare: Callable[[Any], Any]
+    take: Callable[[Any], Message | None]
     refuse: Callable[[str], Message]
 
 
@@ -72,6 +75,7 @@ class Commands:
         telemetry: Its voice.
         set_speed: Called with a new, checked speed factor.
         journal: Where progress is kept for a process that comes after this one.
+        guided: Told when the robot begins to be guided, and every how many seconds it waits for an answer.
 
     Attributes:
         handlers: Per service, the function from request to response.
@@ -86,8 +90,10 @@ class Commands:
         telemetry: Telemetry,
         set_speed: Callable[[float], None],
         journal: Journal | None = None,
+        guided: Callable[[float], None] = lambda lockstep_s: None,
     ) -> None:
         self._progress = JournalKeeper(emulator, journal)
+        self._guided = guided
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
@@ -108,6 +114,7 @@ class Commands:
         self.loads: dict[Service[Any, Any], Load] = {
             topics.LOAD: Load(self.prepare_load, self.load, self.refuse_load),
             topics.START_TRAVERSAL: Load(self.prepare_start, self.start_traversal, self.refuse_start),
+            topics.BEGIN_GUIDED: Load(self.prepare_guided, self.begin_guided, self.refuse_guided),
         }
 
     def check_load(self, size_bytes: int) -> str:
@@ -197,6 +204,32 @@ class Commands:
         """The answer to a start that is not made; the reason, for which it has no room, goes to the event log."""
         self.tell(m.Event.ERROR, "start-refused", reason)
         return m.StartTraversalResponse(total_time=0.0, success=False)
+
+    def prepare_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedRequest:
+        """Check a request, and compile what guided driving needs.
+
+        Raises:
+            CommandRefused: It cannot be meant.
+        """
+        if not (math.isfinite(request.lockstep_s) and 0.0 <= request.lockstep_s <= LOCKSTEP_MOST_S):
+            raise CommandRefused(f"lockstep_s is {request.lockstep_s}; give 0, or up to {LOCKSTEP_MOST_S:g} s")
+        warm_up_guided(self._emulator.setup)
+        return request
+
+    def begin_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedResponse:
+        """Be guided by a coordinator from now on."""
+        try:
+            self._emulator.begin_guided()
+        except CommandRefused as error:
+            return self.refuse_guided(str(error))
+        self.trajectory = m.Trajectory()
+        self.told += self._telemetry.begin([])
+        self._guided(request.lockstep_s)
+        return m.BeginGuidedResponse(success=True, message="guided")
+
+    def refuse_guided(self, reason: str) -> m.BeginGuidedResponse:
+        """The answer if it is not guided."""
+        return m.BeginGuidedResponse(success=False, message=reason)
 
     def note_progress(self) -> list[Payload]:
         """Keep the journal, after every tick or every few, but before the paint of these is published.

@@ -13,7 +13,7 @@ from touchline.schemas.messages.base import Message
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.command_handlers import Handler
 
-GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
+GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER, topics.COORDINATOR))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""
 WATCHDOG_S: Final = 0.2
 """Not commanded for so long in real time, valve and wheels stop by themselves."""

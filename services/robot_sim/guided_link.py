@@ -10,7 +10,7 @@ from touchline.schemas.messages import Guidance
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.emulator import Emulator
 
-PATIENCE_S: Final = 2.0
+PATIENCE_S: Final = 10.0
 """Wall clock: a coordinator that has not answered for so long is waited for no more, until it answers again."""
 _NEVER: Final = 1 << 30
 

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.services.bus import ServedCall
-from touchline.services.robot_sim.command_handlers import Load, Ready
+from touchline.services.robot_sim.command_handlers import Load
 
 WAITING: Final = 2
 """Beside the one that is being prepared; more are told to come back."""
@@ -21,7 +21,7 @@ class Prepared(NamedTuple):
 
     call: ServedCall[Any, Any]
     load: Load
-    ready: Ready | PayloadError | CommandRefused | SpecError | None
+    ready: Any
 
 
 class Loader:
@@ -67,7 +67,7 @@ class Loader:
             self._done.put(Prepared(call, load, _made_ready(call, load)))
 
 
-def _made_ready(call: ServedCall[Any, Any], load: Load) -> Ready | PayloadError | CommandRefused | SpecError | None:
+def _made_ready(call: ServedCall[Any, Any], load: Load) -> Any:
     """What came of it; None for what nobody foresaw, which is written to the log and must not end the robot."""
     try:
         return load.prepare(call.request)

@@ -19,6 +19,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.goals import Goals
 from touchline.services.robot_sim.guards import WATCHDOG_S, LatchGuard, LinkWatch, Watchdog
+from touchline.services.robot_sim.guided_link import GuidedLink
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
 from touchline.services.robot_sim.lockstep import Lockstep
@@ -118,7 +119,8 @@ class RobotProcess:
         self._rate = RateMeter()
         self._watchdog = Watchdog()
         self._outlet = outlet
-        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
+        self._guided = GuidedLink(bus, self._emulator)
+        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, self._guided.begin)
         latch = LatchGuard()
         handlers = self._commands.handlers
         handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
@@ -200,7 +202,11 @@ class RobotProcess:
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and self._time_passes:
-            done = self._runner.step(self._telemetry.until_due(ticks), self._telemetry.rows)
+            if self._guided.held(time.monotonic()):
+                self._pacer.give_back(ticks)
+                return
+            most = min(ticks, self._guided.ticks_ahead())
+            done = self._runner.step(self._telemetry.until_due(most), self._telemetry.rows)
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
             ticks -= done
@@ -222,6 +228,7 @@ class RobotProcess:
                     break
                 self._begin_load(call, server)
         self._goals.turn()
+        self._guided.turn()
         self._publish(self._commands.take())
         while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)

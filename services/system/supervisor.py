@@ -59,12 +59,14 @@ class Child:
         arguments: ``touchline`` arguments that run it.
         patience_s: It is killed, and started again, when its loop has not turned for this long.
         robot: Namespace of the one robot that it serves; empty if it serves all of the system's.
+        beside: Namespaces that it serves beside those.
     """
 
     node: str
     arguments: Sequence[str]
     patience_s: float
     robot: str = ""
+    beside: tuple[str, ...] = ()
     process: subprocess.Popen[bytes] | None = None
     ended: subprocess.Popen[bytes] | None = None
     """The process before, of which something may still run: the robot's sender, that publishes what was said last."""
@@ -201,7 +203,8 @@ class Supervisor:
         child.seen = child.hangs = child.killed = False
 
     def _config_of(self, child: Child) -> BusConfig:
-        return self._config.of(child.robot) if child.robot else self._config
+        served = (child.robot,) if child.robot else self._config.namespaces
+        return self._config.of(*served, *child.beside)
 
     def _schedule_restart(self, child: Child, now: float) -> None:
         child.failures = 0 if now - child.started_at > _HEALTHY_S else child.failures + 1

@@ -132,12 +132,14 @@ class ProcessOptions:
         bridge: Further options of ``touchline bridge``.
         recordings: The folder of recordings; by default the present one.
         apart: Whether each robot has a process of its own.
+        coordinator: Options of ``touchline coordinator``, if there is to be one.
     """
 
     robot_sim: Sequence[str] = ()
     bridge: Sequence[str] = ()
     recordings: Path | None = None
     apart: bool = False
+    coordinator: Sequence[str] | None = None
 
 
 _USUAL = ProcessOptions()
@@ -168,15 +170,26 @@ def local_system(
         children = [
             *_robot_children(robots, options, state, private=private),
             Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S),
-            Child(topics.BRIDGE, ["bridge", *options.bridge, "--recordings", str(recordings)], _PATIENCE_S),
+            Child(
+                topics.BRIDGE,
+                ["bridge", *options.bridge, "--recordings", str(recordings)],
+                _PATIENCE_S,
+                beside=(topics.TEAM_NAMESPACE,) if options.coordinator is not None else (),
+            ),
         ]
+        if options.coordinator is not None:
+            command = ["coordinator", *options.coordinator]
+            children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
         # The bus first: should its endpoint be of no use, that is told before anything is started.
         with Bus.open_all(join_as, config) as buses:
             supervisor = Supervisor(children, config, state)
             supervisor.start()
             try:
                 health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
-                yield LocalSystem(buses, supervisor, {bus.namespace: bus.presence() for bus in buses}, health)
+                presences = {bus.namespace: bus.presence() for bus in buses}
+                if options.coordinator is not None:
+                    presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
+                yield LocalSystem(buses, supervisor, presences, health)
             finally:
                 supervisor.stop()
 

@@ -52,6 +52,10 @@ class ScriptedOnboard:
     spraying = False
     painted = PaintBelief()
 
+    @property
+    def whereabouts(self):
+        return None
+
     def check_load(self):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")

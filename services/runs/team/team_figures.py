@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +27,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
     trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
     task = {"deploy": _deployed(run)} if isinstance(run.task, Deploy) else {}
     if isinstance(run.task, GoalLists):
-        task["goals"] = {"arrived": int(run.arrived.sum()), "all_arrived_s": _number(trace.arrived_s)}
+        task["goals"] = {"arrived": int(run.arrived.sum()), "ended_s": trace.ended_s}
     stopped = _stopped(run)
     return {
         "success": not _why_not(run),
@@ -51,7 +53,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,
         "wall_time_s": wall_time_s,
-        "hash": {"session": run.session_hash, "robots": run.hashes},
+        "hash": hash_of(run.hashes),
     }
 
 
@@ -78,8 +80,8 @@ def _deployed(run: TeamRun) -> dict[str, Any]:
 
 def _stopped(run: TeamRun) -> dict[str, str]:
     """Who does not drive any more, and why, by name."""
-    found = {name: robot.emulator.onboard.status for name, robot in run.robots.items()}
-    return {name: status.reason for name, status in found.items() if status.reason}
+    found = {name: robot.stopped for name, robot in run.robots.items()}
+    return {name: reason for name, reason in found.items() if reason}
 
 
 def _why_not(run: TeamRun) -> str:
@@ -92,6 +94,12 @@ def _why_not(run: TeamRun) -> str:
         missing = [name for name, there in zip(run.names, run.arrived, strict=True) if not there]
         return f"{len(missing)} robots have not arrived: {', '.join(missing[:5])}"
     return ""
+
+
+def hash_of(robots: Mapping[str, str]) -> dict[str, Any]:
+    """The sessions' hashes, by name, and one of them all, whatever the order in which robots are listed."""
+    lines = "".join(f"{name} {digest}\n" for name, digest in sorted(robots.items()))
+    return {"session": hashlib.sha256(lines.encode()).hexdigest()[:16] if lines else "", "robots": dict(robots)}
 
 
 def _number(value: float) -> float | None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import Emulator
@@ -20,12 +24,14 @@ class TeamRobot:
     Attributes:
         emulator: The robot.
         telemetry: What it tells, if that is to be hashed.
+        stopped: Why it did not drive any more in the end, if so.
     """
 
     def __init__(self, setup: Setup, *, hashed: bool) -> None:
         """It stands at its scenario's start."""
         self.emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
         self.telemetry = Telemetry(self.emulator) if hashed else None
+        self.stopped = ""
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.COLUMNS))
 
@@ -38,6 +44,23 @@ class TeamRobot:
         self.emulator.begin_guided()
         if self.telemetry is not None:
             self.telemetry.begin([])
+
+    def end(self) -> None:
+        """Brake, and be guided no more."""
+        status = self.emulator.onboard.status
+        self.stopped = status.reason or ("" if status.state == TraversalStatus.RUNNING else "stopped")
+        with suppress(CommandRefused):  # one that is emergency-stopped stays so
+            self.emulator.abort()
+        if self.telemetry is not None:
+            self.telemetry.news()
+
+    @property
+    def session_hash(self) -> str:
+        """Of the session, as the robot reports it, or of what was told so far if it has not ended; empty if unknown."""
+        if self.telemetry is None:
+            return ""
+        final = self.telemetry.final
+        return final.traversal.session_hash if final is not None else self.telemetry.digest.hexdigest()
 
     def drive(self, ticks: int, places: Floats) -> None:
         """Let ticks pass.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,26 +12,25 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
 from touchline.services.fleet.coordination import LOST_S, Coordination
 from touchline.services.fleet.density import Density
+from touchline.services.fleet.exchange import Exchange
 from touchline.services.fleet.hub import Hub
 from touchline.services.fleet.lloyd import EVEN, deployment
-from touchline.services.fleet.radio import Radio
 from touchline.services.fleet.starts import free_area, starts
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
+from touchline.services.robot_sim.emulator import SETTLE_TICKS
 from touchline.services.runs.team.body_contacts import BodyContacts
 from touchline.services.runs.team.team_robot import TeamRobot
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
-SAYING_TICKS: Final = 10
-"""Between two messages of a robot, where messages may be lost or late."""
 _TOUCH_S: Final = 1.0
-_TO_HUB, _TO_ROBOTS = 0, 1
+BELIEVED_M: Final = 0.02
+"""By how much a robot that believes to have arrived may be mistaken."""
 
 
 @dataclass
@@ -47,7 +45,7 @@ class TeamTrace:
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
         nearest_segments_m: The least distance of two stopping segments at an update, as the robots believe.
         outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most, likewise.
-        arrived_s: When all had come to their last goals.
+        ended_s: After the first cells, when the task was done, or its time was up.
     """
 
     times_s: list[float] = field(default_factory=list)
@@ -57,7 +55,7 @@ class TeamTrace:
     beyond_walls_s: float = 0.0
     nearest_segments_m: float = math.inf
     outside_cell_m: float = -math.inf
-    arrived_s: float = math.nan
+    ended_s: float = math.nan
 
 
 class TeamRun:
@@ -92,10 +90,8 @@ class TeamRun:
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = 0
-        self._update_ticks = round(100 * team.update_s)
         self._coordination = Coordination(team, self.area)
-        self._to_hub: Radio[Whereabouts] = Radio(team.links, team.world.seed, _TO_HUB)
-        self._to_robots: Radio[Guidance] = Radio(team.links, team.world.seed, _TO_ROBOTS)
+        self._exchange = Exchange(team, self._coordination)
         self._begun_s = math.nan
 
     @property
@@ -113,35 +109,33 @@ class TeamRun:
         """
         for robot in self.robots.values():
             robot.begin_guided()
-        step = self._update_ticks if self.team.links.lossless else SAYING_TICKS
+        step = self._exchange.step_ticks
         while self._coordination.hub is None:
             self._drive(step)
-            self._exchange()
+            self._exchange_now()
             self._check_not_lost()
         self.trace.driven_m[:] = 0.0
-        first, last = self.ticks, self.ticks + round(100 * self.team.duration_s)
-        while self.ticks < last and math.isnan(self.trace.arrived_s):
+        first, wanted = self.ticks, 100.0 * self.team.duration_s
+        while not self._coordination.finished(self.ticks / 100.0):
             self._drive(step)
-            self._exchange()
+            self._exchange_now()
             since = self.ticks - first
-            progress(since / (last - first), f"{len(self.names)} robots, {since / 100:.0f} s")
+            progress(since / wanted, f"{len(self.names)} robots, {since / 100:.0f} s")
+        self.trace.ended_s = (self.ticks - first) / 100.0
+        for robot in self.robots.values():
+            robot.end()
+        self._drive(SETTLE_TICKS)
 
-    def _exchange(self) -> None:
-        """Messages there, an update if it is due, and messages back."""
-        tick, now_s, coordination = self.ticks, self.ticks / 100.0, self._coordination
-        for name in self.names:
-            if (said := self.robots[name].emulator.onboard.whereabouts) is not None:
-                self._to_hub.send(tick, name, said)
-        for name, said in self._to_hub.arrived(tick):
-            coordination.hear(name, said, now_s)
-        if tick % self._update_ticks == 0:
-            coordination.update(now_s)
-            if coordination.hub is not None:
-                self._note(coordination.hub)
-        for name, told in coordination.say().items():
-            self._to_robots.send(tick, name, told)
-        for name, told in self._to_robots.arrived(tick):
-            self.robots[name].emulator.onboard.take_guidance(told)
+    def _exchange_now(self) -> None:
+        """Messages there and back."""
+        onboard = {name: robot.emulator.onboard for name, robot in self.robots.items()}
+        said = {name: each.whereabouts for name, each in onboard.items()}
+        told = self._exchange.at(self.ticks, {name: each for name, each in said.items() if each is not None})
+        for name, messages in told.items():
+            for message in messages:
+                onboard[name].take_guidance(message)
+        if self._exchange.updated and self._coordination.hub is not None:
+            self._note(self._coordination.hub)
 
     def _check_not_lost(self) -> None:
         if self.ticks > 100 * LOST_S and (lost := self._coordination.waits_for):
@@ -178,15 +172,13 @@ class TeamRun:
         trace.cost.append(deployment(places, self.area, self.density).cost)
         trace.nearest_segments_m = min(trace.nearest_segments_m, hub.nearest_segments_m)
         trace.outside_cell_m = max(trace.outside_cell_m, *hub.strays_m.values())
-        if isinstance(self.task, GoalLists) and self.arrived.all():
-            trace.arrived_s = time_s
 
     @property
     def arrived(self) -> NDArray[np.bool_]:
         """(n,) who truly is at its last goal."""
         goals = self.task.last if isinstance(self.task, GoalLists) else {}
         wanted = np.array([goals.get(name, tuple(at)) for name, at in zip(self.names, self.places(), strict=True)])
-        found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M
+        found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M + BELIEVED_M
         return found
 
     @property
@@ -197,11 +189,4 @@ class TeamRun:
     @property
     def hashes(self) -> dict[str, str]:
         """Of each robot's session, if they are worked out, by name."""
-        told = {name: robot.telemetry for name, robot in self.robots.items()}
-        return {name: each.digest.hexdigest() for name, each in told.items() if each is not None}
-
-    @property
-    def session_hash(self) -> str:
-        """Of all robots' sessions, whatever the order in which they are listed; empty if they are not worked out."""
-        lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.hashes.items()))
-        return hashlib.sha256(lines.encode()).hexdigest()[:16] if lines else ""
+        return {name: robot.session_hash for name, robot in self.robots.items() if robot.session_hash}

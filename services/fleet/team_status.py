@@ -1,0 +1,35 @@
+"""How a team stands, as its coordinator believes."""
+
+from __future__ import annotations
+
+import math
+
+from touchline.schemas.messages import TeamStatus
+from touchline.services.fleet.coordination import Coordination
+from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.lloyd import EVEN, deployment, square_cost
+from touchline.services.fleet.tasks import Deploy
+
+
+def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
+    """See the module; without what only the service knows.
+
+    Args:
+        coordination: Of the team.
+        area: Where it drives.
+    """
+    hub, task = coordination.hub, coordination.task
+    if hub is None or task is None:
+        waits = coordination.waits_for
+        return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
+    places, outside_m = hub.places, max(hub.strays_m.values(), default=-math.inf)
+    even = isinstance(task, Deploy) and task.density == EVEN
+    cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
+    return TeamStatus(
+        arrived=len(coordination.arrived()),
+        stuck=len(hub.stuck),
+        resting=len(hub.resting),
+        cost_of_squares=cost,
+        nearest_m=hub.nearest_segments_m,
+        outside_m=outside_m,
+    )

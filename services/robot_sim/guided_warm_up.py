@@ -1,0 +1,40 @@
+"""Compiles what guided driving needs, or loads it from the cache: in a thread, while the robot's loop turns."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from touchline.schemas.messages import Guidance
+from touchline.schemas.setup import Setup
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
+
+_ALIGNED_TICKS: Final = 1000
+"""More than a robot with a usual receiver or camera needs to know where it is."""
+_DRIVEN_TICKS: Final = 20
+
+
+def warm_up_guided(setup: Setup) -> None:
+    """Let a throw-away robot find out where it is, and drive a moment.
+
+    Args:
+        setup: Of the robot; faults are left out.
+
+    Raises:
+        CommandRefused: Such a robot cannot be guided.
+    """
+    world = setup.scenario.model_copy(update={"faults": (), "start": setup.scenario.standing()})
+    emulator = Emulator(setup.vehicle, world, setup.onboard)
+    emulator.begin_guided()
+    runner = FastRunner(emulator)
+    while (said := emulator.onboard.whereabouts) is not None and not said.aligned:
+        if emulator.tick_count > _ALIGNED_TICKS:
+            return
+        emulator.tick()
+    if said is not None:
+        far = np.array([(1.0, 0.0, said.x_m + 1.0)])
+        told = Guidance(number=1, echo_s=said.stamp_s, target_x_m=said.x_m, half_planes=far.ravel())
+        emulator.onboard.take_guidance(told)
+    runner.run(_DRIVEN_TICKS)

@@ -1,0 +1,174 @@
+"""A team over the bus: record, set the pace, give the coordinator its task, follow to the end, report."""
+
+from __future__ import annotations
+
+import time
+import uuid
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.team import TeamScenario
+from touchline.services.bus import Bus, Inbox
+from touchline.services.runs.bus_run import JobFailed, Watcher
+from touchline.services.runs.recording_end import end_recording, lacking
+from touchline.services.runs.team.team_figures import hash_of
+
+_COORDINATOR_S: Final = 120.0
+_CALL_S: Final = 10.0
+_BEGIN_S: Final = 120.0
+"""All robots are asked one by one."""
+_STALLED_S: Final = 20.0
+_LATCHED: Final = "emergency-stopped"
+"""Code of the event of a robot that has latched: it ends no traversal, so there will be no report."""
+
+
+@dataclass
+class TeamOnBus:
+    """A team's run in progress.
+
+    Attributes:
+        buses: Of the robots, by name.
+        team: What it does.
+        watcher: Told how it goes.
+        speed: Sim seconds per wall second; negative for as fast as it goes.
+        record: File to record to, if any.
+    """
+
+    buses: dict[str, Bus]
+    team: TeamScenario
+    watcher: Watcher
+    speed: float
+    record: Path | None = None
+    _reports: dict[str, m.TraversalReport] = field(default_factory=dict, init=False)
+    _stopped: dict[str, str] = field(default_factory=dict, init=False)
+    _status: m.TeamStatus = field(default=m.TeamStatus(), init=False)
+
+    def run(self) -> dict[str, Any]:
+        """Do all of it.
+
+        Returns:
+            The run's report, without what only the truth tells.
+
+        Raises:
+            JobFailed: A service refused, died, or the team stands still.
+            CallError: A service did not answer.
+        """
+        first = next(iter(self.buses.values()))
+        coordinator = first.of(topics.TEAM_NAMESPACE)
+        setup = coordinator.inbox([topics.TEAM_SETUP], keep="latest")
+        self._wait_for(setup)
+        inboxes = [bus.inbox([topics.REPORT, topics.EVENTS]) for bus in self.buses.values()]
+        statuses = coordinator.inbox([topics.TEAM_STATUS], keep="latest")
+        self._start_recording(first)
+        for bus in self.buses.values():
+            self._set_speed(bus)
+        self.watcher.stage("Team")
+        begun = time.monotonic()
+        self._begin(coordinator)
+        self._follow(inboxes, statuses)
+        wall_s = time.monotonic() - begun
+        return self._figures(wall_s, self._stop_recording(first), first)
+
+    def _wait_for(self, setup: Inbox) -> None:
+        """Until the coordinator serves: then it tells what team it has."""
+        self.watcher.stage("Starting")
+        deadline = time.monotonic() + _COORDINATOR_S
+        while not setup.drain():
+            if time.monotonic() > deadline:
+                raise JobFailed(f"the coordinator is not ready after {_COORDINATOR_S:.0f} s")
+            self.watcher.check()
+            time.sleep(0.01)
+
+    def _start_recording(self, bus: Bus) -> None:
+        if self.record is None:
+            return
+        request = m.RecordRequest(request_id=_new_id(), path=str(self.record.absolute()))
+        response = bus.call(topics.RECORD, request, _CALL_S, self.watcher.check)
+        if not response.success:
+            raise JobFailed(response.message)
+
+    def _set_speed(self, bus: Bus) -> None:
+        request = m.SetSpeedRequest(request_id=_new_id(), factor=self.speed)
+        response = bus.call(topics.SET_SPEED, request, _CALL_S, self.watcher.check)
+        if not response.success:
+            raise JobFailed(response.message)
+
+    def _begin(self, coordinator: Bus) -> None:
+        request = m.TeamTaskRequest(request_id=_new_id(), task_json=self.team.task.model_dump_json())
+        response = coordinator.call(topics.TEAM_TASK, request, _BEGIN_S, self.watcher.check)
+        if not response.success:
+            raise JobFailed(response.message)
+
+    def _follow(self, inboxes: list[Inbox], statuses: Inbox) -> None:
+        """Until every robot has reported."""
+        updates, moved_at = -1, time.monotonic()
+        while not set(self.buses) <= set(self._reports) | set(self._stopped):
+            self.watcher.check()
+            for name, inbox in zip(self.buses, inboxes, strict=True):
+                self._hear(name, inbox)
+            for _, message in statuses.messages():
+                if isinstance(message, m.TeamStatus):
+                    self._status = message
+            if self._status.updates != updates:
+                updates, moved_at = self._status.updates, time.monotonic()
+                self._tell()
+            elif time.monotonic() - moved_at > _STALLED_S:
+                missing = [name for name in self.buses if name not in self._reports and name not in self._stopped]
+                raise JobFailed(f"nothing has happened for {_STALLED_S:.0f} s; {', '.join(missing[:5])} drive no more")
+            time.sleep(0.01)
+
+    def _hear(self, name: str, inbox: Inbox) -> None:
+        for _, message in inbox.messages():
+            if isinstance(message, m.TraversalReport):
+                self._reports[name] = message
+            elif isinstance(message, m.Event) and message.severity >= m.Event.WARN:
+                if message.code == _LATCHED:
+                    self._stopped[name] = message.text
+                self.watcher.event(message.severity, f"{name}: {message.text}")
+
+    def _tell(self) -> None:
+        status, done = self._status, self._status.updates * self.team.update_s / self.team.duration_s
+        text = status.problem or f"{status.robots} robots, {status.arrived} arrived, {status.stuck} stuck"
+        self.watcher.progress(min(done, 1.0), text)
+
+    def _stop_recording(self, bus: Bus) -> dict[str, Any] | None:
+        if self.record is None:
+            return None
+        self.watcher.stage("Finishing the recording")
+        report = end_recording(bus, partial(self.watcher.event, m.Event.WARN), self.watcher.check)
+        problem = lacking(report, self.record)
+        figures: dict[str, Any] = {"path": str(self.record), "complete": not problem}
+        if report is not None:
+            figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
+        return figures | ({"problem": problem} if problem else {})
+
+    def _figures(self, wall_s: float, recording: dict[str, Any] | None, bus: Bus) -> dict[str, Any]:
+        sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
+        stopped = self._stopped
+        lacks = recording is not None and not recording["complete"]
+        return {
+            "success": not stopped and not lacks,
+            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else ""),
+            "team": self.team.name,
+            "robots": len(self.buses),
+            "task": self.team.task.kind,
+            "seed": self.team.world.seed,
+            "time_s": sim_s,
+            "updates": self._status.updates,
+            "arrived": self._status.arrived,
+            "cost_of_squares": self._status.cost_of_squares,
+            "stopped": stopped,
+            "bus": {"received": bus.counters.received, "lost": bus.counters.lost},
+            "recording": recording,
+            "real_time_factor": sim_s / wall_s,
+            "wall_time_s": wall_s,
+            "hash": hash_of({name: report.session_hash for name, report in sorted(self._reports.items())}),
+        }
+
+
+def _new_id() -> str:
+    return uuid.uuid4().hex
