@@ -144,7 +144,7 @@ class TrackingGains(Spec):
 class TeamLimits(Spec):
     """How a robot keeps to the cells in which a team's coordinator guides it."""
 
-    lease_s: Annotated[float, Field(gt=0, le=60)] = 2.4
+    lease_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     """It brakes when it has not been told for so long that it is heard; the coordinator counts on that."""
     doubt_m: Annotated[float, Field(ge=0, le=1)] = 0.005
     """By how much it may believe itself outside of a cell that it takes; part of the radius that is kept free."""

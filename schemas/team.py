@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from touchline.schemas.faults import Fault
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Coordinate, Pose2, Scenario
 from touchline.schemas.setup import Setup
@@ -17,6 +18,8 @@ from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_
 Point = tuple[Coordinate, Coordinate]
 Ring = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
 MOST_ROBOTS: Final = 256
+LOSSY_LEASE_S: Final = 2.4
+"""A lease that suits messages up to half of which are lost, and that are late: a round trip, and the loss of a few."""
 PLACE_M2: Final = 2.5
 """Of an area that is not said, for each robot."""
 
@@ -113,6 +116,13 @@ class TeamLinks(Spec):
         return self.loss == 0.0 and self.delay_s == 0.0
 
 
+class Freeze(Spec):
+    """A robot's computer stands still, and with it the robot: from a sim time on, for a while or for ever."""
+
+    start_s: Annotated[float, Field(ge=0, le=100_000)]
+    duration_s: Annotated[float, Field(gt=0, le=100_000)] | None = None
+
+
 class TeamScenario(Spec):
     """A team, its area and its task; what is left out is as by default.
 
@@ -141,7 +151,21 @@ class TeamScenario(Spec):
     update_s: Annotated[float, Field(ge=0.1, le=5, multiple_of=0.1)] = 0.4
     """From one set of cells to the next."""
     links: TeamLinks = TeamLinks()
+    faults: dict[str, Annotated[tuple[Fault, ...], Field(max_length=100)]] = Field(default_factory=dict)
+    """What goes wrong with which robot, by its name; `world.faults` go wrong with all."""
+    frozen: dict[str, Annotated[tuple[Freeze, ...], Field(max_length=100)]] = Field(default_factory=dict)
+    """Whose computer stands still, and when; only where robots and coordinator are of one process."""
     duration_s: Annotated[float, Field(gt=0, le=100_000)] = 120.0
+
+    @model_validator(mode="after")
+    def _names_robots_that_there_are(self) -> Self:
+        for field in ("faults", "frozen"):
+            for name in getattr(self, field):
+                if name not in self.names:
+                    raise ValueError(
+                        f"{field} names {name!r}, which is no robot of the team: use {self.names[0]} or so"
+                    )
+        return self
 
     @field_validator("places")
     @classmethod
@@ -165,7 +189,8 @@ class TeamScenario(Spec):
             name: One of `names`.
             start: Where it stands.
         """
-        world = self.world.model_copy(update={"start": start})
+        faults = (*self.world.faults, *self.faults.get(name, ()))
+        world = self.world.model_copy(update={"start": start, "faults": faults})
         setup = Setup(vehicle=self.vehicle, onboard=self.onboard, scenario=world)
         return setup.with_seed(world.seed + _number_of(name, self.names))
 

@@ -125,6 +125,9 @@ def sweep(
     robots: Annotated[str, typer.Option(metavar="N,N…", help="How many robots: teams of all these sizes.")] = "10",
     seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each, with seeds that count up.", min=1)] = 20,
     seed: SeedOption = None,
+    random_faults: Annotated[
+        bool, typer.Option("--random-faults", help="Each seed has a timeline of faults: robots, computers, radio.")
+    ] = False,
     *,
     choice: TeamChoice,
     processes: WorkersChoice,
@@ -136,7 +139,7 @@ def sweep(
     from touchline.services.runs.sweep.task import prepare
 
     teams = {size: choice.chosen(size, seed) for size in _sizes(robots)}
-    cases = team_cases(teams)
+    cases = team_cases(teams, random_faults=random_faults)
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds)
         first = next(iter(teams.values()))

@@ -37,6 +37,7 @@ _SHOWN = {
     "lateral_error_p95_m": ("lateral error p95, mm", 1e3, 2),
     "lateral_error_max_m": ("lateral error max, mm", 1e3, 2),
     "contacts": ("contacts", 1.0, 1),
+    "contacts_of_obedient": ("contacts of robots that obey", 1.0, 1),
     "closest_m": ("closest centres, m", 1.0, 4),
     "driven_mean_m": ("driven by each, m", 1.0, 2),
     "beyond_walls_robot_s": ("beyond walls, robot-seconds", 1.0, 2),

@@ -10,7 +10,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.spec import EVERY_FIELD, parse, read_text
-from touchline.schemas.team import TeamScenario
+from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 from touchline.services.cli.choices import VehicleChoice, VehicleOption
 
@@ -86,6 +86,8 @@ class TeamChoice:
         for name, value in {"loss": self.loss, "delay_s": self.delay}.items():
             if value is not None:
                 told["links"][name] = value
+        if (self.loss or self.delay) and "onboard" not in team.model_fields_set:
+            told["onboard"]["team"]["lease_s"] = LOSSY_LEASE_S
         for name, given in {"seed": seed, "noise": self.noise}.items():
             if given is not None:
                 told["world"][name] = given

@@ -44,6 +44,7 @@ from touchline.schemas.messages.team_messages import FIRST_CELL, NOTHING_HEARD_S
 from touchline.services.fleet.aiming import Aiming
 from touchline.services.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.kernels.nearest import nearest_in
 from touchline.services.fleet.kernels.partition import between, least_apart_m
 from touchline.services.fleet.resting import strip_off, where_it_rests
 from touchline.services.fleet.tasks import TeamTask
@@ -302,6 +303,16 @@ class Hub:
     def resting(self) -> frozenset[str]:
         """Who has been silent for so long that it is but an obstacle."""
         return frozenset(name for name, robot in self._robots.items() if robot.rests_within_m is not None)
+
+    def taken_by(self, place: Floats) -> str:
+        """Who is silent and may rest so near to a place (2,) (m) that nobody may go there; "" if nobody does."""
+        point = complex(place[0], place[1])
+        for name, robot in self._robots.items():
+            for made in robot.using.values() if robot.rests_within_m is not None else ():
+                there = np.ascontiguousarray(where_it_rests(made.cell, robot.segment, robot.rests_within_m or 0.0))
+                if abs(nearest_in(there, len(there), point) - point) < 2.0 * self.settings.radius_m:
+                    return name
+        return ""
 
     def _is_kept_off(self, name: str) -> bool:
         """Whether every cell in which another may drive keeps off a robot: not so while one has just joined."""

@@ -1,8 +1,9 @@
 """The robot's end of its link to a team's coordinator: which cell it keeps to, and until when it may drive.
 
 It keeps to one cell, the one it has *adopted*; looks at a cell only if its number is higher than that of any it has
-looked at (*decided*), and adopts it if the segment on which it would brake lies in it, else never; and drives only
-within the *lease*, a time from the newest stamp of its own that it was echoed. docs/fleet.md says why.
+looked at (*decided*), and adopts it if the segment on which it would brake lies in it, or is no farther outside than
+of the cell that it keeps to, else never; and drives only within the *lease*, a time from the newest stamp of its own
+that it was echoed. docs/fleet.md says why.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ class CellKeeper:
         if told.number > self._decided:
             self._decided = told.number
             cell = rows.reshape(-1, 3)
-            if max(excess_m(cell, end) for end in segment) <= self._limits.doubt_m + _ROUNDING_M:
+            # Who is outside already, as an estimate has moved, is so in newer cells, which share its sides, too.
+            most_m = max(self._limits.doubt_m, _outside_m(self.half_planes, segment)) + _ROUNDING_M
+            if _outside_m(cell, segment) <= most_m:
                 self._adopted, self.half_planes = told.number, cell
                 self.target_m = complex(told.target_x_m, told.target_y_m)
 
@@ -78,3 +81,8 @@ class CellKeeper:
             adopted=self._adopted,
             decided=self._decided,
         )
+
+
+def _outside_m(half_planes: Floats, segment: Segment) -> float:
+    """How far a segment is outside a cell; negative inside."""
+    return float(max(excess_m(half_planes, end) for end in segment))

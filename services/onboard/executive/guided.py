@@ -62,8 +62,9 @@ class GuidedDrive:
             team.away_m,
         )
         fence = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
-        figures = self._drive.figures
-        self.course = GuidedCourse(np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, figures, np.zeros(4), fence)
+        self.course = GuidedCourse(
+            np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, estimator.drive, np.zeros(4), fence
+        )
 
     def receive(self, told: Guidance) -> None:
         """Take what the coordinator tells, in whatever order it comes."""

@@ -28,6 +28,7 @@ FOLLOWER: Final = "follower"
 PLAN_PREFIX: Final = "plan."
 GOAL_PREFIX: Final = "goal."
 ONBOARD_PREFIX: Final = "onboard."
+RANDOM_FAULTS: Final = "random_faults"
 
 
 @dataclass(frozen=True)
@@ -88,10 +89,12 @@ def cases(
     return [_case(base, setting) for setting in combinations]
 
 
-def team_cases(teams: Mapping[int, TeamScenario]) -> list[SweepCase]:
-    """A case for each team, by its number of robots."""
+def team_cases(teams: Mapping[int, TeamScenario], *, random_faults: bool) -> list[SweepCase]:
+    """A case for each team, by its number of robots; with random faults each seed has its own."""
+    told = {RANDOM_FAULTS: True} if random_faults else {}
     return [
-        SweepCase({"robots": robots}, team, team.world, team.onboard, PlanOptions()) for robots, team in teams.items()
+        SweepCase({"robots": robots, **told}, team, team.world, team.onboard, PlanOptions())
+        for robots, team in teams.items()
     ]
 
 

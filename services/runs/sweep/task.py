@@ -16,7 +16,7 @@ from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.reports import failing
 from touchline.services.runs.simulation import Job, Progress, simulate
-from touchline.services.runs.sweep.combinations import SweepCase
+from touchline.services.runs.sweep.combinations import RANDOM_FAULTS, SweepCase
 from touchline.services.runs.sweep.goal_job import GoalJob, arrival_run_figures
 from touchline.services.runs.sweep.team_job import TeamJob, swept_figures
 from touchline.services.system.shutdown import ENDS
@@ -81,7 +81,7 @@ def _job(case: SweepCase, vehicle: Vehicle, progress: Progress) -> SweepJob:
     if isinstance(case.work, str):
         return Job.prepare(load_template(case.work), case.options, vehicle, progress)
     if isinstance(case.work, TeamScenario):
-        return TeamJob(case.work)
+        return TeamJob(case.work, RANDOM_FAULTS in case.setting)
     return GoalJob.prepare(case.work, case.options, vehicle, case.scenario.standing())
 
 

@@ -8,15 +8,22 @@ from typing import Any
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.team import TeamScenario
+from touchline.services.runs.team.random_team_faults import with_random_faults
 from touchline.services.runs.team.team_figures import team_figures
 from touchline.services.runs.team.team_run import TeamRun
 
 
 @dataclass(frozen=True)
 class TeamJob:
-    """A team, whatever its world's seed."""
+    """A team, whatever its world's seed.
+
+    Attributes:
+        team: The team.
+        random_faults: Whether each seed has a timeline of faults of its own.
+    """
 
     team: TeamScenario
+    random_faults: bool = False
 
     def drive(self, world: Scenario) -> dict[str, Any]:
         """The figures of a run in a world.
@@ -25,7 +32,8 @@ class TeamJob:
             TouchlineError: The team cannot drive.
         """
         begun = time.perf_counter()
-        run = TeamRun(self.team.model_copy(update={"world": world}))
+        team = self.team.model_copy(update={"world": world})
+        run = TeamRun(with_random_faults(team, world.seed) if self.random_faults else team)
         run.run()
         return team_figures(run, time.perf_counter() - begun)
 
@@ -33,7 +41,8 @@ class TeamJob:
 def swept_figures(figures: dict[str, Any]) -> dict[str, float]:
     """The numbers of a run that are told of all runs of a sweep."""
     deployed, goals = figures.get("deploy", {}), figures.get("goals", {})
-    found = {name: figures[name] for name in ("contacts", "closest_m", "driven_mean_m", "beyond_walls_robot_s")}
+    counted = ("contacts", "contacts_of_obedient", "closest_m", "driven_mean_m", "beyond_walls_robot_s")
+    found = {name: figures[name] for name in counted}
     found |= {
         "cost_of_points": deployed.get("of_points"),
         "cost_of_squares": deployed.get("of_squares"),

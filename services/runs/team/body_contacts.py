@@ -14,7 +14,7 @@ class BodyContacts:
     """Counts contacts; two robots that stay in contact count once.
 
     Attributes:
-        count: So far.
+        pairs: Who has touched whom, by their numbers, once for each contact.
         closest_m: The least distance of two centres so far.
     """
 
@@ -28,7 +28,8 @@ class BodyContacts:
         self._first, self._second = np.triu_indices(robots, 1)
         self._apart_m = 2.0 * body_radius_m
         self._touching = np.zeros(len(self._first), dtype=np.bool_)
-        self.count, self.closest_m = 0, math.inf
+        self.pairs: list[tuple[int, int]] = []
+        self.closest_m = math.inf
 
     def look(self, places: Floats) -> set[int]:
         """Count what is new; returns the robots that have come to touch another.
@@ -44,6 +45,6 @@ class BodyContacts:
         touching = apart_m < self._apart_m
         new = touching & ~np.vstack((self._touching[None], touching[:-1]))
         self._touching = touching[-1]
-        self.count += int(new.sum())
-        pairs = new.any(axis=0)
-        return {int(robot) for robot in np.concatenate((self._first[pairs], self._second[pairs]))}
+        found = [(int(self._first[pair]), int(self._second[pair])) for pair in np.flatnonzero(new) % len(self._first)]
+        self.pairs += found
+        return {robot for pair in found for robot in pair}

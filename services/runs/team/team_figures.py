@@ -27,7 +27,11 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
     trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
     task = {"deploy": _deployed(run)} if isinstance(run.task, Deploy) else {}
     if isinstance(run.task, GoalLists):
-        task["goals"] = {"arrived": int(run.arrived.sum()), "ended_s": trace.ended_s}
+        task["goals"] = {
+            "arrived": int(run.arrived.sum()),
+            "ended_s": trace.ended_s,
+            "hindrances": run.hindrances(),
+        }
     stopped = _stopped(run)
     return {
         "success": not _why_not(run),
@@ -39,7 +43,8 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "avoid": run.team.avoid,
         "seed": run.team.world.seed,
         "time_s": sim_s,
-        "contacts": contacts.count,
+        "contacts": len(contacts.pairs),
+        "contacts_of_obedient": len(_between_obedient(run)),
         "closest_m": _number(contacts.closest_m),
         "bodies_apart_m": _number(contacts.closest_m - 2.0 * run.body_radius_m),
         "beyond_walls_robot_s": trace.beyond_walls_s,
@@ -84,15 +89,28 @@ def _stopped(run: TeamRun) -> dict[str, str]:
     return {name: reason for name, reason in found.items() if reason}
 
 
+def _between_obedient(run: TeamRun) -> list[tuple[str, str]]:
+    """Contacts of two robots whose wheels did what they were told."""
+    named = [(run.names[one], run.names[other]) for one, other in run.contacts.pairs]
+    return [pair for pair in named if not run.disobedient.intersection(pair)]
+
+
 def _why_not(run: TeamRun) -> str:
-    if run.team.avoid == "cells" and run.contacts.count:
-        return f"{run.contacts.count} contacts"
-    if run.team.avoid == "cells" and (stopped := _stopped(run)):
-        name, reason = next(iter(stopped.items()))
-        return f"{len(stopped)} robots have stopped; {name}: {reason}"
-    if isinstance(run.task, GoalLists) and run.team.avoid == "cells" and not run.arrived.all():
-        missing = [name for name, there in zip(run.names, run.arrived, strict=True) if not there]
-        return f"{len(missing)} robots have not arrived: {', '.join(missing[:5])}"
+    """Why a run has failed: a contact, a robot that has stopped though nothing ails it, or one that did not arrive."""
+    if run.team.avoid != "cells":
+        return ""
+    if touched := _between_obedient(run):
+        return f"{len(touched)} contacts, first of {touched[0][0]} and {touched[0][1]}"
+    if run.trace.problem and not run.disobedient:
+        return run.trace.problem
+    ailing = {*run.team.faults, *run.team.frozen}
+    for name, reason in _stopped(run).items():
+        if name not in ailing and not run.trace.problem:
+            return f"{name} has stopped: {reason}"
+    if isinstance(run.task, GoalLists):
+        lost = [name for name, reason in run.hindrances().items() if not (ailing and reason)]
+        if lost:
+            return f"{len(lost)} robots have not arrived: {', '.join(lost[:5])}"
     return ""
 
 

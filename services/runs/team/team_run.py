@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -14,6 +15,7 @@ from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.cells import SegmentsMeet
 from touchline.services.fleet.coordination import LOST_S, Coordination
 from touchline.services.fleet.density import Density
 from touchline.services.fleet.exchange import Exchange
@@ -29,6 +31,9 @@ Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 _TOUCH_S: Final = 1.0
+_OF_WHEELS: Final = ("wheel-blocked", "wheel-slip", "motor-weak", "encoder-dropout")
+_TAKEN: Final = 3.0
+"""Who stands within so many radii that are kept free of a robot's goal has taken it."""
 BELIEVED_M: Final = 0.02
 """By how much a robot that believes to have arrived may be mistaken."""
 
@@ -46,6 +51,7 @@ class TeamTrace:
         nearest_segments_m: The least distance of two stopping segments at an update, as the robots believe.
         outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most, likewise.
         ended_s: After the first cells, when the task was done, or its time was up.
+        problem: Why the coordinator has stopped all, if it has.
     """
 
     times_s: list[float] = field(default_factory=list)
@@ -56,6 +62,7 @@ class TeamTrace:
     nearest_segments_m: float = math.inf
     outside_cell_m: float = -math.inf
     ended_s: float = math.nan
+    problem: str = ""
 
 
 class TeamRun:
@@ -105,7 +112,6 @@ class TeamRun:
 
         Raises:
             CommandRefused: A robot does not find out where it stands, or cannot be guided.
-            SegmentsMeet: A robot has not kept to its cell.
         """
         for robot in self.robots.values():
             robot.begin_guided()
@@ -129,13 +135,30 @@ class TeamRun:
     def _exchange_now(self) -> None:
         """Messages there and back."""
         onboard = {name: robot.emulator.onboard for name, robot in self.robots.items()}
-        said = {name: each.whereabouts for name, each in onboard.items()}
-        told = self._exchange.at(self.ticks, {name: each for name, each in said.items() if each is not None})
+        said = {name: each.whereabouts for name, each in onboard.items() if not self._is_frozen(name)}
+        try:
+            told = self._exchange.at(self.ticks, {name: each for name, each in said.items() if each is not None})
+        except SegmentsMeet as error:
+            told = {}
+            self._pause_all(str(error))
         for name, messages in told.items():
-            for message in messages:
+            for message in messages if not self._is_frozen(name) else ():
                 onboard[name].take_guidance(message)
         if self._exchange.updated and self._coordination.hub is not None:
             self._note(self._coordination.hub)
+
+    def _is_frozen(self, name: str) -> bool:
+        """Whether a robot's computer stands still now."""
+        now_s = self.ticks / 100.0
+        spells = self.team.frozen.get(name, ())
+        return any(each.start_s <= now_s < each.start_s + (each.duration_s or math.inf) for each in spells)
+
+    def _pause_all(self, problem: str) -> None:
+        """As the coordinator does over the bus when a robot is where it may not be."""
+        self.trace.problem = problem
+        for robot in self.robots.values():
+            with suppress(CommandRefused):
+                robot.emulator.pause()
 
     def _check_not_lost(self) -> None:
         if self.ticks > 100 * LOST_S and (lost := self._coordination.waits_for):
@@ -148,7 +171,10 @@ class TeamRun:
         before = self.places()
         places = np.zeros((ticks, len(self.names), 2))
         for k, name in enumerate(self.names):
-            self.robots[name].drive(ticks, places[:, k])
+            if self._is_frozen(name):
+                places[:, k] = before[k]
+            else:
+                self.robots[name].drive(ticks, places[:, k])
         self.ticks += ticks
         steps = np.diff(np.concatenate((before[None], places)), axis=0)
         self.trace.driven_m += np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
@@ -180,6 +206,33 @@ class TeamRun:
         wanted = np.array([goals.get(name, tuple(at)) for name, at in zip(self.names, self.places(), strict=True)])
         found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M + BELIEVED_M
         return found
+
+    @property
+    def disobedient(self) -> frozenset[str]:
+        """Robots whose wheels do not do what they are told at times: nobody can promise where they go."""
+        told = {name: self.team.faults.get(name, ()) for name in self.names}
+        return frozenset(name for name, faults in told.items() if any(each.kind in _OF_WHEELS for each in faults))
+
+    def hindrances(self) -> dict[str, str]:
+        """Why robots that have not arrived have not, by name; empty text if nobody knows."""
+        hub, found = self._coordination.hub, {}
+        for name, there in zip(self.names, self.arrived, strict=True):
+            if not there:
+                found[name] = self.robots[name].stopped or self._hindered(name, hub)
+        return found
+
+    def _hindered(self, name: str, hub: Hub | None) -> str:
+        if self._is_frozen(name) or (hub is not None and name in hub.resting):
+            return "its computer stands still, or is not heard"
+        if not isinstance(self.task, GoalLists) or hub is None:
+            return ""
+        goal = np.array(self.task.last.get(name, (math.nan, math.nan)))
+        if taken := hub.taken_by(goal):
+            return f"{taken}, which is not heard, may stand at its goal"
+        for other, place in zip(self.names, self.places(), strict=True):
+            if other != name and self.robots[other].stopped and np.hypot(*(place - goal)) < _TAKEN * self.team.radius_m:
+                return f"{other}, which has stopped, stands at its goal"
+        return "it is sent round others" if name in hub.stuck else ""
 
     @property
     def density(self) -> Density:

@@ -1,0 +1,53 @@
+"""Timelines of faults of a team, drawn by a seed: what goes wrong in a field in a bad week, all at once."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+
+import numpy as np
+
+from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.team import LOSSY_LEASE_S, Freeze, TeamLinks, TeamScenario
+
+_AILING: Final = 0.4
+"""Share of the robots that have something."""
+_LOSSY: Final = 0.5
+"""Share of the timelines in which half of all messages are lost, and the others late."""
+_STARTS_S: Final = (2.0, 20.0)
+"""When faults begin, while the team drives."""
+
+
+def with_random_faults(team: TeamScenario, seed: int) -> TeamScenario:
+    """The team with faults of some robots: lost poses, a blocked wheel, a pressed bumper, a frozen or dead computer.
+
+    Args:
+        team: Without faults of its own.
+        seed: Of the timeline.
+    """
+    rng = np.random.default_rng(seed)
+    names = list(team.names)
+    count = max(1, round(_AILING * len(names)))
+    faults: dict[str, tuple[Fault, ...]] = {}
+    frozen: dict[str, tuple[Freeze, ...]] = {}
+    for name in rng.choice(names, count, replace=False).tolist():
+        kind = rng.choice(["camera-outage", "wheel-blocked", "bumper", "battery-low", "frozen", "dead"])
+        start_s = round(float(rng.uniform(*_STARTS_S)), 2)
+        lasts_s = round(float(rng.uniform(2.0, 20.0)), 2)
+        if kind in ("frozen", "dead"):
+            frozen[name] = (Freeze(start_s=start_s, duration_s=lasts_s if kind == "frozen" else None),)
+        else:
+            faults[name] = (_fault(str(kind), start_s, lasts_s, rng),)
+    changed: dict[str, Any] = {"faults": faults, "frozen": frozen}
+    if rng.uniform() < _LOSSY:
+        changed["links"] = TeamLinks(loss=0.5, delay_s=0.5)
+        limits = team.onboard.team.model_copy(update={"lease_s": LOSSY_LEASE_S})
+        changed["onboard"] = team.onboard.model_copy(update={"team": limits})
+    return team.model_copy(update=changed)
+
+
+def _fault(kind: str, start_s: float, lasts_s: float, rng: np.random.Generator) -> Fault:
+    text: dict[str, Any] = {"kind": kind, "start_s": start_s, "duration_s": lasts_s}
+    if kind == "wheel-blocked":
+        text["wheel"] = str(rng.choice(["left", "right"]))
+    return parse_fault(json.dumps(text))

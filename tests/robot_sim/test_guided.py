@@ -1,0 +1,231 @@
+"""A guided robot: it drives to targets within cells, brakes when nobody hears it, and obeys the operator as ever."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Guidance, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Pose2, Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED, on_its_ground, with_its_own
+from touchline.services import onboard
+from touchline.services.robot_sim import tick_log
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import Telemetry
+
+NAME = "turtlebot2"
+ROOM = np.array([(1.0, 0.0, 3.0), (-1.0, 0.0, -0.9), (0.0, 1.0, 2.0), (0.0, -1.0, -0.9)])
+"""A cell from 0.9 m to 3 m and 2 m."""
+LEASE_S = OnboardConfig().team.lease_s
+
+
+def guided(seed: int = 1, start: tuple[float, float, float] = (1.0, 1.0, 2.0)) -> Emulator:
+    """A robot that has just been told to be guided."""
+    x_m, y_m, heading_rad = start
+    world = Scenario(seed=seed, start=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+    robot = Emulator(SHIPPED[NAME].vehicle, on_its_ground(NAME, world), with_its_own(NAME, OnboardConfig()))
+    robot.begin_guided()
+    return robot
+
+
+def aligned(robot: Emulator) -> Emulator:
+    """Once it knows where it is."""
+    while not robot.onboard.whereabouts.aligned:
+        robot.tick()
+        assert robot.tick_count < 1000
+    return robot
+
+
+def tell(robot: Emulator, number: int, x_m: float, y_m: float, cell: np.ndarray = ROOM) -> None:
+    stamp_s = robot.onboard.whereabouts.stamp_s
+    told = Guidance(number=number, echo_s=stamp_s, target_x_m=x_m, target_y_m=y_m, half_planes=cell.ravel())
+    robot.onboard.take_guidance(told)
+
+
+def off(robot: Emulator, x_m: float, y_m: float) -> float:
+    return math.hypot(robot.world.pose.east_m - x_m, robot.world.pose.north_m - y_m)
+
+
+def drive(robot: Emulator, ticks: int, x_m: float, y_m: float) -> list[tuple[float, float]]:
+    """Towards a target, told anew five times a second; where it truly was in every tick."""
+    runner, places, first = FastRunner(robot), [], robot.tick_count
+    rows = np.zeros((20, tick_log.COLUMNS))
+    while robot.tick_count < first + ticks:
+        if robot.tick_count % 20 == 0:
+            tell(robot, robot.tick_count, x_m, y_m)
+        runner.step(20 - robot.tick_count % 20, rows)
+        places.append(tuple(robot.world.pose[:2]))
+    return places
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_comes_to_rest_at_its_target(seed: int) -> None:
+    robot = aligned(guided(seed))
+    drive(robot, 1000, 2.5, 1.6)
+    assert off(robot, 2.5, 1.6) < 0.02
+    assert abs(robot.world.state.speed_mps) < 1e-3
+    assert robot.onboard.status.state == TraversalStatus.RUNNING
+
+
+def test_it_stops_at_the_side_of_its_cell_however_far_the_target_is() -> None:
+    robot = aligned(guided())
+    places = np.array(drive(robot, 1200, 9.0, 1.5))
+    assert (places @ ROOM[:, :2].T - ROOM[:, 2]).max() < 0.015
+    assert places[-1][0] > 2.95
+
+
+def test_it_stands_until_it_is_told_a_cell() -> None:
+    robot = aligned(guided())
+    for _ in range(200):
+        robot.tick()
+    assert off(robot, 1.0, 1.0) < 1e-3
+    assert robot.onboard.whereabouts.adopted == 0
+
+
+def test_it_brakes_when_its_lease_is_over_and_drives_on_when_it_is_heard_again() -> None:
+    robot = aligned(guided())
+    drive(robot, 300, 2.9, 1.0)
+    assert robot.world.state.speed_mps > 0.2
+    far = np.array([(1.0, 0.0, 9.0)])
+    tell(robot, 10_000, 8.0, 1.0, far)
+    for _ in range(round(100 * LEASE_S) - 5):
+        robot.tick()
+    assert robot.world.state.speed_mps > 0.45
+    for _ in range(110):
+        robot.tick()
+    assert abs(robot.world.state.speed_mps) < 0.02
+    tell(robot, 10_001, 8.0, 1.0, far)
+    for _ in range(100):
+        robot.tick()
+    assert robot.world.state.speed_mps > 0.3
+
+
+def test_a_cell_that_it_is_not_in_is_refused_for_ever() -> None:
+    robot = aligned(guided())
+    elsewhere = np.array([(1.0, 0.0, 0.5)])
+    tell(robot, 7, 0.2, 1.0, elsewhere)
+    said = robot.onboard.whereabouts
+    assert (said.adopted, said.decided) == (0, 7)
+    tell(robot, 6, 2.0, 1.0)
+    assert robot.onboard.whereabouts.adopted == 0
+    tell(robot, 8, 2.0, 1.0)
+    assert robot.onboard.whereabouts.adopted == 8
+
+
+def test_what_it_says_is_where_it_would_stop() -> None:
+    robot = aligned(guided())
+    drive(robot, 250, 2.9, 1.0)
+    said = robot.onboard.whereabouts
+    robot.pause()
+    for _ in range(200):
+        robot.tick()
+    assert math.hypot(said.stop_x_m - said.x_m, said.stop_y_m - said.y_m) > 0.15
+    assert off(robot, said.stop_x_m, said.stop_y_m) < 0.02
+
+
+def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
+    digests = []
+    for fast in (True, False):
+        robot = aligned(guided())
+        telemetry, runner = Telemetry(robot), FastRunner(robot)
+        for update in range(12):
+            tell(robot, 1 + update, 2.5, 1.2 + 0.05 * update)
+            for _ in range(4):
+                if fast:
+                    done = 0
+                    while done < 10:
+                        count = runner.step(telemetry.until_due(10 - done), telemetry.rows)
+                        telemetry.hold(count)
+                        done += count
+                else:
+                    for _ in range(10):
+                        robot.tick()
+                        telemetry.hold(1)
+                telemetry.only_hashed()
+        digests.append(telemetry.digest.hexdigest())
+    assert digests[0] == digests[1]
+
+
+def test_the_operator_pauses_stops_and_releases_it() -> None:
+    robot = aligned(guided())
+    drive(robot, 250, 2.9, 1.0)
+    robot.pause()
+    drive(robot, 200, 2.9, 1.0)
+    assert abs(robot.world.state.speed_mps) < 1e-3
+    assert robot.onboard.whereabouts.adopted > 0
+    robot.resume()
+    drive(robot, 100, 2.9, 1.9)
+    robot.estop()
+    drive(robot, 100, 2.9, 1.9)
+    assert robot.onboard.state == TraversalStatus.ESTOPPED
+    assert abs(robot.world.state.speed_mps) < 1e-3
+    robot.reset()
+    robot.resume()
+    drive(robot, 1000, 2.0, 1.9)
+    assert off(robot, 2.0, 1.9) < 0.02
+    robot.abort()
+    assert robot.onboard.whereabouts is None
+
+
+def test_a_trajectory_takes_over_only_from_a_robot_that_is_not_guided_any_more() -> None:
+    robot = aligned(guided(start=(0.0, 0.0, 0.0)))
+    plan = onboard.straight(robot.vehicle)
+    with pytest.raises(CommandRefused, match="cannot load while running"):
+        robot.load(plan)
+    with pytest.raises(CommandRefused, match="cannot load while running"):
+        robot.begin_guided()
+    robot.abort()
+    for _ in range(200):
+        robot.tick()
+    robot.load(plan)
+    robot.start()
+    FastRunner(robot).run(2000)
+    assert robot.onboard.state == TraversalStatus.DONE
+
+
+def test_a_robot_that_cannot_turn_on_the_spot_is_not_guided() -> None:
+    with pytest.raises(CommandRefused, match="cannot turn on the spot"):
+        Emulator(CLAY_ROLLER, Scenario()).begin_guided()
+
+
+def test_a_marker_is_guided_like_any_other_and_sprays_nothing() -> None:
+    world = Scenario(start=Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0))
+    robot = Emulator(Vehicle(), world)
+    robot.begin_guided()
+    aligned(robot)
+    field = np.array([(1.0, 0.0, 9.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 9.0), (0.0, -1.0, 0.0)])
+    for number in range(1, 40):
+        tell(robot, number, 5.0, 4.0, field)
+        for _ in range(40):
+            robot.tick()
+    assert off(robot, 5.0, 4.0) < 0.05
+    assert robot.ledger.points == 0
+
+
+def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> None:
+    setup = Setup(vehicle=SHIPPED[NAME].vehicle, onboard=with_its_own(NAME, OnboardConfig()))
+    world = Scenario.model_validate(
+        {
+            "start": {"x_m": 1.0, "y_m": 1.0, "heading_rad": 0.0},
+            "ground": {"surface": "floor"},
+            "faults": [{"kind": "camera-outage", "start_s": 3.0, "duration_s": 60.0}],
+            "drive": {"slip_relative": 0.3},
+        }
+    )
+    robot = Emulator(setup.vehicle, world, setup.onboard)
+    robot.begin_guided()
+    aligned(robot)
+    states = set()
+    for round_trip in range(8):
+        drive(robot, 1000, 2.9 if round_trip % 2 else 1.0, 1.9 if round_trip % 4 > 1 else 1.0)
+        states.add(robot.onboard.state)
+    assert states <= {TraversalStatus.RUNNING, TraversalStatus.PAUSED}
+    drive(robot, 1500, 2.0, 1.5)
+    assert off(robot, 2.0, 1.5) < 0.03

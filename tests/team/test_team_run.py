@@ -1,0 +1,152 @@
+"""Teams of emulated robots in lockstep: with slip, a noisy camera, lag and bad radio no two ever touch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.spec import parse
+from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
+from touchline.services.runs.team.random_team_faults import with_random_faults
+from touchline.services.runs.team.team_figures import team_figures
+from touchline.services.runs.team.team_run import TeamRun
+
+pytestmark = pytest.mark.xdist_group("team")  # by one worker, which compiles or loads the kernels once
+BODY_M = 0.177
+LOSSY = {"follower": "mpc", "drive": {"slip_relative": 0.004}, "team": {"lease_s": LOSSY_LEASE_S}}
+
+
+def driven(**told: Any) -> tuple[TeamRun, dict[str, Any]]:
+    """A run, and its figures."""
+    hashed = told.pop("hashed", False)
+    run = TeamRun(TeamScenario.model_validate(told), hashed=hashed)
+    run.run()
+    return run, team_figures(run, 1.0)
+
+
+def test_a_team_spreads_as_well_as_points_do() -> None:
+    _, figures = driven(robots=10, duration_s=40.0)
+    assert figures["success"], figures["reason"]
+    assert figures["contacts"] == 0
+    assert figures["bodies_apart_m"] > 0.01
+    assert figures["deploy"]["of_points"] < 1.015
+    assert figures["deploy"]["spread_s"] <= 20.0
+    assert figures["driven_mean_m"] <= 3.5
+    assert figures["beyond_walls_robot_s"] == 0.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_team_changes_places(seed: int) -> None:
+    run, figures = driven(robots=12, task={"kind": "swap"}, world=world(seed))
+    assert figures["success"], figures["reason"]
+    assert figures["goals"]["arrived"] == 12
+    assert figures["goals"]["ended_s"] <= 45.0
+    assert figures["closest_m"] >= 2.0 * BODY_M + 0.01
+    assert run.trace.nearest_segments_m >= 2.0 * run.team.radius_m - 0.04
+
+
+def world(seed: int) -> dict[str, Any]:
+    return TeamScenario().world.model_copy(update={"seed": seed}).model_dump()
+
+
+def test_goals_are_driven_to_in_turn_and_formations_taken() -> None:
+    places = {"a": at(1.0, 1.0), "b": at(2.0, 1.0), "c": at(3.0, 1.0)}
+    square = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
+    goals = {"kind": "goals", "goals": {"a": [(3.0, 3.0), (1.0, 3.0)], "c": [(1.0, 2.0)]}}
+    run, figures = driven(places=places, area=square, task=goals)
+    assert figures["success"], figures["reason"]
+    assert {name: [round(x) for x in run.robots[name].emulator.world.pose[:2]] for name in run.names} == {
+        "a": [1, 3],
+        "b": [2, 1],
+        "c": [1, 2],
+    }
+    line = {"kind": "formation", "shape": "line", "x_m": 2.0, "y_m": 2.0, "heading_rad": 1.5708, "apart_m": 0.6}
+    _, figures = driven(places=places, area=square, task=line)
+    assert figures["success"], figures["reason"]
+
+
+def at(x_m: float, y_m: float) -> dict[str, float]:
+    return {"x_m": x_m, "y_m": y_m, "heading_rad": 0.0}
+
+
+def test_a_room_with_a_pillar_is_shared() -> None:
+    room = {"outline": [(0, 0), (5, 0), (5, 4), (0, 4)], "obstacles": [[(2, 2), (3, 2), (3, 3), (2, 3)]]}
+    _, figures = driven(robots=6, area=room, duration_s=30.0)
+    assert figures["success"], figures["reason"]
+    assert figures["beyond_walls_robot_s"] == 0.0
+    assert figures["deploy"]["of_points"] is None
+
+
+def test_the_order_of_robots_and_a_further_one_change_no_others_noise() -> None:
+    places = {"tb1": at(1.0, 1.0), "tb2": at(2.0, 1.0), "tb3": at(3.0, 1.0)}
+    hashes = []
+    for names in (("tb1", "tb2", "tb3"), ("tb3", "tb1", "tb2")):
+        run, _ = driven(places={name: places[name] for name in names}, duration_s=4.0, hashed=True)
+        hashes.append(run.hashes)
+    assert hashes[0] == hashes[1]
+    assert len(set(hashes[0].values())) == 3
+    seeds = [TeamScenario(robots=count).setup("tb2", run.starts["tb2"]).scenario.seed for count in (2, 20)]
+    assert seeds[0] == seeds[1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_half_of_the_messages_lost_and_the_others_late(seed: int) -> None:
+    _, figures = driven(robots=5, duration_s=20.0, links={"loss": 0.5, "delay_s": 1.0}, onboard=LOSSY, world=world(seed))
+    assert figures["success"], figures["reason"]
+    assert figures["bodies_apart_m"] > 0.01
+
+
+def test_who_freezes_is_passed_and_told_of() -> None:
+    run, figures = driven(
+        robots=6, task={"kind": "swap"}, duration_s=90.0, frozen={"tb2": [{"start_s": 6.0}]}, world=world(3)
+    )
+    assert figures["contacts"] == 0
+    told = figures["goals"]["hindrances"]
+    assert "stands still" in told.pop("tb2")
+    assert all(told.values())
+    assert figures["success"], figures["reason"]
+    assert figures["goals"]["arrived"] >= 4
+    assert run.trace.problem == ""
+
+
+def test_a_pressed_bumper_stops_one_robot_and_nobody_runs_into_it() -> None:
+    press = {"kind": "bumper", "start_s": 5.0, "duration_s": 1.0}
+    _, figures = driven(robots=4, duration_s=15.0, faults={"tb1": [press]})
+    assert figures["stopped"] == {"tb1": "the bumper is pressed"}
+    assert figures["success"], figures["reason"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_faults_lead_to_no_contact_of_robots_that_obey(seed: int) -> None:
+    team = with_random_faults(TeamScenario(robots=6, duration_s=30.0), seed)
+    assert team.faults or team.frozen
+    run = TeamRun(team)
+    run.run()
+    figures = team_figures(run, 1.0)
+    assert figures["contacts_of_obedient"] == 0
+    assert figures["success"], figures["reason"]
+
+
+@pytest.mark.parametrize(
+    ("told", "problem"),
+    [
+        ({"robots": 0}, "robots"),
+        ({"radius_m": 0.1}, "radius_m is 0.1 m, less than the body's 0.177 m"),
+        ({"robots": 50, "area": {"outline": [(0, 0), (2, 0), (2, 2), (0, 2)]}}, "has room for 16 robots in a grid of 0.48 m, not for 50"),
+        ({"area": {"outline": [(0, 0), (2, 2), (2, 0), (0, 2)]}}, "outline crosses itself"),
+        ({"places": {"a": at(1.0, 1.0), "b": at(1.1, 1.0)}}, "places.a is 0.10 m from that of b"),
+        ({"places": {"a": at(1.0, 9.0)}, "area": {"outline": [(0, 0), (2, 0), (2, 2)]}}, "places.a is outside"),
+        ({"places": {"a b": at(1.0, 1.0)}}, "cannot be a robot's"),
+        ({"faults": {"tb99": [{"kind": "bumper"}]}}, "tb99"),
+        ({"links": {"loss": 1.0}}, "loss"),
+        ({"update_s": 0.25}, "update_s"),
+        ({"task": {"kind": "dance"}}, "task"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(told: dict[str, Any], problem: str) -> None:
+    import json
+
+    with pytest.raises(SpecError, match=problem):
+        TeamRun(parse(TeamScenario, json.dumps(told), "team.json"))
