@@ -1,22 +1,28 @@
 """``touchline fleet``: teams of robots that share an area."""
 
+import json
 import tempfile
 import time
+import uuid
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
+from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import CommandRequest, TeamTaskRequest
 from touchline.schemas.setup import Setup
-from touchline.schemas.spec import EVERY_FIELD
+from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
+from touchline.schemas.topics import TEAM_NAMESPACE
+from touchline.services.bus import Bus
 from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.number_list import numbers_of
-from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, speed_factor
+from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
 from touchline.services.cli.output_choice import deliver
 from touchline.services.cli.run_command import Terminal
 from touchline.services.cli.sweep_command import WorkersChoice, collect
@@ -26,6 +32,9 @@ from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, severity_of
 
+_TASK_S: Final = 120.0
+"""All robots are asked one by one."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand with its own."""
@@ -34,6 +43,8 @@ def register(app: typer.Typer) -> None:
     fleet.command("simulate")(with_groups(simulate))
     fleet.command("run")(with_groups(run))
     fleet.command("sweep")(with_groups(sweep))
+    fleet.command("task")(task)
+    fleet.command("stop")(stop)
     app.add_typer(fleet, name="fleet")
 
 
@@ -159,3 +170,31 @@ def _sizes(text: str) -> list[int]:
         if size != int(size) or not 1 <= size <= MOST_ROBOTS:
             raise SpecError("command line", "--robots", f"has {size:g}", f"give whole numbers from 1 to {MOST_ROBOTS}")
     return [int(size) for size in sizes]
+
+
+def task(
+    what: Annotated[str, typer.Argument(metavar="KIND|FILE", help="deploy, swap, or a JSON file of a task.")],
+    robot: Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")] = TEAM_NAMESPACE,
+) -> None:
+    """Give a team on the bus a task: its coordinator sets it in motion, or has it go on with that."""
+    text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text)
+        response = bus.call(topics.TEAM_TASK, request, _TASK_S)
+    _told(response.success, response.message)
+
+
+def stop(
+    robot: Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")] = TEAM_NAMESPACE,
+) -> None:
+    """Pause every robot of a team on the bus; `touchline order resume` lets them go on."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
+    _told(response.success, response.message)
+
+
+def _told(success: bool, message: str) -> None:
+    """Print an answer; the exit code says whether it is a success."""
+    typer.echo(message)
+    if not success:
+        raise typer.Exit(ExitCode.FAILED)

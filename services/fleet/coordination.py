@@ -15,6 +15,8 @@ from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub, TeamSettings
 from touchline.services.fleet.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
 
+RESTS_M: Final = 0.01
+"""Who would stop within this stands, as far as an estimate can tell."""
 LOST_S: Final = 30.0
 """Sim time: robots that stand for so long without knowing where will not drive."""
 
@@ -56,7 +58,7 @@ class Coordination:
             self._first[name] = said
         elif name in self.hub.names and not self._begins_anew(self.hub, name, said):
             self.hub.receive(name, said, now_s)
-        elif _is_new(said) and (said.x_m, said.y_m) == (said.stop_x_m, said.stop_y_m):
+        elif _is_new(said) and math.hypot(said.stop_x_m - said.x_m, said.stop_y_m - said.y_m) < RESTS_M:
             if name in self.hub.names:
                 self.hub.leave(name)
             self.hub.join(name, said, now_s)

@@ -93,7 +93,9 @@ def test_the_order_of_robots_and_a_further_one_change_no_others_noise() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_half_of_the_messages_lost_and_the_others_late(seed: int) -> None:
-    _, figures = driven(robots=5, duration_s=20.0, links={"loss": 0.5, "delay_s": 1.0}, onboard=LOSSY, world=world(seed))
+    _, figures = driven(
+        robots=5, duration_s=20.0, links={"loss": 0.5, "delay_s": 1.0}, onboard=LOSSY, world=world(seed)
+    )
     assert figures["success"], figures["reason"]
     assert figures["bodies_apart_m"] > 0.01
 
@@ -134,7 +136,10 @@ def test_random_faults_lead_to_no_contact_of_robots_that_obey(seed: int) -> None
     [
         ({"robots": 0}, "robots"),
         ({"radius_m": 0.1}, "radius_m is 0.1 m, less than the body's 0.177 m"),
-        ({"robots": 50, "area": {"outline": [(0, 0), (2, 0), (2, 2), (0, 2)]}}, "has room for 16 robots in a grid of 0.48 m, not for 50"),
+        (
+            {"robots": 50, "area": {"outline": [(0, 0), (2, 0), (2, 2), (0, 2)]}},
+            "has room for 16 robots in a grid",
+        ),
         ({"area": {"outline": [(0, 0), (2, 2), (2, 0), (0, 2)]}}, "outline crosses itself"),
         ({"places": {"a": at(1.0, 1.0), "b": at(1.1, 1.0)}}, "places.a is 0.10 m from that of b"),
         ({"places": {"a": at(1.0, 9.0)}, "area": {"outline": [(0, 0), (2, 0), (2, 2)]}}, "places.a is outside"),

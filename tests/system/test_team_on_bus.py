@@ -1,0 +1,160 @@
+"""A team over Zenoh: the bytes of `fleet simulate` in one process or in several; robots that come, and what dies."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.meeting import eventually
+from tests.system.commands import figures, start_touchline, touchline
+from touchline.schemas import topics
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import CommandRequest, Odometry, TeamCells, TeamStatus, TeamTaskRequest
+from touchline.schemas.scenario import Pose2
+from touchline.schemas.team import TeamScenario
+from touchline.services.bridge.channels import namespace_at
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
+
+pytestmark = pytest.mark.xdist_group("team-on-bus")
+RUN = ("--robots", "3", "--duration", "6", "--seed", "5", "--json")
+
+
+@pytest.fixture(scope="module")
+def simulated() -> dict[str, str]:
+    """The hashes of the run in one process."""
+    return dict(figures(touchline("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"])
+
+
+def test_over_the_bus_every_robot_has_the_bytes_of_the_simulation(tmp_path: Path, simulated: dict[str, str]) -> None:
+    recording = tmp_path / "team.mcap"
+    done = figures(touchline("fleet", "run", *RUN, "--record", str(recording)))
+    assert done["success"], done["reason"]
+    assert done["hash"]["robots"] == simulated
+    assert done["bus"]["lost"] == done["recording"]["lost"] == 0
+    reader = RecordingReader(recording)
+    names = {namespace_at(message.topic) for message in reader.messages()}
+    assert names == {"tb1", "tb2", "tb3", topics.TEAM_NAMESPACE}
+
+
+def test_a_process_for_each_robot_changes_no_byte(simulated: dict[str, str]) -> None:
+    done = figures(touchline("fleet", "run", *RUN, "--processes"))
+    assert done["success"], done["reason"]
+    assert done["hash"]["robots"] == simulated
+
+
+SPEED = "4"
+PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0), "late": (2.0, 3.5)}
+AREA = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
+CORNERS = {"kind": "goals", "goals": {"a": [(3.4, 0.6)], "b": [(3.4, 3.4)], "c": [(0.6, 0.6)]}}
+
+
+def team(*names: str) -> TeamScenario:
+    places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items() if name in names}
+    return TeamScenario.model_validate({"places": places, "area": AREA})
+
+
+@contextmanager
+def robots(config: BusConfig, folder: Path, *names: str) -> Iterator[None]:
+    """A process of these robots, at 4 times real time."""
+    told = team(*names)
+    starts = {name: Pose2(x_m=x, y_m=y, heading_rad=0.0) for name, (x, y) in PLACES.items() if name in names}
+    setups = {name: told.setup(name, start) for name, start in starts.items()}
+    file = folder / f"{names[0]}.json"
+    file.write_text(Fleet.of(setups).model_dump_json())
+    process = start_touchline(
+        "robot-sim", "--robots", str(file), "--speed", SPEED, config=config, log=folder / f"{names[0]}.log"
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def truths(bus: Bus, *names: str) -> Callable[[], dict[str, tuple[float, float, float]]]:
+    """Where robots truly are, and how fast."""
+    inboxes = {name: bus.of(name).inbox([topics.TRUTH], keep="latest") for name in names}
+    newest: dict[str, tuple[float, float, float]] = {}
+
+    def look() -> dict[str, tuple[float, float, float]]:
+        for name, inbox in inboxes.items():
+            for _, message in inbox.messages():
+                assert isinstance(message, Odometry)
+                at = message.pose.pose.position
+                newest[name] = (at.x, at.y, message.twist.twist.linear.x)
+        return newest
+
+    return look
+
+
+def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(tmp_path: Path) -> None:
+    config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}", namespaces=(topics.TEAM_NAMESPACE,))
+    file = tmp_path / "team.json"
+    file.write_text(team("a", "b", "c").model_dump_json())
+    with robots(config, tmp_path, "a", "b", "c"), Bus.open(topics.OPERATOR, config) as bus:
+        coordinator = start_touchline(
+            "coordinator", "--team", str(file), config=config, log=tmp_path / "coordinator.log"
+        )
+        try:
+            setup = bus.inbox([topics.TEAM_SETUP], keep="latest")
+            assert eventually(lambda: bool(setup.drain())), (tmp_path / "coordinator.log").read_text()
+            for name in ("a", "b", "c"):
+                assert not bus.of(name).wait_for({topics.ROBOT_SIM}, 60.0)
+            status = Newest(bus)
+            look = truths(bus, "a", "b", "c", "late")
+            refused = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="0", task_json='{"kind": "dance"}'))
+            assert not refused.success
+            done = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="1", task_json=json.dumps(CORNERS)), 60.0)
+            assert done.success, done.message
+            assert eventually(lambda: status.now.arrived == 3), status.now
+            with robots(config, tmp_path, "late"):
+                assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
+                deploy = TeamTaskRequest(request_id="2", task_json='{"kind": "deploy"}')
+                assert bus.call(topics.TEAM_TASK, deploy, 60.0).success
+                assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25), status.now
+                paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
+                assert paused.success, paused.message
+            corners = TeamTaskRequest(request_id="4", task_json=json.dumps(CORNERS))
+            assert bus.call(topics.TEAM_TASK, corners, 60.0).success
+            for name in ("a", "b", "c"):
+                assert bus.of(name).call(topics.RESUME, CommandRequest(request_id="5")).success
+            assert eventually(lambda: any(abs(v) > 0.3 for _, _, v in look().values())), look()
+            coordinator.kill()
+            killed = time.monotonic()
+            assert eventually(lambda: all(abs(v) < 0.01 for name, (_, _, v) in look().items() if name != "late"))
+            assert time.monotonic() - killed < 30.0
+        finally:
+            coordinator.kill()
+            coordinator.wait()
+
+
+class Newest:
+    """What the coordinator has told last."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS], keep="latest")
+        self._status, self._cells = TeamStatus(), TeamCells()
+
+    def _look(self) -> None:
+        for _, message in self._inbox.messages():
+            if isinstance(message, TeamStatus):
+                self._status = message
+            elif isinstance(message, TeamCells):
+                self._cells = message
+
+    @property
+    def now(self) -> TeamStatus:
+        self._look()
+        return self._status
+
+    @property
+    def cells(self) -> TeamCells:
+        self._look()
+        return self._cells
