@@ -7,21 +7,15 @@ paint on its map; the robot that it shows only talks, so nothing else takes the 
 
 from __future__ import annotations
 
-import fcntl
-import os
-import pty
 import queue
-import select
-import struct
-import subprocess
 import sys
-import termios
 import threading
 import time
 
 import numpy as np
 
 from benchmarks._console_robot import TalkingRobot, serve
+from benchmarks._console_terminal import Terminal
 from touchline.schemas import topics
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
@@ -34,43 +28,6 @@ KEY_REPEAT_HZ = 30.0
 MASHES = {"r held": "r", "space held": " ", "every key": "rs g+-f0[]\t"}
 START_S = 60.0
 LOST_S = 30.0
-
-
-class Terminal:
-    """A pseudo-terminal with the console in it; what it writes is read and dropped."""
-
-    def __init__(self, config: BusConfig) -> None:
-        """Start the console."""
-        self._ours, theirs = pty.openpty()
-        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
-        environment = {**os.environ, **config.environment(), "TERM": "xterm-256color", "COLORTERM": "truecolor"}
-        environment["PYTHONPATH"] = os.pathsep.join(sys.path)
-        command = [sys.executable, "-m", "touchline", "tui"]
-        self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
-        os.close(theirs)
-        self._left = threading.Event()
-        self._reader = threading.Thread(target=self._read)
-        self._reader.start()
-
-    def _read(self) -> None:
-        while not self._left.is_set():
-            if select.select([self._ours], [], [], 0.1)[0]:
-                try:
-                    os.read(self._ours, 1 << 16)
-                except OSError:
-                    return
-
-    def press(self, key: str) -> None:
-        """One key."""
-        os.write(self._ours, key.encode())
-
-    def leave(self) -> None:
-        """End the console."""
-        self._process.kill()
-        self._process.wait()
-        self._left.set()
-        self._reader.join()
-        os.close(self._ours)
 
 
 def main() -> None:

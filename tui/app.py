@@ -31,6 +31,9 @@ from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog,
 from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
+from touchline.tui.fleet_dialog import FleetDialog
+from touchline.tui.fleet_orders import FleetOrder, census, concerned
+from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
@@ -51,6 +54,8 @@ POLL_HZ = 12
 PAINT_RETRY_S = 1.0
 STOP_HOLDS_S = 3.0
 """A robot that is found so soon after an emergency stop is stopped, too."""
+REST_S = 0.2
+"""A robot is looked at closely once it has been in view for so long: keys that are held down pass many by."""
 LONGEST_TICK_S = 0.25
 """What goes on longer between two ticks is the console's own absence: it makes nobody else silent."""
 
@@ -111,6 +116,8 @@ class ConsoleApp(App[None]):
         Binding("right_square_bracket,full_stop", "speed(1)", "Faster"),
         Binding("left_square_bracket,comma", "speed(-1)", "Slower"),
         Binding("o", "next_robot", "Other robot"),
+        Binding("v", "fleet", "All robots"),
+        Binding("x", "order_all", "An order to all"),
         Binding("f", "follow", "Follow the robot"),
         Binding("0,home", "fit", "Show the whole job"),
         Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
@@ -137,6 +144,7 @@ class ConsoleApp(App[None]):
         self._stop_typed_s = self._stopped_at_s = -math.inf
         self._take_up_robots()
         self._started_with = self._desks[self.robots.selected_name]
+        self._in_view, self._in_view_since_s = self.robots.selected_name, -math.inf
         self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
         self._robots_bar = RobotsBar()
         self._map, self._log_view = MapView(), LogView()
@@ -185,6 +193,7 @@ class ConsoleApp(App[None]):
         now, since = self._clock(), self._ticked_s
         self._ticked_s = now
         self._take_up_robots()
+        self._attend(now)
         for desk in self._desks.values():
             state = desk.state
             state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
@@ -192,7 +201,7 @@ class ConsoleApp(App[None]):
                 state.apply(event, state.now_s)
             desk.operator.heed_status()
             desk.operator.goals.refresh()
-            if state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
+            if state.closely and state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
                 desk.paint_due_s = now + PAINT_RETRY_S
                 desk.link.fetch_paint()
         self._go_on_starting()
@@ -216,12 +225,28 @@ class ConsoleApp(App[None]):
             self.robots.remove(name)
             del self._desks[name]
 
+    def _attend(self, now: float) -> None:
+        """Listen closely to the robot in view and to those with something under way here; of others to the rest."""
+        if self.robots.selected_name != self._in_view:
+            self._in_view, self._in_view_since_s = self.robots.selected_name, now
+        rests = now - self._in_view_since_s >= REST_S
+        for name, desk in self._desks.items():
+            closely = desk is self._started_with and self._autostart.under_way
+            closely |= desk.state.drive.goal is not None or (name == self._in_view and (rests or desk.state.closely))
+            if closely != desk.state.closely:
+                desk.link.attend(closely=closely)
+                desk.state.attend(closely=closely)
+
     def _post_news(self, robot: str, news: Tried | OrderOutcome) -> None:
         self.post_message(OrderNews(robot, news))
 
     def show_state(self) -> None:
         """Bring every panel up to date; each redraws only what changed."""
         if not self._map.is_attached:  # an answer may still come in while the console is being taken down
+            return
+        if (fleet := self.fleet_screen) is not None:
+            fleet.show()
+            self._show_signals()
             return
         state = self.state
         self.screen_stack[0].set_class(state.traversal == TraversalStatus.ESTOPPED, "-stopped-robot")
@@ -330,8 +355,10 @@ class ConsoleApp(App[None]):
     def _stop_all(self) -> None:
         """Stop every robot: to stop one too many costs a minute, to stop the wrong one may cost more."""
         self._stopped_at_s = self._clock()
-        for name in self.robots.to_stop():
+        names = self.robots.to_stop()
+        for name in names:
             self._desks[name].operator.stop()
+        self.robots.call_roll("estop", "Emergency stop", names)
 
     async def on_event(self, event: events.Event) -> None:
         """Leave out keys that were typed before an emergency stop and come after it: a reset may be among them."""
@@ -456,9 +483,59 @@ class ConsoleApp(App[None]):
 
     def action_select(self, name: str) -> None:
         """Bring this robot into view."""
-        if name in self.robots.states:
-            self.robots.selected_name = name
-            self.show_state()
+        self.robots.select(name)
+        self.show_state()
+
+    @property
+    def fleet_screen(self) -> FleetScreen | None:
+        """The screen of all robots, if it is open, dialogs upon it or not."""
+        return next((screen for screen in self.screen_stack if isinstance(screen, FleetScreen)), None)
+
+    def action_fleet(self) -> None:
+        """Show all robots."""
+        if self.state.alone:
+            self._say(INFO, f"Fleet: {self.state.name} is the only robot; others are taken up as they come")
+        elif self.fleet_screen is None:
+            self.push_screen(FleetScreen(self.robots), lambda _: self.show_state())
+
+    def action_one_at_a_time(self) -> None:
+        """Jobs are prepared where the robot's own map is."""
+        self._say(INFO, "jobs and goals are prepared for one robot: enter shows it alone")
+
+    def action_order_all(self) -> None:
+        """Ask which order is to go to all robots."""
+        if self.state.alone:
+            self._say(INFO, f"All: {self.state.name} is the only robot")
+            return
+
+        def chosen(order: FleetOrder | None) -> None:
+            if order is not None:
+                self._confirm_for_all(order)
+
+        self.push_screen(FleetDialog(self.robots.states), chosen)
+
+    def _confirm_for_all(self, order: FleetOrder) -> None:
+        names = concerned(order, self.robots.states)
+        if not names:
+            self._say(WARN, f"{order.title}: there are no robots for it ({order.whom})")
+            return
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self._order_all(order, names)
+
+        title = f"{order.title} {len(names)} of {len(self.robots.states)} robots?"
+        text = f"It goes to {order.whom}.\nAll robots: {census(self.robots.states)}."
+        self.push_screen(ConfirmDialog(title, text, f"{order.title} {len(names)}"), answered)
+
+    def _order_all(self, order: FleetOrder, names: Iterable[str]) -> None:
+        """Give it to all that it still concerns, and show who answers what."""
+        told = [name for name in names if name in self._desks and order.concerns(self.robots.states[name])]
+        for name in told:
+            self._desks[name].operator.command(order.name)
+        self.robots.call_roll(order.name, order.title, told)
+        self.action_fleet()
+        self.show_state()
 
     def action_follow(self) -> None:
         """Keep the robot in the middle of the map, or no longer."""

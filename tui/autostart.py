@@ -27,6 +27,11 @@ class AutoStart:
         self._steps += ["speed"] if self.speed is not None else []
         self._steps += ["start"] if self.run else []
 
+    @property
+    def under_way(self) -> bool:
+        """Whether there is something left to do."""
+        return bool(self._steps)
+
     def due(self, state: ConsoleState) -> str | None:
         """The order to give now; it counts as given. None while one is under way or its process is not there."""
         if not self._steps or self._under_way or not state.nodes[NEEDS[self._steps[0]]].alive:

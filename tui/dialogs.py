@@ -368,7 +368,8 @@ KEYS_TEXT = (
     ("Map", (
         ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f, 0, home", "follow the robot, show the whole job"),
     )),
-    ("Console", (("o, tab", "other robot, next panel"), ("ctrl+p, q", "all commands by name, quit"))),
+    ("Fleet", (("v, o, x", "all robots; the next one; orders to all"),)),
+    ("Console", (("tab", "next panel"), ("ctrl+p, q", "all commands by name, quit"))),
 )  # fmt: skip
 LEGEND = (
     ("●", theme.WHITE, "painted"),

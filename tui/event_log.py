@@ -30,11 +30,15 @@ class OperatorLog:
         self.entries: deque[Entry] = deque(maxlen=CAPACITY)
         self.total = 0
         self.revision = 0
+        self.last_warning: Entry | None = None
+        """The last warning or error."""
 
     def add(self, time_s: float | None, severity: int, source: str, text: str) -> None:
         """Append an entry, without what could command a terminal; a mere repeat of the last is counted on that."""
         source, text = plain(source), plain(text)
         self.revision += 1
+        if severity > INFO:
+            self.last_warning = Entry(time_s, severity, source, text)
         last = self.entries[-1] if self.entries else None
         if last and (last.severity, last.source, last.text) == (severity, source, text):
             self.entries[-1] = replace(last, time_s=time_s, times=last.times + 1)

@@ -39,7 +39,9 @@ KEYS = (
     Key("b", "Battery", "command('battery')", 1),
     Key("d", "Drive to", "drive", 1),
     Key("[ ]", "Speed", "speed(1)", 1),
+    Key("v", "Fleet", "fleet", 1),
     Key("o", "Other robot", "next_robot", 1),
+    Key("x", "All…", "order_all", 3),
     Key("f", "Follow", "follow", 3),
     Key("0", "Fit", "fit", 4),
     Key("+ -", "Zoom", "zoom(1)", 5),
@@ -64,7 +66,7 @@ _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
-_OF_SEVERAL = frozenset("o")
+_OF_SEVERAL = frozenset("vox")
 """Keys that are of use, and shown, when there are several robots."""
 
 

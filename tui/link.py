@@ -13,13 +13,25 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
-from touchline.schemas.topics import Service
-from touchline.services.bus import Bus, BusConfig
+from touchline.schemas.topics import Service, Topic
+from touchline.services.bus import Bus, BusConfig, Inbox
 from touchline.tui.protocol import CallFailed, Incoming, Link, Lost, NodeChanged, PaintFetched, Received, Rejected
 from touchline.tui.state import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
 """Topics of which every message counts; diagnostics have several publishers."""
+CLOSELY = (
+    topics.PAINT,
+    topics.PLAN,
+    topics.TEMPLATE,
+    topics.TRUE_COVERAGE,
+    topics.REPORT,
+    topics.AREA,
+    topics.AREA_REPORT,
+)
+"""Topics of which nothing is shown while the robot is one among others: they are not even sent here then."""
+MOST_FOUND = 8
+"""Robots that are taken up at a time: each takes milliseconds, and keys must not wait for hundreds."""
 PAINT_TIMEOUT_S = 3.0
 TOLD_TIMEOUT_S = 1.0
 """How long a request that nobody waits for remains under way."""
@@ -59,21 +71,21 @@ class BusLinks:
         found, self._new = self._new, []
         if self._roster is not None:
             self._roster.poll()
-            for name in self._roster.robots({topics.ROBOT_SIM, topics.REPLAY}):
-                if name not in self._known:
-                    self._known.add(name)
-                    found.append((name, BusLink(self._bus.of(name))))
+            there = self._roster.robots({topics.ROBOT_SIM, topics.REPLAY})
+            for name in [name for name in there if name not in self._known][:MOST_FOUND]:
+                self._known.add(name)
+                found.append((name, BusLink(self._bus.of(name))))
         return found
 
 
 class BusLink:
-    """A Link over a bus: two inboxes, the list of live processes, and calls."""
+    """A Link over a bus: inboxes, the list of live processes, and calls."""
 
     def __init__(self, bus: Bus) -> None:
         """Begin to listen."""
         self._bus = bus
-        self._states = bus.inbox([topic for topic in CONSOLE_TOPICS if topic not in EVERY_ONE], keep="latest")
-        self._lists = bus.inbox(EVERY_ONE, keep="all")
+        self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in CLOSELY])
+        self._near: list[Inbox] = []
         self._presence = bus.presence()
         self._rejected = 0
         self._lost = 0
@@ -81,6 +93,16 @@ class BusLink:
         self._fetching = threading.Lock()
         self._told: object = None
         """The last question that nobody waits for, which is held while it is under way."""
+
+    def _listen(self, wanted: Sequence[Topic]) -> list[Inbox]:
+        """Inboxes of these topics."""
+        states = [topic for topic in wanted if topic not in EVERY_ONE]
+        lists = [topic for topic in wanted if topic in EVERY_ONE]
+        return [self._bus.inbox(states, keep="latest"), self._bus.inbox(lists, keep="all")]
+
+    def attend(self, *, closely: bool) -> None:
+        """See `Link`."""
+        self._near = self._listen(CLOSELY) if closely else []
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll.
@@ -91,11 +113,12 @@ class BusLink:
         said: list[Incoming] = []
         while self._fetched:
             said.append(self._fetched.popleft())
-        for sample in (*self._states.drain(), *self._lists.drain()):
-            try:
-                said.append(Received(sample.topic.name, sample.decode(), sample.publisher.hex()))
-            except PayloadError as error:
-                said.append(Rejected(sample.topic.name, str(error)))
+        for inbox in (*self._far, *self._near):
+            for sample in inbox.drain():
+                try:
+                    said.append(Received(sample.topic.name, sample.decode(), sample.publisher.hex()))
+                except PayloadError as error:
+                    said.append(Rejected(sample.topic.name, str(error)))
         return came + said + went + self._counted()
 
     def _presence_changes(self) -> tuple[list[Incoming], list[Incoming]]:

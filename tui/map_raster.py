@@ -57,6 +57,9 @@ class Ink(IntEnum):
     GOAL = 15
     ROBOT = 16
     ROBOT_STOPPED = 17
+    UNHEARD = 18
+    """A robot of which nothing is heard, where it was when it was."""
+    GONE = 19
 
 
 @dataclass(frozen=True)
@@ -161,14 +164,13 @@ class MapRaster:
             inks[free & (self._current.bits > 0)] = Ink.CURRENT_PATH
 
         step = grid_step_m(view)
-        self._draw_grid(view, step, bits, inks)
+        draw_grid(view, step, self._grid, bits, inks)
         codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
         cells = Cells(codes, inks, stripes(view, step))
-        _overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
+        overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
         if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:
-            _overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)
-        for other in scene.others:
-            _draw_other(view, other, cells)
+            overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)
+        _draw_others(view, scene.others, cells)
         if scene.goal:
             _draw_goal(view, scene.goal, bits, cells)
         if scene.robot:
@@ -176,32 +178,21 @@ class MapRaster:
         draw_scale(view, cells)
         return cells
 
-    def _draw_grid(self, view: Viewport, step_m: float, bits: Bits, inks: Bits) -> None:
-        x_min, y_max = view.to_field(0, 0)
-        x_max, y_min = view.to_field(view.columns, view.rows)
-        xs = np.arange(math.ceil(x_min / step_m), math.floor(x_max / step_m) + 1) * step_m
-        ys = np.arange(math.ceil(y_min / step_m), math.floor(y_max / step_m) + 1) * step_m
-        x, y = (axis.ravel().astype(np.float64) for axis in np.meshgrid(xs, ys))
-        self._grid.update(view, Polyline(x, y, np.zeros(len(x), dtype=np.bool_)), 0)
-        free = (bits == 0) & (self._grid.bits > 0)
-        bits[free] = self._grid.bits[free]
-        inks[free] = Ink.GRID
-
     def _draw_robot(self, view: Viewport, scene: MapScene, pose: ShownPose, bits: Bits, cells: Cells) -> None:
         cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
         ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
         if view.dot_m <= BODY_DOT_M:
-            _overlay(view, _outline(scene.vehicle, pose, cos, sin), Ink.BODY, bits, cells)
+            overlay(view, body_outline(scene.vehicle, pose, cos, sin), Ink.BODY, bits, cells)
         x, y = scene.vehicle.tool.point_m
         nozzle = view.to_cell(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y)
         center = view.to_cell(pose.x_m, pose.y_m)
         if nozzle:
-            _put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
+            put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
         if center:
-            _put(cells, center, arrow(pose.heading_rad), ink)
-            _put_name(cells, center, scene.name)
+            put(cells, center, arrow(pose.heading_rad), ink)
+            put_name(cells, center, scene.name)
         else:
-            _put(cells, *_edge(view, pose), ink)
+            put(cells, *edge_mark(view, pose), ink)
 
 
 def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
@@ -210,21 +201,27 @@ def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
     bits[cells], inks[cells] = dots[cells], ink
 
 
-def _draw_other(view: Viewport, other: NamedRobot, cells: Cells) -> None:
-    """A robot that is not in question: its arrow and its name, as far as it is in view."""
-    center = view.to_cell(other.pose.x_m, other.pose.y_m)
-    if center:
-        _put(cells, center, arrow(other.pose.heading_rad), Ink.OTHER_STOPPED if other.stopped else Ink.OTHER)
-        _put_name(cells, center, other.name)
+def _draw_others(view: Viewport, others: tuple[NamedRobot, ...], cells: Cells) -> None:
+    """Robots that are not in question: arrows as far as they are in view, and names as far as there is room."""
+    centers = [(other, view.to_cell(other.pose.x_m, other.pose.y_m)) for other in others]
+    for other, center in centers:
+        if center:
+            ink = Ink.OTHER_STOPPED if other.stopped else Ink.OTHER
+            put(cells, center, arrow(other.pose.heading_rad), ink)
+    for other, center in centers:
+        if center:
+            put_name(cells, center, other.name)
 
 
-def _put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
-    """Beside an arrow, on the right, or on the left where there is no room."""
+def put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
+    """Beside an arrow, on the right, or on the left where there is no room; not over another name or arrow."""
     column, row = at
-    first = column + 2 if column + 2 + len(name) <= cells.codes.shape[1] else column - 1 - len(name)
-    if first >= 0:
-        for offset, character in enumerate(name):
-            _put(cells, (first + offset, row), character, Ink.LABEL)
+    for first in (column + 2, column - 1 - len(name)):
+        here = slice(first, first + len(name))
+        if 0 <= first <= cells.codes.shape[1] - len(name) and (cells.inks[row, here] < Ink.LABEL).all():
+            cells.codes[row, here] = np.frombuffer(name.encode("utf-32-le"), dtype="<u4")
+            cells.inks[row, here] = Ink.LABEL
+            return
 
 
 def arrow(heading_rad: float) -> str:
@@ -232,7 +229,7 @@ def arrow(heading_rad: float) -> str:
     return ARROWS[round(heading_rad / (math.pi / 4)) % 8]
 
 
-def _overlay(view: Viewport, line: Polyline, ink: Ink, bits: Bits, cells: Cells) -> None:
+def overlay(view: Viewport, line: Polyline, ink: Ink, bits: Bits, cells: Cells) -> None:
     """Draw a line over what is there: its cells keep their dots, and take its colour."""
     dots = np.zeros_like(bits)
     draw(dots, view, line)
@@ -249,10 +246,10 @@ def _draw_goal(view: Viewport, goal: ShownPose, bits: Bits, cells: Cells) -> Non
         length_m = HEADING_CELLS * view.cell_m
         x = np.array([goal.x_m, goal.x_m + length_m * math.cos(goal.heading_rad)])
         y = np.array([goal.y_m, goal.y_m + length_m * math.sin(goal.heading_rad)])
-        _overlay(view, Polyline(x, y, np.array([False, True])), Ink.CURRENT_PATH, bits, cells)
+        overlay(view, Polyline(x, y, np.array([False, True])), Ink.CURRENT_PATH, bits, cells)
     at = view.to_cell(goal.x_m, goal.y_m)
     if at is not None:
-        _put(cells, at, ANY_HEADING if free else arrow(goal.heading_rad), Ink.GOAL)
+        put(cells, at, ANY_HEADING if free else arrow(goal.heading_rad), Ink.GOAL)
 
 
 def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:
@@ -277,6 +274,19 @@ def grid_step_m(view: Viewport) -> float:
     return next(power * factor for factor in (1, 2, 5, 10) if power * factor >= least * (1 - 1e-9))
 
 
+def draw_grid(view: Viewport, step_m: float, layer: GrowingLayer, bits: Bits, inks: Bits) -> None:
+    """Dots in the corners of the grid, where there is nothing else; `layer` keeps them."""
+    x_min, y_max = view.to_field(0, 0)
+    x_max, y_min = view.to_field(view.columns, view.rows)
+    xs = np.arange(math.ceil(x_min / step_m), math.floor(x_max / step_m) + 1) * step_m
+    ys = np.arange(math.ceil(y_min / step_m), math.floor(y_max / step_m) + 1) * step_m
+    x, y = (axis.ravel().astype(np.float64) for axis in np.meshgrid(xs, ys))
+    layer.update(view, Polyline(x, y, np.zeros(len(x), dtype=np.bool_)), 0)
+    free = (bits == 0) & (layer.bits > 0)
+    bits[free] = layer.bits[free]
+    inks[free] = Ink.GRID
+
+
 def stripes(view: Viewport, step_m: float) -> NDArray[np.bool_]:
     """(columns,) whether a column lies in an odd stripe of the turf, stripes being a grid step wide."""
     x = view.center_x_m + (np.arange(view.columns) + 0.5 - view.columns / 2) * view.cell_m
@@ -293,22 +303,23 @@ def draw_scale(view: Viewport, cells: Cells) -> None:
         return
     bar = "├" + "─" * max(width - 2, 0) + "┤"
     for offset, character in enumerate(bar + text):
-        _put(cells, (1 + offset, view.rows - 1), character, Ink.LABEL)
+        put(cells, (1 + offset, view.rows - 1), character, Ink.LABEL)
 
 
-def _put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
+def put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
+    """Show a character in the cell at (column, row)."""
     column, row = at
     cells.codes[row, column] = ord(character)
     cells.inks[row, column] = ink
 
 
-def _outline(vehicle: Vehicle, pose: ShownPose, cos: float, sin: float) -> Polyline:
+def body_outline(vehicle: Vehicle, pose: ShownPose, cos: float, sin: float) -> Polyline:
     """The body as seen from above."""
     x, y = np.array([*vehicle.body.footprint_m, vehicle.body.footprint_m[0]]).T
     return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, np.arange(len(x)) > 0)
 
 
-def _edge(view: Viewport, pose: ShownPose) -> tuple[tuple[int, int], str]:
+def edge_mark(view: Viewport, pose: ShownPose) -> tuple[tuple[int, int], str]:
     """The cell at the border nearest to a robot out of view, and a mark that points to it."""
     x, y = np.array([pose.x_m]), np.array([pose.y_m])
     u, v = (float(axis[0]) for axis in view.to_dots(x, y))

@@ -8,19 +8,15 @@ from typing import ClassVar
 
 import numpy as np
 from rich.markup import escape
-from rich.segment import Segment
-from rich.style import Style
 from textual import events
 from textual.binding import Binding, BindingType
-from textual.geometry import Region
 from textual.message import Message
-from textual.strip import Strip
-from textual.widget import Widget
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
 from touchline.tui.area_layer import AreaScene
+from touchline.tui.cells_view import CellsView, cell_styles
 from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import merge
 from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
@@ -39,28 +35,6 @@ FINE = 0.1
 DRAG_CELLS = 1.5
 """A pointer drawn no further than this from where it was pressed leaves a goal's heading free."""
 
-COLORS = {
-    Ink.GROUND: (theme.TURF_GRID, ""),
-    Ink.GRID: (theme.TURF_GRID, ""),
-    Ink.PATH: (theme.WAY, ""),
-    Ink.CURRENT_PATH: (theme.SKY, ""),
-    Ink.TEMPLATE: (theme.TO_PAINT, ""),
-    Ink.CURRENT: (theme.YELLOW, ""),
-    Ink.LIMIT: (theme.PURPLE, ""),
-    Ink.PAINT: (theme.WHITE, "bold"),
-    Ink.MISSED: (theme.VERMILION, "bold"),
-    Ink.BODY: (theme.ORANGE, "bold"),
-    Ink.LABEL: (theme.LABEL, ""),
-    Ink.OTHER: (f"{theme.BLACK} on {theme.MUTED}", "bold"),
-    Ink.OTHER_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
-    Ink.NOZZLE_OFF: (theme.ORANGE, "bold"),
-    Ink.NOZZLE_ON: (theme.YELLOW, "bold"),
-    Ink.GOAL: (f"{theme.BLACK} on {theme.SKY}", "bold"),
-    Ink.ROBOT: (f"{theme.BLACK} on {theme.ORANGE}", "bold"),
-    Ink.ROBOT_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
-}
-
-
 _UNHEARD = (f"{theme.BLACK} on {theme.MUTED}", "")
 _STALE_COLORS = {
     Ink.BODY: (theme.MUTED, ""),
@@ -72,22 +46,11 @@ _STALE_COLORS = {
 """The robot's, where it was when it was heard last."""
 
 
-def _styles(*, stale: bool) -> list[Style]:
-    """Styles by 2·ink + stripe."""
-    styles, colors = [], COLORS | _STALE_COLORS if stale else COLORS
-    for ink in Ink:
-        color, attributes = colors[ink]
-        for turf in (theme.TURF, theme.TURF_STRIPE):
-            ground = "" if " on " in color else f" on {turf}"
-            styles.append(Style.parse(f"{attributes} {color}{ground}".strip()))
-    return styles
-
-
 class GoalMoved(Message):
     """The operator has moved the goal on the map."""
 
 
-class MapView(Widget, can_focus=True):
+class MapView(CellsView, can_focus=True):
     """The field with the template, the plan, what is painted, and the robot."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -105,7 +68,6 @@ class MapView(Widget, can_focus=True):
         """Nothing to show yet."""
         super().__init__(id=id)
         self._title = self.border_title = "Field"
-        self.view = Viewport(1, 1, dot_m=0.5)
         self.follow = False
         self._fitted = True
         self._scene = MapScene()
@@ -114,12 +76,8 @@ class MapView(Widget, can_focus=True):
         self._pressed: ShownPose | None = None
         """The goal where the pointer was pressed to aim."""
         self._raster = MapRaster()
-        self._cells: Cells | None = None
-        self._keys = np.zeros((0, 0), dtype=np.uint64)
-        self._strips: dict[int, Strip] = {}
         self._stale = False
-        self._all_styles = {stale: _styles(stale=stale) for stale in (False, True)}
-        self._styles = self._all_styles[False]
+        self._all_styles = {stale: cell_styles(_STALE_COLORS if stale else {}) for stale in (False, True)}
 
     # -- what is drawn -----------------------------------------------------------------------------------------------
 
@@ -140,16 +98,15 @@ class MapView(Widget, can_focus=True):
         self._seen = seen
         if self.follow and self._scene.robot:
             self.view = self.view.centered(self._scene.robot.x_m, self._scene.robot.y_m)
-        if self._scene.key != before.key or self._cells is None or self.follow:
-            self._redraw()
+        if self._scene.key != before.key or self.cells is None or self.follow:
+            self.redraw()
 
     def _show_stale(self, stale: bool) -> None:
         """Grey the robot while nothing is heard of it, and say so."""
         if stale != self._stale:
-            self._stale, self._styles = stale, self._all_styles[stale]
-            self._strips.clear()
+            self._stale = stale
             self._show_title()
-            self.refresh()
+            self.restyle(self._all_styles[stale])
 
     def _scene_of(self, state: ConsoleState, others: Mapping[str, ConsoleState]) -> MapScene:
         template, path, status = state.template, state.path, state.robot.status
@@ -192,39 +149,9 @@ class MapView(Widget, can_focus=True):
             ),
         )
 
-    def _redraw(self) -> None:
-        cells = self._raster.compose(self.view, self._scene)
-        keys = (cells.codes.astype(np.uint64) << np.uint64(16)) | (cells.inks.astype(np.uint64) << np.uint64(1))
-        keys |= cells.stripe.astype(np.uint64)
-        self._cells = cells
-        if keys.shape != self._keys.shape:
-            self._strips.clear()
-            self.refresh()
-        else:
-            for row in np.flatnonzero((keys != self._keys).any(axis=1)):
-                self._strips.pop(int(row), None)
-                self.refresh(Region(0, int(row), keys.shape[1], 1))
-        self._keys = keys
-
-    def render_line(self, y: int) -> Strip:
-        """One row of the map."""
-        cells = self._cells
-        if cells is None or y >= cells.codes.shape[0]:
-            return Strip.blank(self.size.width)
-        strip = self._strips.get(y)
-        if strip is None:
-            strip = self._strips[y] = self._strip(cells, y)
-        return strip
-
-    def _strip(self, cells: Cells, row: int) -> Strip:
-        styles = cells.inks[row] * np.uint8(2) + cells.stripe
-        starts = np.concatenate(([0], np.flatnonzero(np.diff(styles)) + 1, [len(styles)]))
-        text = cells.codes[row].astype("<u4").tobytes().decode("utf-32-le")
-        segments = [
-            Segment(text[first:last], self._styles[styles[first]])
-            for first, last in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)
-        ]
-        return Strip(segments, len(text))
+    def compose_cells(self) -> Cells:
+        """See `CellsView`."""
+        return self._raster.compose(self.view, self._scene)
 
     # -- where one looks ---------------------------------------------------------------------------------------------
 
@@ -241,14 +168,14 @@ class MapView(Widget, can_focus=True):
     def _look(self, view: Viewport) -> None:
         self._fitted = False
         self.view = view
-        self._redraw()
+        self.redraw()
 
     def fit(self) -> None:
         """Show the whole job, and keep doing so when the terminal's size changes."""
         self.set_follow(False)
         self._fitted = True
         self.view = self._fit()
-        self._redraw()
+        self.redraw()
 
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
         """Zoom in by so many steps, about a cell or the middle."""
@@ -291,7 +218,7 @@ class MapView(Widget, can_focus=True):
         self.view = self.view.resized(self.size.width, self.size.height)
         if self._fitted:
             self.view = self._fit()
-        self._redraw()
+        self.redraw()
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
         """Zoom in at the pointer."""

@@ -17,7 +17,7 @@ from touchline.schemas.template import Template
 from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.goal_orders import GoalOrders
-from touchline.tui.order_book import ESTOP_TRIES, Change, Phase
+from touchline.tui.order_book import ESTOP_TRIES, Change, OrderLine, Phase
 from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.state import ConsoleState
 
@@ -221,7 +221,8 @@ class Operator:
     def _last_word(self, outcome: OrderOutcome, severity: int, text: str, *, accepted: bool = False) -> bool:
         text, now_s = plain(text), self.state.now_s
         if not self.goals.overtaken(outcome.order):
-            self.state.orders.done(outcome.order.name, accepted=accepted, severity=severity, text=text, now_s=now_s)
+            word, answered = OrderLine(severity, text), not outcome.failure
+            self.state.orders.done(outcome.order.name, word, accepted=accepted, answered=answered, now_s=now_s)
         self.state.note(severity, "console", text)
         return accepted
 

@@ -138,6 +138,7 @@ class Placed:
     tries: int = 1
     word: OrderLine | None = None
     accepted: bool = False
+    answered: bool = False
 
     def line(self, now_s: float) -> OrderLine:
         """How it stands."""
@@ -170,11 +171,15 @@ class OrderBook:
         if name in self._orders:
             self._orders[name].tries = tries
 
-    def done(self, name: str, *, accepted: bool, severity: int, text: str, now_s: float) -> None:
-        """The last word on an order."""
+    def done(self, name: str, word: OrderLine, *, accepted: bool, answered: bool, now_s: float) -> None:
+        """The last word on an order; `answered` tells a refusal from silence."""
         order = self._orders.get(name)
         if order is not None:
-            order.word, order.accepted, order.at_s = OrderLine(severity, text), accepted, now_s
+            order.word, order.accepted, order.answered, order.at_s = word, accepted, answered, now_s
+
+    def latest(self, name: str) -> Placed | None:
+        """The last order of this name."""
+        return self._orders.get(name)
 
     def say(self, severity: int, text: str, now_s: float) -> None:
         """Something about an order that was not sent."""

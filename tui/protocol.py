@@ -72,6 +72,10 @@ class Link(Protocol):
         """Send a request at once, from this thread, without waiting for an answer or hearing of it. Never raises."""
         ...
 
+    def attend(self, *, closely: bool) -> None:
+        """Listen to all that the robot says, or (as at first) only to what is shown of one among others."""
+        ...
+
     def fetch_paint(self) -> None:
         """Ask for everything painted so far; a PaintFetched follows. Does nothing while one is under way."""
         ...

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from touchline.schemas import topics
 from touchline.tui.event_log import INFO
+from touchline.tui.fleet_layer import NO_LAYER, FleetLayer
 from touchline.tui.job import NOTHING
 from touchline.tui.order_book import Phase
+from touchline.tui.roll_call import RollCall, RollReply, over, replies
 from touchline.tui.state import ConsoleState
 
 
@@ -18,6 +20,10 @@ class Robots:
 
     states: dict[str, ConsoleState] = field(default_factory=dict)
     selected_name: str = ""
+    roll: RollCall | None = None
+    """The last order that went to several of them."""
+    layer: FleetLayer = NO_LAYER
+    """What a coordinator has told of them as a team."""
 
     @property
     def selected(self) -> ConsoleState:
@@ -31,7 +37,7 @@ class Robots:
 
     def add(self, name: str) -> ConsoleState:
         """A robot has been found; the first one is selected."""
-        state = self.states[name] = ConsoleState(name=name)
+        state = self.states[name] = ConsoleState(name=name, closely=False)
         state.now_s = max(known.now_s for known in self.states.values())
         if not self.selected_name:
             self.selected_name = name
@@ -55,6 +61,27 @@ class Robots:
         self.selected_name = names[(names.index(self.selected_name) + 1) % len(names)]
         if len(names) > 1:
             self.selected.orders.say(INFO, f"{self.selected_name} selected", self.selected.now_s)
+
+    def select(self, name: str) -> None:
+        """Bring a robot into view, if it is known."""
+        if name in self.states:
+            self.selected_name = name
+
+    def call_roll(self, order: str, title: str, names: Iterable[str]) -> None:
+        """An order goes to these robots now."""
+        self.roll = RollCall(order, title, tuple(names), self.selected.now_s)
+
+    def end_roll(self) -> None:
+        """Nobody wants to see any more who has answered."""
+        self.roll = None
+
+    def answers(self) -> Mapping[str, RollReply]:
+        """What became of the last order to several, by robot; nothing once all is well for a while."""
+        roll = self.roll
+        if roll is None:
+            return {}
+        heard = replies(roll, self.states)
+        return {} if over(roll, heard, self.selected.now_s) else heard
 
     def to_stop(self) -> tuple[str, ...]:
         """Robots that an emergency stop is for: the selected one, whether or not it is there, and all that are."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from textual.content import Content
 
@@ -16,10 +17,17 @@ from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
 
 
-def signal_line(state: ConsoleState, width: int, others: Mapping[str, ConsoleState] | None = None) -> Content:
-    """The row about a robot, `width` cells wide; of the `others` emergency stops that they have not acknowledged."""
+def signal_line(
+    state: ConsoleState, width: int, others: Mapping[str, ConsoleState] | None = None, name: str = ""
+) -> Content:
+    """The row about a robot, `width` cells wide; of the `others` emergency stops that they have not acknowledged.
+
+    `name` stands before what is said of the robot, where several are in view.
+    """
     right = _alerts(state, width)
     line = _line(state)
+    if line is not None and name:
+        line = replace(line, text=f"{name}{line.text}")
     if (elsewhere := _stopping(others or {})) and (line is None or not line.loud):
         line = elsewhere
     elif elsewhere is not None and line is not None:
@@ -36,7 +44,8 @@ def _stopping(others: Mapping[str, ConsoleState]) -> OrderLine | None:
     name, line = loud[0]
     if len(loud) == 1:
         return OrderLine(line.severity, f"{name}: {line.text}", loud=True)
-    return OrderLine(line.severity, f"E-STOP NOT ACKNOWLEDGED BY {', '.join(name for name, _ in loud)}", loud=True)
+    text = f"E-STOP NOT ACKNOWLEDGED BY {len(loud)}: {', '.join(name for name, _ in loud)}"
+    return OrderLine(line.severity, text, loud=True)
 
 
 def _badge_text(state: ConsoleState) -> str:
@@ -86,6 +95,12 @@ def _alert_style(*, stops: bool) -> str:
 class SignalBar(LinesPanel):
     """The row as a widget; every dialog has one, too, in the same place."""
 
+    def __init__(self, *, named: bool = False) -> None:
+        """With the name of the robot in view, if it is `named`."""
+        super().__init__()
+        self._named = named
+
     def show(self, robots: Robots) -> None:
         """Redraw what changed."""
-        self.show_lines([signal_line(robots.selected, max(self.size.width, 40), robots.others)])
+        name = f"{robots.selected_name}: " if self._named else ""
+        self.show_lines([signal_line(robots.selected, max(self.size.width, 40), robots.others, name)])

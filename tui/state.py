@@ -16,6 +16,7 @@ from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
+from touchline.schemas.scenario import Origin
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
@@ -29,7 +30,7 @@ from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
-from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
+from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they have ever been seen."""
@@ -54,7 +55,13 @@ class ConsoleState:
     """The robot's namespace."""
     alone: bool = True
     """Whether the console knows no other robot."""
+    closely: bool = True
+    """Whether plan, paint and truth of the robot come in, or only what is shown of one among others."""
     robot: Robot = field(default_factory=Robot)
+    last_pose: ShownPose | None = None
+    """Where a robot that has gone was when it was heard last."""
+    origin: Origin | None = None
+    """Of its map frame, once it has told."""
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
     paint: PaintTrack = field(default_factory=PaintTrack)
     log: OperatorLog = field(default_factory=OperatorLog)
@@ -209,6 +216,12 @@ class ConsoleState:
             case Rejected(topic, reason):
                 self._reject(topic, reason)
 
+    def attend(self, *, closely: bool) -> None:
+        """Plan, paint and truth come in from now on, or no longer; what was painted meanwhile is asked for."""
+        self.closely = closely
+        if closely:
+            self.paint.request_fetch()
+
     def note(self, severity: int, source: str, text: str) -> None:
         """Write to the log at the robot's present time; the log makes it plain."""
         self.log.add(self.robot.sim_time_s, severity, source, text)
@@ -252,9 +265,10 @@ class ConsoleState:
         self.paint.request_fetch()
 
     def _forget_robot(self) -> None:
+        self.last_pose = self.robot.pose or self.last_pose
         self.robot = Robot()
         self.paint.clear()
-        if self.draft is NOTHING and not self.loaded.drives:  # what it had can be loaded again
+        if self.closely and self.draft is NOTHING and not self.loaded.drives:  # what it had can be loaded again
             self.draft = self.loaded
         self.loaded = NOTHING
 
@@ -311,7 +325,8 @@ class ConsoleState:
         self.paint.request_fetch()
 
     def _setup(self, message: String) -> None:
-        self.vehicle = parse(Setup, message.data, "the robot's setup").vehicle
+        setup = parse(Setup, message.data, "the robot's setup")
+        self.vehicle, self.origin = setup.vehicle, setup.scenario.origin
         self.vehicle_json = self.vehicle.model_dump_json()
 
     def _event(self, message: Event) -> None:

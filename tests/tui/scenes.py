@@ -35,6 +35,7 @@ class FakeLink:
     fetches: int = 0
     held: threading.Event | None = None
     stops: bool = True
+    closely: bool = False
     name: str = "tt2"
     found_yet: bool = False
 
@@ -62,6 +63,9 @@ class FakeLink:
 
     def tell(self, service: Service[Any, Any], request: Message) -> None:
         self.told.append((service.name, request))
+
+    def attend(self, *, closely: bool) -> None:
+        self.closely = closely
 
     def fetch_paint(self) -> None:
         self.fetches += 1

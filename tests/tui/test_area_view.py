@@ -75,7 +75,7 @@ async def test_the_map_shows_what_is_rolled_missed_and_under_way(size: tuple[int
     app = pan.app_with(pan.rolling(4.4))
     async with app.run_test(size=size) as pilot:
         await settle(pilot)
-        cells = app.query_one(MapView)._cells
+        cells = app.query_one(MapView).cells
         assert cells is not None
         inks = np.bincount(cells.inks.ravel(), minlength=len(Ink))
         assert inks[Ink.PAINT] > 0.2 * inks.sum() and inks[Ink.MISSED] >= 15
@@ -94,7 +94,7 @@ async def test_the_figures_of_the_end() -> None:
         shown = plain(app, StatusPanel)
         for text in ("94.81 %", "95.12 % of reachable", "99.97 %", "41.0 m²", "2 patches", "42 mm", "21 mm"):
             assert text in shown, text
-        inks = np.bincount(app.query_one(MapView)._cells.inks.ravel(), minlength=len(Ink))  # type: ignore[union-attr]
+        inks = np.bincount(app.query_one(MapView).cells.inks.ravel(), minlength=len(Ink))  # type: ignore[union-attr]
         assert inks[Ink.MISSED] > 20
 
 

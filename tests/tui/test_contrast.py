@@ -7,8 +7,8 @@ from rich._palettes import STANDARD_PALETTE
 from rich.color import Color, ColorSystem
 
 from touchline.tui import theme
+from touchline.tui.cells_view import COLORS
 from touchline.tui.map_raster import Ink
-from touchline.tui.map_view import COLORS
 
 TEXT, MARK = 4.5, 3.0
 SYSTEMS = (ColorSystem.TRUECOLOR, ColorSystem.EIGHT_BIT, ColorSystem.STANDARD)

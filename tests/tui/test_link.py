@@ -23,6 +23,7 @@ def open_link(config: BusConfig, node: str) -> Iterator[BusLink]:
     """The link to the one robot."""
     with open_links(config, node) as links:
         ((_, link),) = links.found()
+        link.attend(closely=True)
         yield link
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from touchline.schemas.messages import TraversalStatus
 from touchline.tui.event_log import ERROR, INFO
-from touchline.tui.order_book import Change, OrderBook, Phase, StopLatch
+from touchline.tui.order_book import Change, OrderBook, OrderLine, Phase, StopLatch
 
 RUNNING, IDLE, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.IDLE, TraversalStatus.ESTOPPED
 
@@ -89,7 +89,7 @@ def test_an_order_is_sent_then_answered(tries: int) -> None:
     book.tried("pause", tries)
     assert book.line(0.1, "RUNNING", running=True) is not None
     assert str(book.line(0.1, "RUNNING", running=True)).count(f"Pause sent {tries}/3") == 1
-    book.done("pause", accepted=True, severity=INFO, text="Pause: done", now_s=0.2)
+    book.done("pause", OrderLine(INFO, "Pause: done"), accepted=True, answered=True, now_s=0.2)
     assert "Pause: done" in str(book.line(0.3, "PAUSED", running=False))
     assert "BUT THE ROBOT SAYS RUNNING" in str(book.line(2.0, "RUNNING", running=True))
     assert book.line(60.0, "PAUSED", running=False) is None

@@ -1,0 +1,80 @@
+"""The operator's console as a process, in a pseudo-terminal of its own that counts what is drawn."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import select
+import struct
+import subprocess
+import sys
+import termios
+import threading
+from pathlib import Path
+
+from touchline.services.bus import BusConfig
+from touchline.services.bus.config import NAMESPACE_VARIABLE
+
+ASKED_WHETHER_IT_SYNCHRONIZES = b"\x1b[?2026$p"
+IT_DOES = b"\x1b[?2026;1$y"
+REDRAW = b"\x1b[?2026h"
+"""Begins all that changes on the screen at one time."""
+
+
+class Terminal:
+    """A pseudo-terminal with `touchline tui` in it; what that writes is counted and dropped."""
+
+    def __init__(self, config: BusConfig, columns: int = 120, rows: int = 40, *, everyone: bool = False) -> None:
+        """Start the console, for the robots that `config` names or for `everyone` on the bus."""
+        self._ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        environment = {**os.environ, **config.environment(), "TERM": "xterm-256color", "COLORTERM": "truecolor"}
+        environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+        if everyone:
+            del environment[NAMESPACE_VARIABLE]
+        command = [sys.executable, "-m", "touchline", "tui"]
+        self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
+        os.close(theirs)
+        self.redraws = self.written_bytes = 0
+        self._left = threading.Event()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """Of the console's process."""
+        return self._process.pid
+
+    def _read(self) -> None:
+        rest = b""
+        while not self._left.is_set():
+            if not select.select([self._ours], [], [], 0.1)[0]:
+                continue
+            try:
+                read = os.read(self._ours, 1 << 16)
+            except OSError:
+                return
+            text = rest + read
+            if ASKED_WHETHER_IT_SYNCHRONIZES in text:
+                os.write(self._ours, IT_DOES)
+            self.redraws += text.count(REDRAW)
+            self.written_bytes += len(read)
+            rest = text[-len(REDRAW) + 1 :] if not text.endswith(REDRAW) else b""
+
+    def press(self, key: str) -> None:
+        """One key."""
+        os.write(self._ours, key.encode())
+
+    def cpu_s(self) -> float:
+        """What the console's process has taken of a core so far."""
+        fields = Path(f"/proc/{self.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def leave(self) -> None:
+        """End the console."""
+        self._process.kill()
+        self._process.wait()
+        self._left.set()
+        self._reader.join()
+        os.close(self._ours)

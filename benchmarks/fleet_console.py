@@ -1,0 +1,68 @@
+"""Redraws a second of the operator's console with fifty robots at real time, on one core.
+
+The console is `touchline tui` in a pseudo-terminal, bound to one core; fifty robots that only talk, each as much as one
+that paints, are a process on the other one. `python -m benchmarks fleet_console`.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+
+from benchmarks._console_terminal import Terminal
+from touchline.schemas import topics
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
+
+ROBOTS = 50
+SIZES = ((80, 24), (200, 60))
+VIEWS = {"one robot": "", "fleet": "v"}
+START_S = 90.0
+SETTLED_S = 12.0
+MEASURED_S = 10.0
+
+
+def main() -> None:
+    """Print redraws a second and the share of a core for every view and size."""
+    robots = tuple(f"r{number:02}" for number in range(ROBOTS))
+    print(f"{ROBOTS} robots     {'redraws/s':>10} {'of a core':>10} {'kB/s':>8}")
+    for columns, rows in SIZES:
+        config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}", namespaces=robots)
+        command = [sys.executable, "-m", "benchmarks._talking_fleet", *robots]
+        environment = {**os.environ, **config.environment(), "PYTHONPATH": os.pathsep.join(sys.path)}
+        fleet = subprocess.Popen(command, env=environment)
+        try:
+            _measure(config, columns, rows)
+        finally:
+            fleet.kill()
+            fleet.wait()
+
+
+def _measure(config: BusConfig, columns: int, rows: int) -> None:
+    first = config.of(config.namespaces[0])
+    with Bus.open(topics.OBSERVER, first) as bus:
+        if bus.wait_for({topics.ROBOT_SIM}, START_S):
+            sys.exit("the robots did not come up")
+        terminal = Terminal(first, columns, rows, everyone=True)
+        os.sched_setaffinity(terminal.pid, {max(os.sched_getaffinity(0))})
+        try:
+            if bus.wait_for({topics.CONSOLE}, START_S):
+                sys.exit("the console did not come up")
+            for name, key in VIEWS.items():
+                terminal.press(key)
+                time.sleep(SETTLED_S)
+                redraws, cpu_s, written, at_s = (
+                    terminal.redraws,
+                    terminal.cpu_s(),
+                    terminal.written_bytes,
+                    time.monotonic(),
+                )
+                time.sleep(MEASURED_S)
+                took_s = time.monotonic() - at_s
+                rate, share = (terminal.redraws - redraws) / took_s, (terminal.cpu_s() - cpu_s) / took_s
+                kilobytes = (terminal.written_bytes - written) / took_s / 1000
+                print(f"{columns}×{rows} {name:10} {rate:>7.1f} {100 * share:>9.0f} % {kilobytes:>8.0f}", flush=True)
+        finally:
+            terminal.leave()

@@ -1,0 +1,57 @@
+"""Dialog that asks which order is to go to all robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.content import Content
+from textual.widgets import Label, OptionList, Static
+from textual.widgets.option_list import Option
+
+from touchline.tui import theme
+from touchline.tui.dialogs import Dialog
+from touchline.tui.fleet_orders import FLEET_ORDERS, FleetOrder, census, concerned
+from touchline.tui.state import ConsoleState
+
+
+class FleetDialog(Dialog[FleetOrder | None]):
+    """Choose an order by its own key, or by arrows and Enter; what is chosen is asked for once more."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(order.key, f"choose({order.name!r})", order.title) for order in FLEET_ORDERS
+    ]
+
+    def __init__(self, states: Mapping[str, ConsoleState]) -> None:
+        """Of these robots."""
+        super().__init__()
+        self._states = states
+
+    def compose(self) -> ComposeResult:
+        """What the robots do, and to how many each order would go."""
+        with Vertical(id="dialog"):
+            yield Label(f"An order to all {len(self._states)} robots", classes="title")
+            yield Static(census(self._states))
+            yield OptionList(*(self._option(order) for order in FLEET_ORDERS))
+            yield Static("the order's key, or enter   esc cancel   ctrl+e emergency stop of all", classes="note")
+
+    def _option(self, order: FleetOrder) -> Option:
+        count = len(concerned(order, self._states))
+        parts = (f"{order.key:<6} ", f"bold {theme.SKY}"), (f"{order.title:<8}", "bold")
+        text = f"{count} of {len(self._states)}: {order.whom}"
+        return Option(Content.assemble(*parts, (text, theme.MUTED)), id=order.name, disabled=not count)
+
+    def on_mount(self) -> None:
+        """The first one is the most harmless."""
+        self.query_one(OptionList).focus()
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Choose what Enter or a click says."""
+        self.action_choose(str(event.option.id))
+
+    def action_choose(self, name: str) -> None:
+        """Answer with the order; one that concerns nobody says so."""
+        self.dismiss(next(order for order in FLEET_ORDERS if order.name == name))

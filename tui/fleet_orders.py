@@ -1,0 +1,68 @@
+"""Orders to all robots: whom each goes to, and what is asked before it does."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.tui import theme
+from touchline.tui.order_book import Phase
+from touchline.tui.state import ConsoleState
+
+
+@dataclass(frozen=True)
+class FleetOrder:
+    """An order of `orders.COMMANDS` for all robots that `concerns` it.
+
+    What stops goes to every robot that is there, a silent one too. What sets in motion again goes only to those that
+    say now that they wait for it: one that has been silent might go on whenever it hears of it.
+    """
+
+    name: str
+    title: str
+    key: str
+    whom: str
+    concerns: Callable[[ConsoleState], bool]
+
+
+def _there(state: ConsoleState) -> bool:
+    return state.robot_alive
+
+
+def _paused(state: ConsoleState) -> bool:
+    return state.traversal == TraversalStatus.PAUSED and not state.robot_stale
+
+
+def _stopped(state: ConsoleState) -> bool:
+    """One with an emergency stop under way is left out: a reset would withdraw that."""
+    ended = state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED) and not state.robot_stale
+    return ended and state.orders.stop.phase is not Phase.SENT
+
+
+FLEET_ORDERS = (
+    FleetOrder("pause", "Pause", "space", "all that are there", _there),
+    FleetOrder("resume", "Resume", "g", "those that are paused", _paused),
+    FleetOrder("abort", "Abort", "a", "all that are there", _there),
+    FleetOrder("reset", "Reset", "r", "those that are stopped or aborted", _stopped),
+)
+
+
+def concerned(order: FleetOrder, states: Mapping[str, ConsoleState]) -> tuple[str, ...]:
+    """The robots that it goes to."""
+    return tuple(name for name, state in states.items() if order.concerns(state))
+
+
+def census(states: Mapping[str, ConsoleState]) -> str:
+    """What the robots are doing: 37 RUNNING, 2 PAUSED, 1 silent."""
+    counts = Counter(_doing(state) for state in states.values())
+    return ", ".join(f"{count} {doing}" for doing, count in counts.most_common())
+
+
+def _doing(state: ConsoleState) -> str:
+    if not state.robot_alive:
+        return "not on the bus"
+    if state.robot_stale:
+        return "silent"
+    return "starting" if state.traversal is None else theme.STATES[state.traversal].text

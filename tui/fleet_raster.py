@@ -1,0 +1,221 @@
+"""Rasterises the map of all robots: what the coordinator tells of them, the plan of one, marks, and names.
+
+The less room there is, the less is drawn: bodies give way to arrows, arrows that share a cell to their number, names
+to everything else, those of robots that need an operator last.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.schemas.vehicles import Vehicle
+from touchline.tui.fleet_layer import NO_LAYER, FleetLayer
+from touchline.tui.fleet_rows import elsewhere
+from touchline.tui.map_raster import (
+    Cells,
+    Ink,
+    arrow,
+    body_outline,
+    draw_grid,
+    draw_scale,
+    edge_mark,
+    grid_step_m,
+    overlay,
+    put,
+    put_name,
+    stripes,
+)
+from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, dashed
+from touchline.tui.robot import ShownPose
+from touchline.tui.robots import Robots
+from touchline.tui.state import ConsoleState
+from touchline.tui.viewport import Viewport
+
+BODY_CELLS = 2.0
+"""From this length on a body is drawn."""
+DASH_DOTS = 3
+MANY = "+"
+"""More robots in a cell than a digit tells."""
+GOAL = "×"
+SILENT = "?"
+GONE = "✗"
+_STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
+_URGENCY = (Ink.OTHER, Ink.OTHER_STOPPED, Ink.GONE, Ink.UNHEARD, Ink.ROBOT, Ink.ROBOT_STOPPED)
+"""Of robots that share a cell the last of these is shown."""
+
+
+@dataclass(frozen=True)
+class MappedRobot:
+    """A robot as it is drawn: `mark` is its arrow, or what stands for it."""
+
+    name: str
+    pose: ShownPose
+    mark: str
+    ink: Ink
+    vehicle: Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class FleetScene:
+    """What there is to draw; `elsewhere` are robots whose places are in a frame with another origin."""
+
+    robots: tuple[MappedRobot, ...] = ()
+    selected: str = ""
+    elsewhere: tuple[str, ...] = ()
+    lines: Polyline = EMPTY
+    way: Polyline = EMPTY
+    plan_revision: tuple[int, int] = (0, 0)
+    layer: FleetLayer = NO_LAYER
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for scenes that look the same."""
+        looks = tuple((robot.name, robot.pose, robot.mark, robot.ink, id(robot.vehicle)) for robot in self.robots)
+        return looks, self.selected, self.plan_revision, id(self.layer)
+
+    def bounds(self) -> tuple[float, float, float, float] | None:
+        """(x_min, y_min, x_max, y_max) in metres of the robots, their cells and goals; None without any."""
+        points = [(robot.pose.x_m, robot.pose.y_m) for robot in self.robots]
+        points += [goal for goal in self.layer.goals.values() if all(map(math.isfinite, goal))]
+        boxes = [box for line in (self.layer.outlines(), self.layer.claimed()) if (box := line.bounds())]
+        points += [corner for box in boxes for corner in (box[:2], box[2:])]
+        if not points:
+            return None
+        low, high = np.min(points, axis=0), np.max(points, axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def fleet_scene(robots: Robots) -> FleetScene:
+    """All robots of which it is known where they are or were, on the map of the one in view."""
+    here = robots.selected
+    mapped, far = list[MappedRobot](), list[str]()
+    for name, state in robots.states.items():
+        if elsewhere(state, here):
+            far.append(name)
+        elif (shown := _mapped(name, state, selected=state is here)) is not None:
+            mapped.append(shown)
+    template, path = here.template, here.path
+    return FleetScene(
+        tuple(mapped),
+        robots.selected_name,
+        tuple(far),
+        template.line if template else EMPTY,
+        path.transitions if path else EMPTY,
+        (id(template), id(path)),
+        robots.layer,
+    )
+
+
+def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | None:
+    pose = state.robot.pose if state.robot_alive else state.last_pose
+    if pose is None:
+        return None
+    stopped = state.traversal in _STOPPED
+    mark, ink = arrow(pose.heading_rad), Ink.OTHER_STOPPED if stopped else Ink.OTHER
+    if selected:
+        ink = Ink.ROBOT_STOPPED if stopped else Ink.ROBOT
+    if not state.robot_alive:
+        mark, ink = GONE, Ink.GONE
+    elif state.robot_stale:
+        mark, ink = SILENT, Ink.UNHEARD
+    return MappedRobot(name, pose, mark, ink, state.vehicle)
+
+
+class FleetRaster:
+    """Composes scenes; keeps the layers that stay the same while robots move."""
+
+    def __init__(self) -> None:
+        """Nothing drawn yet."""
+        self._grid, self._lines, self._way = GrowingLayer(), GrowingLayer(), GrowingLayer()
+        self._shared, self._own, self._goals = GrowingLayer(), GrowingLayer(), GrowingLayer()
+
+    def compose(self, view: Viewport, scene: FleetScene) -> Cells:
+        """Draw a scene."""
+        bits = np.zeros((view.rows, view.columns), dtype=np.uint8)
+        inks = np.full(bits.shape, Ink.GROUND, dtype=np.uint8)
+        layer, revision = scene.layer, id(scene.layer)
+        own = hash((revision, scene.selected))
+        self._lines.update(view, scene.lines, scene.plan_revision[0])
+        self._way.update(view, scene.way, scene.plan_revision[1])
+        self._shared.update(view, layer.outlines(besides=scene.selected), own)
+        self._own.update(view, layer.outlines(of=scene.selected), own)
+        self._goals.update(view, dashed(layer.claimed(), DASH_DOTS * view.dot_m), revision)
+        for drawn, ink in (
+            (self._way, Ink.PATH),
+            (self._lines, Ink.TEMPLATE),
+            (self._goals, Ink.CURRENT_PATH),
+            (self._shared, Ink.LIMIT),
+            (self._own, Ink.CURRENT),
+        ):
+            here = drawn.bits > 0
+            bits[here] |= drawn.bits[here]
+            inks[here] = ink
+        step = grid_step_m(view)
+        draw_grid(view, step, self._grid, bits, inks)
+        cells = Cells(bits.astype(np.uint32) + np.uint32(BRAILLE_BASE), inks, stripes(view, step))
+        _draw_bodies(view, scene, bits, cells)
+        _draw_goals(view, scene, cells)
+        _draw_marks(view, scene, cells)
+        draw_scale(view, cells)
+        return cells
+
+
+def _draw_bodies(view: Viewport, scene: FleetScene, bits: np.ndarray, cells: Cells) -> None:
+    for robot in scene.robots:
+        corners = np.asarray(robot.vehicle.body.footprint_m)
+        if float(np.ptp(corners[:, 0])) < BODY_CELLS * view.cell_m:
+            continue
+        cos, sin = math.cos(robot.pose.heading_rad), math.sin(robot.pose.heading_rad)
+        ink = Ink.BODY if robot.name == scene.selected else Ink.LABEL
+        overlay(view, body_outline(robot.vehicle, robot.pose, cos, sin), ink, bits, cells)
+
+
+def _draw_goals(view: Viewport, scene: FleetScene, cells: Cells) -> None:
+    for name, (x_m, y_m) in scene.layer.goals.items():
+        at = view.to_cell(x_m, y_m)
+        if at is not None:
+            put(cells, at, GOAL, Ink.GOAL if name == scene.selected else Ink.LABEL)
+
+
+def _draw_marks(view: Viewport, scene: FleetScene, cells: Cells) -> None:
+    """A mark in each cell that has robots; the selected one is pointed at from the edge if it is out of view."""
+    by_cell = _by_cell(view, scene)
+    for at, there in by_cell.items():
+        top = max(there, key=lambda robot: _URGENCY.index(robot.ink))
+        crowd = str(len(there)) if len(there) < 10 else MANY
+        alone = len(there) == 1 or top.ink in (Ink.ROBOT, Ink.ROBOT_STOPPED)
+        put(cells, at, top.mark if alone else crowd, top.ink)
+    placed = [(at, robot) for at, there in by_cell.items() for robot in there[:1] if len(there) == 1]
+    placed += [(at, robot) for at, there in by_cell.items() for robot in there if _is(robot, scene) and len(there) > 1]
+    for at, robot in sorted(placed, key=lambda each: (not _is(each[1], scene), -_URGENCY.index(each[1].ink))):
+        put_name(cells, at, robot.name)
+    for robot in scene.robots:
+        if _is(robot, scene) and view.to_cell(robot.pose.x_m, robot.pose.y_m) is None:
+            put(cells, *edge_mark(view, robot.pose), robot.ink)
+
+
+def _is(robot: MappedRobot, scene: FleetScene) -> bool:
+    return robot.name == scene.selected
+
+
+def _by_cell(view: Viewport, scene: FleetScene) -> Mapping[tuple[int, int], list[MappedRobot]]:
+    found: defaultdict[tuple[int, int], list[MappedRobot]] = defaultdict(list)
+    for robot in scene.robots:
+        at = view.to_cell(robot.pose.x_m, robot.pose.y_m)
+        if at is not None:
+            found[at].append(robot)
+    return found
+
+
+def nearest(view: Viewport, scene: FleetScene, column: float, row: float) -> str | None:
+    """The robot nearest to a place on the screen, within two cells."""
+    x_m, y_m = view.to_field(column, row)
+    found = [(math.hypot(robot.pose.x_m - x_m, robot.pose.y_m - y_m), robot.name) for robot in scene.robots]
+    distance_m, name = min(found, default=(math.inf, ""))
+    return name if distance_m <= 2.5 * view.cell_m else None

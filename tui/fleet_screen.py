@@ -1,0 +1,201 @@
+"""The screen of all robots: totals, orders and who has answered them, the map of all, the list, and the keys."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import Enum
+from typing import ClassVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container
+from textual.content import Content
+from textual.screen import Screen
+
+from touchline.tui import theme
+from touchline.tui.fleet_list import FleetList, RobotPicked, totals_line
+from touchline.tui.fleet_map import FleetMap
+from touchline.tui.fleet_rows import fleet_rows, totals
+from touchline.tui.key_bar import Key
+from touchline.tui.panels import LinesPanel
+from touchline.tui.robots import Robots
+from touchline.tui.roll_call import roll_lines
+from touchline.tui.signal_bar import SignalBar
+
+ROLL_HEIGHT = 5
+LEAST_FOR_BOTH = 16
+"""Rows from which on map and list are shown together."""
+FLEET_KEYS = (
+    Key("e", "E-STOP", "app.estop", 0),
+    Key("enter", "Show", "screen.leave", 1),
+    Key("x", "All…", "app.order_all", 1),
+    Key("space", "Pause", "app.command('pause')", 2),
+    Key("g", "Resume", "app.command('resume')", 2),
+    Key("a", "Abort", "app.abort", 3),
+    Key("r", "Reset", "app.command('reset')", 3),
+    Key("n", "Sort", "screen.sort", 4),
+    Key("m", "Map/list", "screen.shown", 4),
+    Key("0", "Fit", "screen.fit", 5),
+    Key("f", "Follow", "screen.follow", 6),
+    Key("+ -", "Zoom", "screen.zoom(1)", 6),
+    Key("?", "Keys", "app.keys", 5),
+    Key("q", "Quit", "app.quit", 7),
+)
+
+
+class Shown(Enum):
+    """What of the fleet is in view."""
+
+    BOTH = "-both"
+    LIST = "-list"
+    MAP = "-map"
+
+
+class FleetKeyBar(LinesPanel):
+    """The keys that fit, and the name of the robot that those about one are about; a click presses one."""
+
+    _spans: tuple[tuple[str, int, int], ...] = ()
+
+    def show_keys(self, selected: str) -> None:
+        """Redraw what changed."""
+        room, chosen = max(self.size.width, 20), set[Key]()
+        keys = [replace(key, text=f"{key.text} {selected}") if key.key == "enter" else key for key in FLEET_KEYS]
+        for key in sorted(keys, key=lambda key: key.rank):
+            if (width := len(key.key) + len(key.text) + 3) <= room:
+                chosen.add(key)
+                room -= width
+        parts, spans, column = list[Content](), list[tuple[str, int, int]](), 0
+        for key in (key for key in keys if key in chosen):
+            if key.rank == 0:
+                part = Content.styled(f" {key.key} {key.text} ", f"bold {theme.WHITE} on {theme.STOP}")
+            else:
+                part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
+            parts.append(part)
+            spans.append((key.action, column, column + part.cell_length))
+            column += part.cell_length
+        self._spans = tuple(spans)
+        self.show_lines([Content("").join(parts)])
+
+    async def on_click(self, event: events.Click) -> None:
+        """Press the key that was clicked."""
+        for action, first, last in self._spans:
+            if first <= event.x < last:
+                await self.run_action(action)
+
+
+class FleetScreen(Screen[None]):
+    """All robots at a time; the picked one is the robot in view, to which keys apply."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "back", "Back", show=False),
+        Binding("v", "leave", "Back", show=False),
+        Binding("n", "sort", "Sort", show=False),
+        Binding("m", "shown", "Map or list", show=False),
+        Binding("0", "fit", "Show all robots", show=False),
+        Binding("f", "follow", "Follow the robot", show=False),
+        Binding("plus,equals_sign", "zoom(1)", "Zoom in", show=False),
+        Binding("minus,underscore", "zoom(-1)", "Zoom out", show=False),
+        Binding("t,p,l,d", "app.one_at_a_time", "Of one robot", show=False),
+    ]
+
+    def __init__(self, robots: Robots) -> None:
+        """`robots` is what is shown."""
+        super().__init__()
+        self._robots = robots
+        self._by_trouble, self._shown = True, Shown.BOTH
+        self._totals, self._roll, self._keys = LinesPanel(id="totals"), LinesPanel(id="roll"), FleetKeyBar()
+        self._signals = SignalBar(named=True)
+        self._map, self._list = FleetMap(), FleetList()
+
+    def compose(self) -> ComposeResult:
+        """From above: what counts most first."""
+        yield self._totals
+        yield self._signals
+        yield self._roll
+        with Container(id="fleet", classes=self._shown.value):
+            yield self._map
+            yield self._list
+        yield self._keys
+
+    def on_mount(self) -> None:
+        """The arrow keys are for the list."""
+        self._list.focus()
+        self.show()
+
+    def on_screen_resume(self) -> None:
+        """Dialogs have gone."""
+        self.show()
+
+    def show(self) -> None:
+        """Bring everything up to date; each part redraws only what changed."""
+        if not self._keys.is_attached:
+            return
+        robots, width = self._robots, max(self.size.width, 20)
+        note = "" if self._by_trouble else "by name "
+        self._totals.show_lines([totals_line(totals(robots.states), width, note)])
+        self._show_roll(width)
+        if self._shown is not Shown.LIST:
+            self._map.show(robots)
+        if self._shown is not Shown.MAP:
+            self._list.show(fleet_rows(robots, by_trouble=self._by_trouble), robots.selected_name)
+        self._keys.show_keys(robots.selected_name)
+
+    def on_resize(self) -> None:
+        """Where there is no room for map and list, the list is shown until the map is asked for."""
+        self._arrange()
+
+    def _arrange(self) -> None:
+        low = self._shown is Shown.BOTH and self.size.height < LEAST_FOR_BOTH
+        self.query_one("#fleet").set_classes((Shown.LIST if low else self._shown).value)
+        self.call_after_refresh(self.show)
+
+    def _show_roll(self, width: int) -> None:
+        roll, heard = self._robots.roll, self._robots.answers()
+        height = min(ROLL_HEIGHT, max(self.size.height // 4, 1))
+        self._roll.display = bool(roll and heard)
+        if roll and heard:
+            self._roll.show_lines(roll_lines(roll, heard, width, height))
+
+    def on_robot_picked(self, event: RobotPicked) -> None:
+        """That robot is the one in view; Enter shows it alone."""
+        self._robots.select(event.name)
+        if event.shown:
+            self.action_leave()
+        else:
+            self.show()
+
+    def action_leave(self) -> None:
+        """Show the picked robot alone."""
+        self.dismiss(None)
+
+    def action_back(self) -> None:
+        """Put the roll call away, else leave."""
+        if self._robots.answers():
+            self._robots.end_roll()
+            self.show()
+        else:
+            self.action_leave()
+
+    def action_sort(self) -> None:
+        """By trouble, or by name."""
+        self._by_trouble = not self._by_trouble
+        self.show()
+
+    def action_shown(self) -> None:
+        """Map and list, the list alone, the map alone."""
+        every = list(Shown)
+        self._shown = every[(every.index(self._shown) + 1) % len(every)]
+        self._arrange()
+
+    def action_fit(self) -> None:
+        """Show all robots on the map."""
+        self._map.fit()
+
+    def action_follow(self) -> None:
+        """Keep the picked robot in the middle of the map, or no longer."""
+        self._map.follow()
+
+    def action_zoom(self, steps: int) -> None:
+        """Zoom the map."""
+        self._map.zoom(steps)
