@@ -113,7 +113,7 @@ def fleet_scene(robots: Robots) -> FleetScene:
 
 
 def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | None:
-    pose = state.robot.pose if state.robot_alive else state.last_pose
+    pose = state.robot.pose or state.last_pose
     if pose is None:
         return None
     stopped = state.traversal in _STOPPED
@@ -122,7 +122,7 @@ def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | 
         ink = Ink.ROBOT_STOPPED if stopped else Ink.ROBOT
     if not state.robot_alive:
         mark, ink = GONE, Ink.GONE
-    elif state.robot_stale:
+    elif state.robot_stale or state.robot.pose is None:
         mark, ink = SILENT, Ink.UNHEARD
     return MappedRobot(name, pose, mark, ink, state.vehicle)
 
@@ -159,10 +159,10 @@ class FleetRaster:
         step = grid_step_m(view)
         draw_grid(view, step, self._grid, bits, inks)
         cells = Cells(bits.astype(np.uint32) + np.uint32(BRAILLE_BASE), inks, stripes(view, step))
+        draw_scale(view, cells)
         _draw_bodies(view, scene, bits, cells)
         _draw_goals(view, scene, cells)
         _draw_marks(view, scene, cells)
-        draw_scale(view, cells)
         return cells
 
 
@@ -185,16 +185,17 @@ def _draw_goals(view: Viewport, scene: FleetScene, cells: Cells) -> None:
 
 def _draw_marks(view: Viewport, scene: FleetScene, cells: Cells) -> None:
     """A mark in each cell that has robots; the selected one is pointed at from the edge if it is out of view."""
-    by_cell = _by_cell(view, scene)
-    for at, there in by_cell.items():
-        top = max(there, key=lambda robot: _URGENCY.index(robot.ink))
+    names: list[tuple[tuple[bool, int], tuple[int, int], str]] = []
+    for at, there in _by_cell(view, scene).items():
+        top = max(there, key=lambda robot: (_is(robot, scene), _URGENCY.index(robot.ink)))
+        others, selected = len(there) - 1, _is(top, scene)
         crowd = str(len(there)) if len(there) < 10 else MANY
-        alone = len(there) == 1 or top.ink in (Ink.ROBOT, Ink.ROBOT_STOPPED)
-        put(cells, at, top.mark if alone else crowd, top.ink)
-    placed = [(at, robot) for at, there in by_cell.items() for robot in there[:1] if len(there) == 1]
-    placed += [(at, robot) for at, there in by_cell.items() for robot in there if _is(robot, scene) and len(there) > 1]
-    for at, robot in sorted(placed, key=lambda each: (not _is(each[1], scene), -_URGENCY.index(each[1].ink))):
-        put_name(cells, at, robot.name)
+        put(cells, at, top.mark if selected or not others else crowd, top.ink)
+        if selected or not others:
+            rank = (not selected, -_URGENCY.index(top.ink))
+            names.append((rank, at, f"{top.name} +{others}" if others else top.name))
+    for _, at, name in sorted(names):
+        put_name(cells, at, name)
     for robot in scene.robots:
         if _is(robot, scene) and view.to_cell(robot.pose.x_m, robot.pose.y_m) is None:
             put(cells, *edge_mark(view, robot.pose), robot.ink)

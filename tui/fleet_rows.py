@@ -143,7 +143,8 @@ def _trouble(state: ConsoleState, answer: RollReply | None) -> tuple[Trouble, st
         was = "" if state.traversal is None else f", was {theme.STATES[state.traversal].text}"
         return Trouble.SILENT, silence(state.robot_silence_s) + was
     if freshness is Freshness.GONE:
-        return (Trouble.GONE, "its process has gone") if _seen(state) else (Trouble.WAITING, "never seen")
+        words = "gone amid its job" if state.lost_job else "its process has gone"
+        return (Trouble.GONE, words) if _seen(state) else (Trouble.WAITING, "never seen")
     if answer is not None and answer.heard in (Heard.SILENT, Heard.REFUSED):
         return Trouble.UNANSWERED, answer.reason
     return _work_trouble(state)
@@ -157,6 +158,8 @@ def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
     reason = plain(status.reason)
     if state.traversal in (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED):
         return Trouble.HALTED, found[0].text if found and found[0].stops else reason
+    if state.lost_job:
+        return Trouble.HALTED, "restarted amid its job, which it has lost"
     if found:
         return Trouble.ALERT, found[0].text
     warning = state.log.last_warning

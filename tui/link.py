@@ -69,7 +69,7 @@ class BusLinks:
     def found(self) -> list[tuple[str, Link]]:
         """See `Links`."""
         found, self._new = self._new, []
-        if self._roster is not None:
+        if self._roster is not None and not found:  # those to begin with are guesses, known before any other is found
             self._roster.poll()
             there = self._roster.robots({topics.ROBOT_SIM, topics.REPLAY})
             for name in [name for name in there if name not in self._known][:MOST_FOUND]:

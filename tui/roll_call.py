@@ -126,7 +126,7 @@ def roll_lines(roll: RollCall, heard: Mapping[str, RollReply], width: int, heigh
     for each in open_groups[: height - 1]:
         mark, names = MARKS[each.heard], ", ".join(groups[each])
         lines.append(_group_line(f" {mark.mark} {each.reason}", names, mark.color, width))
-    if len(open_groups) > height - 1:
+    if len(open_groups) > height - 1 > 0:
         names = ", ".join(name for each in open_groups[height - 2 :] for name in groups[each])
         lines[-1] = _group_line(" ▲ other reasons", names, theme.ORANGE, width)
     return lines

@@ -60,6 +60,8 @@ class ConsoleState:
     robot: Robot = field(default_factory=Robot)
     last_pose: ShownPose | None = None
     """Where a robot that has gone was when it was heard last."""
+    lost_job: bool = False
+    """Whether the robot's process ended while it was on a job, and it has not been given another since."""
     origin: Origin | None = None
     """Of its map frame, once it has told."""
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
@@ -233,6 +235,7 @@ class ConsoleState:
             self._publisher = publisher
         if topic == topics.STATUS.name and isinstance(message, TraversalStatus):
             self.orders.stop.status(message.state, publisher)
+            self.lost_job &= message.state in (TraversalStatus.IDLE, TraversalStatus.ESTOPPED)
         try:
             if robot_model.take(self.robot, topic, message):
                 self.nodes[topics.ROBOT_SIM].heard(self.now_s)
@@ -266,6 +269,7 @@ class ConsoleState:
 
     def _forget_robot(self) -> None:
         self.last_pose = self.robot.pose or self.last_pose
+        self.lost_job |= self.robot.status is not None and self.robot.status.state in BUSY_STATES
         self.robot = Robot()
         self.paint.clear()
         if self.closely and self.draft is NOTHING and not self.loaded.drives:  # what it had can be loaded again
