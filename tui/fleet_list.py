@@ -117,7 +117,7 @@ def totals_line(found: FleetTotals, width: int, note: str) -> Content:
     if found.least_battery is not None:
         charge, name = found.least_battery
         color = loud if charge < LOW_BATTERY else theme.INK
-        parts += [(f"  battery ≥ {format.percent(charge)}", color), (f" ({format.cut(name, NAME_WIDTH)})", color)]
+        parts += [(f"  batt ≥ {format.percent(charge)}", color), (f" {format.cut(name, NAME_WIDTH)}", color)]
     parts.append((f"  {note}", theme.MUTED))
     line = Content.assemble((" FLEET ", f"bold {theme.BLACK} on {theme.GREEN}"), (f" {found.robots}", "bold"))
     for text, style in parts:
@@ -166,8 +166,9 @@ class FleetList(ScrollView, can_focus=True):
             if number >= len(before) or row != before[number] or (moved and row.name in (selected, self._selected))
         ]
         self._selected = selected
-        if len(rows) != len(before) or changed:
+        if self.virtual_size.height != len(rows) + self._head:
             self.virtual_size = Size(0, len(rows) + self._head)
+        if len(rows) != len(before) or changed:
             self.refresh()
         top = self.scroll_offset.y
         for number in stale:
@@ -183,7 +184,7 @@ class FleetList(ScrollView, can_focus=True):
     def _keep_in_view(self) -> None:
         index, top, height = self._index(), self.scroll_offset.y, self._page
         if not top <= index < top + height:
-            self.scroll_to(y=index - (0 if index < top else height - 1), animate=False, force=True)
+            self.scroll_to(y=index - (0 if index < top else height - 1), animate=False, force=True, immediate=True)
 
     @property
     def _head(self) -> int:

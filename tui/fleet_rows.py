@@ -156,6 +156,8 @@ def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
     if status is None or state.robot_freshness is Freshness.STARTING:
         return Trouble.WAITING, state.nodes[topics.ROBOT_SIM].message
     reason = plain(status.reason)
+    if state.paused_by_hand and not (found and found[0].stops):
+        return Trouble.WAITING, reason
     if state.traversal in (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED):
         return Trouble.HALTED, found[0].text if found and found[0].stops else reason
     if state.lost_job:

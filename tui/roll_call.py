@@ -11,6 +11,7 @@ from textual.content import Content
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import format, theme
 from touchline.tui.order_book import DOUBT_S, STOPPING, Phase
+from touchline.tui.robot import BUSY_STATES
 from touchline.tui.state import ConsoleState
 
 SILENT_S = 1.0
@@ -28,6 +29,8 @@ class Heard(IntEnum):
     WAITING = 2
     """Its answer may still be on its way."""
     ACKNOWLEDGED = 3
+    AT_REST = 4
+    """It refuses to stop, as it does not drive."""
 
 
 MARKS = {
@@ -35,6 +38,7 @@ MARKS = {
     Heard.REFUSED: theme.Badge("✗", "refused", theme.ORANGE),
     Heard.WAITING: theme.Badge("…", "asked", theme.MUTED),
     Heard.ACKNOWLEDGED: theme.Badge("✓", "acknowledged", theme.GREEN),
+    Heard.AT_REST: theme.Badge("○", "at rest", theme.MUTED),
 }
 
 
@@ -68,7 +72,8 @@ def reply(roll: RollCall, state: ConsoleState) -> RollReply:
     if not placed.answered:
         return RollReply(Heard.SILENT, placed.word.text)
     if not placed.accepted:
-        return RollReply(Heard.REFUSED, placed.word.text)
+        rests = roll.order in STOPPING and state.traversal not in BUSY_STATES and not state.robot_stale
+        return RollReply(Heard.AT_REST) if rests else RollReply(Heard.REFUSED, placed.word.text)
     runs = state.traversal == TraversalStatus.RUNNING and not state.robot_stale
     if roll.order in STOPPING and runs and state.now_s - placed.at_s > DOUBT_S:
         return RollReply(Heard.REFUSED, "acknowledged, but says RUNNING")
@@ -106,7 +111,7 @@ def replies(roll: RollCall, states: Mapping[str, ConsoleState]) -> dict[str, Rol
 
 def over(roll: RollCall, heard: Mapping[str, RollReply], now_s: float) -> bool:
     """Whether everybody has acknowledged, and long enough ago not to be of interest any more."""
-    well = all(each.heard is Heard.ACKNOWLEDGED for each in heard.values())
+    well = all(each.heard >= Heard.ACKNOWLEDGED for each in heard.values())
     return well and now_s - roll.at_s > SHOWN_S
 
 
@@ -118,7 +123,7 @@ def roll_lines(roll: RollCall, heard: Mapping[str, RollReply], width: int, heigh
     counts = [sum(each.heard is kind for each in heard.values()) for kind in Heard]
     parts = [
         (f"   {count} {MARKS[kind].mark} {MARKS[kind].text}", MARKS[kind].color)
-        for kind, count in reversed(list(zip(Heard, counts, strict=True)))
+        for kind, count in sorted(zip(Heard, counts, strict=True), key=lambda each: -min(each[0], Heard.ACKNOWLEDGED))
         if count
     ]
     lines = [Content.assemble((f" {roll.title} to {len(heard)}:", f"bold {theme.INK}"), *parts)]

@@ -98,7 +98,7 @@ def test_robots_of_another_origin_are_not_on_the_map_and_said_not_to_be():
 def test_cells_goals_and_claims_are_drawn_and_those_of_the_selected_robot_set_off():
     robots = some(2)
     claims = {"r02": (SQUARE + 30.0,)}
-    cells_m = {"r01": SQUARE - 5.0, "r02": SQUARE + [7.0, -5.0]}
+    cells_m = {"r01": SQUARE - 5.0, "r02": SQUARE + np.array([7.0, -5.0])}
     robots.layer = FleetLayer(cells_m, {"r01": (3.0, 3.0), "r02": (15.0, 3.0)}, claims)
     drawn, view = composed(robots, 80, 20)
 

@@ -133,3 +133,13 @@ def test_a_reset_of_all_leaves_out_those_with_a_stop_under_way():
     robots.states["r2"].orders.stop.press("id", "")
     (reset,) = (each for each in FLEET_ORDERS if each.name == "reset")
     assert concerned(reset, robots.states) == ("r1", "r3", "r4")
+
+
+def test_a_robot_that_does_not_drive_need_not_take_a_pause():
+    robots = four(S.DONE)
+    robots.states["r2"].apply(received(topics.STATUS, m.TraversalStatus(state=S.RUNNING)), 0.0)
+    for name in ("r1", "r2"):
+        robots.states[name].orders.place("pause", "Pause", 3, 0.0)
+        answer(robots, name, "Pause refused: cannot pause while done", accepted=False)
+    robots.call_roll("pause", "Pause", ["r1", "r2"])
+    assert [each.heard for each in robots.answers().values()] == [Heard.AT_REST, Heard.REFUSED]

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from textual.pilot import Pilot
 
-from tests.tui import scenes
+from tests.tui import fleets, scenes
 from tests.tui.scenes import FakeLink, FakeLinks
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -159,3 +159,34 @@ def test_the_pictures_are_of_what_they_say(template: Template) -> None:
         for event in events:
             app.state.apply(event, 1.0)
         assert app.state.traversal == state
+
+
+@pytest.mark.parametrize("size", [(80, 24), (200, 60)], ids=["narrow", "wide"])
+def test_a_fleet_of_fifty_with_some_in_trouble(snap_compare: Compare, size: tuple[int, int]) -> None:
+    links = fleets.fleet(50)
+    links["r17"].incoming.append(NodeChanged(topics.ROBOT_SIM, False))
+    links["r31"].incoming.append(scenes.received(topics.BATTERY, m.BatteryState(percentage=0.12)))
+    app = ConsoleApp(FakeLinks(links), clock=lambda: 1.0)
+    assert snap_compare(app, terminal_size=size, run_before=settled("v", "down", "down"))
+
+
+def test_who_has_answered_an_order_to_all(snap_compare: Compare) -> None:
+    app = ConsoleApp(FakeLinks(fleets.fleet(12, m.TraversalStatus.RUNNING)), clock=lambda: 1.0)
+
+    async def stopped(pilot: Pilot[Any]) -> None:
+        await settled("v")(pilot)
+        for number, state in enumerate(app.robots.states.values()):
+            state.orders.stop.press("a", "")
+            if number not in (3, 7):
+                state.orders.stop.status(m.TraversalStatus.ESTOPPED, "robot-1")
+        app.robots.call_roll("estop", "Emergency stop", app.robots.states)
+        for state in app.robots.states.values():
+            state.now_s += 0.5
+        await settled()(pilot)
+
+    assert snap_compare(app, terminal_size=(80, 24), run_before=stopped)
+
+
+def test_an_order_to_all_is_asked_for(snap_compare: Compare) -> None:
+    app = ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0)
+    assert snap_compare(app, terminal_size=(80, 24), run_before=settled("v", "x"))
