@@ -27,7 +27,7 @@ MEASURED_S = 10.0
 def main() -> None:
     """Print redraws a second and the share of a core for every view and size."""
     robots = tuple(f"r{number:02}" for number in range(ROBOTS))
-    print(f"{ROBOTS} robots     {'redraws/s':>10} {'of a core':>10} {'kB/s':>8}")
+    print(f"{ROBOTS} robots     {'redraws/s':>10} {'of a core':>10} {'each':>8} {'kB/s':>8}")
     for columns, rows in SIZES:
         config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}", namespaces=robots)
         command = [sys.executable, "-m", "benchmarks._talking_fleet", *robots]
@@ -53,16 +53,18 @@ def _measure(config: BusConfig, columns: int, rows: int) -> None:
             for name, key in VIEWS.items():
                 terminal.press(key)
                 time.sleep(SETTLED_S)
-                redraws, cpu_s, written, at_s = (
-                    terminal.redraws,
-                    terminal.cpu_s(),
-                    terminal.written_bytes,
-                    time.monotonic(),
-                )
-                time.sleep(MEASURED_S)
-                took_s = time.monotonic() - at_s
-                rate, share = (terminal.redraws - redraws) / took_s, (terminal.cpu_s() - cpu_s) / took_s
-                kilobytes = (terminal.written_bytes - written) / took_s / 1000
-                print(f"{columns}×{rows} {name:10} {rate:>7.1f} {100 * share:>9.0f} % {kilobytes:>8.0f}", flush=True)
+                _print(f"{columns}×{rows} {name}", terminal)
         finally:
             terminal.leave()
+
+
+def _print(what: str, terminal: Terminal) -> None:
+    """Watch for a while: redraws a second, the share of a core, the time that each redraw took of it."""
+    redraws, cpu_s, written, at_s = terminal.redraws, terminal.cpu_s(), terminal.written_bytes, time.monotonic()
+    time.sleep(MEASURED_S)
+    took_s = time.monotonic() - at_s
+    drawn, share = terminal.redraws - redraws, (terminal.cpu_s() - cpu_s) / took_s
+    each_ms = 1e3 * share * took_s / max(drawn, 1)
+    kilobytes = (terminal.written_bytes - written) / took_s / 1000
+    rate = drawn / took_s
+    print(f"{what:17} {rate:>4.1f} {100 * share:>9.0f} % {each_ms:>5.0f} ms {kilobytes:>8.0f}", flush=True)

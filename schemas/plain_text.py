@@ -25,6 +25,8 @@ def plain(text: str, most: int = 1000) -> str:
 
     White space of any kind is a space. What is cut off is replaced by an ellipsis.
     """
+    if len(text) <= most and text.isascii() and text.isprintable():  # as nearly every text is
+        return text
     text = _SEQUENCE.sub("", text[: 4 * most])
     text = "".join(" " if char in "\t\n\r\v\f" else char for char in text)
     text = "".join(char for char in text if unicodedata.category(char) not in _UNSAFE)

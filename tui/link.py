@@ -14,8 +14,18 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
 from touchline.schemas.topics import Service, Topic
-from touchline.services.bus import Bus, BusConfig, Inbox
-from touchline.tui.protocol import CallFailed, Incoming, Link, Lost, NodeChanged, PaintFetched, Received, Rejected
+from touchline.services.bus import Bus, BusConfig, Inbox, Sample
+from touchline.tui.protocol import (
+    CallFailed,
+    Incoming,
+    Link,
+    Lost,
+    NodeChanged,
+    PaintFetched,
+    Received,
+    Rejected,
+    Skimmed,
+)
 from touchline.tui.state import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
@@ -30,6 +40,8 @@ CLOSELY = (
     topics.AREA_REPORT,
 )
 """Topics of which nothing is shown while the robot is one among others: they are not even sent here then."""
+SKIMMED_S = 1.0
+"""So often the diagnostics of each process are read while the robot is one among others; that they come is noted."""
 MOST_FOUND = 8
 """Robots that are taken up at a time: each takes milliseconds, and keys must not wait for hundreds."""
 PAINT_TIMEOUT_S = 3.0
@@ -78,13 +90,25 @@ class BusLinks:
         return found
 
 
+def _told(sample: Sample) -> Incoming:
+    """What a sample says."""
+    if not sample.payload:
+        return Skimmed(sample.topic.name, sample.publisher.hex())
+    try:
+        return Received(sample.topic.name, sample.decode(), sample.publisher.hex())
+    except PayloadError as error:
+        return Rejected(sample.topic.name, str(error))
+
+
 class BusLink:
     """A Link over a bus: inboxes, the list of live processes, and calls."""
 
     def __init__(self, bus: Bus) -> None:
         """Begin to listen."""
         self._bus = bus
-        self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in CLOSELY])
+        self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in (*CLOSELY, topics.DIAGNOSTICS)])
+        self._health = bus.inbox([topics.DIAGNOSTICS], keep="all")
+        self._health.skim(SKIMMED_S)
         self._near: list[Inbox] = []
         self._presence = bus.presence()
         self._rejected = 0
@@ -103,6 +127,7 @@ class BusLink:
     def attend(self, *, closely: bool) -> None:
         """See `Link`."""
         self._near = self._listen(CLOSELY) if closely else []
+        self._health.skim(0.0 if closely else SKIMMED_S)
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll.
@@ -113,12 +138,8 @@ class BusLink:
         said: list[Incoming] = []
         while self._fetched:
             said.append(self._fetched.popleft())
-        for inbox in (*self._far, *self._near):
-            for sample in inbox.drain():
-                try:
-                    said.append(Received(sample.topic.name, sample.decode(), sample.publisher.hex()))
-                except PayloadError as error:
-                    said.append(Rejected(sample.topic.name, str(error)))
+        for inbox in (*self._far, *self._near, self._health):
+            said += [_told(sample) for sample in inbox.drain()]
         return came + said + went + self._counted()
 
     def _presence_changes(self) -> tuple[list[Incoming], list[Incoming]]:

@@ -86,13 +86,20 @@ class Node:
         self.values.update(values)
 
 
-def take_report(nodes: dict[str, Node], report: DiagnosticArray, now_s: float) -> None:
-    """Note what processes say about themselves; a status is named for its process, or `process: component`."""
+def take_report(nodes: dict[str, Node], report: DiagnosticArray, now_s: float) -> tuple[str, ...]:
+    """Note what processes say about themselves; a status is named for its process, or `process: component`.
+
+    Returns:
+        Names of the processes.
+    """
+    names: list[str] = []
     for status in report.status:
         name = plain(status.name).split(":", 1)[0].strip().removeprefix("/")
         if name:
             values = {plain(pair.key): plain(pair.value) for pair in status.values}
             nodes.setdefault(name, Node(name)).take(status.level, plain(status.message), values, now_s)
+            names.append(name)
+    return tuple(dict.fromkeys(names))
 
 
 def silence(silent_s: float) -> str:

@@ -25,6 +25,14 @@ class Received:
 
 
 @dataclass(frozen=True)
+class Skimmed:
+    """A message of a topic came whose content is of no interest now."""
+
+    topic: str
+    publisher: str
+
+
+@dataclass(frozen=True)
 class NodeChanged:
     """A process appeared on the bus or vanished from it."""
 
@@ -54,7 +62,7 @@ class Lost:
     messages: int
 
 
-Incoming = Received | NodeChanged | Rejected | PaintFetched | Lost
+Incoming = Received | Skimmed | NodeChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):

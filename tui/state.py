@@ -29,13 +29,14 @@ from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView
 from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
-from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they have ever been seen."""
 PAUSED_BY_HAND = "paused by the operator"
 """How the robot begins the reason of a pause that a person has ordered."""
+_MOST_SPEAKERS = 256
 SPEED_TOLD_S = 2.5
 """How long the robot may take to tell a new speed factor; until then it may still tell the old one."""
 
@@ -83,6 +84,8 @@ class ConsoleState:
     """The same as text, for the planner; "" as long as the robot has not told."""
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
+    _speakers: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Which processes a publisher of diagnostics tells of."""
     _rejected_topics: set[str] = field(default_factory=set)
 
     # -- what is shown -----------------------------------------------------------------------------------------------
@@ -208,6 +211,9 @@ class ConsoleState:
         match event:
             case Received(topic, message, publisher):
                 self._receive(topic, message, publisher)
+            case Skimmed(_, publisher):
+                for name in self._speakers.get(publisher, ()):
+                    self.nodes[name].heard(now_s)
             case NodeChanged(node, alive):
                 self._node_changed(node, alive)
             case PaintFetched(strokes):
@@ -239,6 +245,8 @@ class ConsoleState:
         try:
             if robot_model.take(self.robot, topic, message):
                 self.nodes[topics.ROBOT_SIM].heard(self.now_s)
+            elif isinstance(message, DiagnosticArray):
+                self._diagnostics(message, publisher)
             elif topic in _HANDLERS:
                 _HANDLERS[topic](self, message)
         except (TouchlineError, ValueError, AttributeError, TypeError, ArithmeticError) as error:
@@ -282,6 +290,11 @@ class ConsoleState:
         if topic not in self._rejected_topics:
             self._rejected_topics.add(topic)
             self.note(WARN, "console", f"unreadable message on {topic}: {reason} (further ones are only counted)")
+
+    def _diagnostics(self, message: DiagnosticArray, publisher: str) -> None:
+        if len(self._speakers) >= _MOST_SPEAKERS:  # processes that come and go
+            self._speakers.clear()
+        self._speakers[publisher] = take_report(self.nodes, message, self.now_s)
 
     # -- outcomes of the operator's own orders -----------------------------------------------------------------------
 
@@ -343,9 +356,6 @@ class ConsoleState:
         if self.plan_request and message.request_id == self.plan_request and math.isfinite(message.fraction):
             self.progress = message.model_copy(update={"stage": plain(message.stage)})
 
-    def _diagnostics(self, message: DiagnosticArray) -> None:
-        take_report(self.nodes, message, self.now_s)
-
 
 _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
     topics.PAINT.name: ConsoleState._paint,
@@ -355,8 +365,9 @@ _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
     topics.EVENTS.name: ConsoleState._event,
     topics.SUPERVISOR_EVENTS.name: ConsoleState._supervisor_event,
     topics.PLANNER_PROGRESS.name: ConsoleState._progress,
-    topics.DIAGNOSTICS.name: ConsoleState._diagnostics,
 }
 
-CONSOLE_TOPICS: tuple[Topic, ...] = tuple(topics.TOPIC_BY_NAME[name] for name in (*ROBOT_TOPICS, *_HANDLERS))
+CONSOLE_TOPICS: tuple[Topic, ...] = tuple(
+    topics.TOPIC_BY_NAME[name] for name in (*ROBOT_TOPICS, *_HANDLERS, topics.DIAGNOSTICS.name)
+)
 """What a link has to listen to."""

@@ -1,5 +1,6 @@
 """Polled subscriptions: messages wait in Zenoh's channels until they are drained."""
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from itertools import repeat
@@ -22,6 +23,8 @@ MOST_WAITING = 65_536
 #: Samples of one topic that wait at most where the oldest gives way.
 _RECENT = 1024
 _POLL_S = 0.002
+#: Publishers of which an inbox remembers when it has looked into what they say.
+_PUBLISHERS = 1024
 _Subscriber: TypeAlias = (
     "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]"
 )
@@ -32,7 +35,7 @@ class Sample(NamedTuple):
 
     Attributes:
         topic: Its row of the topic table.
-        payload: CDR bytes.
+        payload: CDR bytes; empty where the inbox only skims and has not looked into it.
         sequence: The publisher's count from 1; 0 from a foreign publisher that does not count.
         source_time_ns: When it was sent, ns since the epoch; 0 if unknown.
         publisher: The publisher's id; empty if unknown.
@@ -91,6 +94,16 @@ class Inbox:
         self._early: list[Sample] = []
         self.rejected: dict[str, int] = {}
         self.cut: set[str] = set()
+        self._every_s = 0.0
+        self._looked_s: dict[tuple[str, bytes], float] = {}
+
+    def skim(self, every_s: float) -> None:
+        """Of each publisher look into one sample of a topic in so many seconds; with 0 into each again.
+
+        The others come out with an empty payload, neither checked nor decoded: they say no more than that they came.
+        """
+        self._every_s = every_s
+        self._looked_s.clear()
 
     def declare(self, session: zenoh.Session) -> None:
         """Let samples arrive by this session, too; they wait until :meth:`leave_former`."""
@@ -171,12 +184,14 @@ class Inbox:
         return samples
 
     def _accept(self, topic: Topic, form: Wellformed, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
-        payload = raw.payload.to_bytes()
-        if problem := form.problem(payload):
-            self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
-            self._counters.reject(f"{topic.name}: {problem}")
-            return None
         numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
+        payload = b""
+        if numbered is None or not self._looked_lately(topic, numbered.publisher):
+            payload = raw.payload.to_bytes()
+            if problem := form.problem(payload):
+                self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
+                self._counters.reject(f"{topic.name}: {problem}")
+                return None
         self._counters.received += 1
         if numbered is None:
             return Sample(topic, payload, 0, 0, b"", 0, self.namespace)
@@ -185,6 +200,18 @@ class Inbox:
             return None
         self._count_lost(missed)
         return Sample(topic, payload, *numbered, missed, self.namespace)
+
+    def _looked_lately(self, topic: Topic, publisher: bytes) -> bool:
+        """Whether a sample of this publisher need not be looked into; if so, the next one may be due."""
+        if not self._every_s:
+            return False
+        now_s, key = time.monotonic(), (topic.name, publisher)
+        if now_s - self._looked_s.get(key, -math.inf) < self._every_s:
+            return True
+        if len(self._looked_s) >= _PUBLISHERS:
+            self._looked_s.clear()
+        self._looked_s[key] = now_s
+        return False
 
     def _count_lost(self, missed: int) -> None:
         if self._keep != "latest":

@@ -119,6 +119,32 @@ def test_thousands_of_publishers_are_not_remembered():
     assert len(gaps) == MOST_PUBLISHERS
 
 
+def test_an_inbox_that_skims_looks_into_one_sample_of_each_publisher_and_counts_all(pair):
+    robot, bridge = pair
+    inbox = bridge.inbox([topics.CLOCK])
+    inbox.skim(3600.0)
+    first, second = robot.publisher(topics.CLOCK), robot.publisher(topics.CLOCK)
+    caught_up(robot, bridge)
+    samples = []
+
+    def arrived(count: int) -> bool:
+        samples.extend(inbox.drain())
+        return len(samples) >= count
+
+    for publisher in (first, second, first, first):
+        publisher.send(Clock(clock=Time(sec=7)))
+    assert eventually(lambda: arrived(4))
+    looked_into = [sample for sample in samples if sample.payload]
+    assert [sample.publisher for sample in looked_into] == [first.id, second.id]
+    assert [sample.decode() for sample in looked_into] == [Clock(clock=Time(sec=7))] * 2
+    assert [sample.sequence for sample in samples if sample.publisher == first.id] == [1, 2, 3]
+    inbox.skim(0.0)
+    first.send(Clock(clock=Time(sec=8)))
+    assert eventually(lambda: arrived(5))
+    assert samples[-1].payload
+    assert inbox.lost == 0
+
+
 @pytest.fixture
 def starter(pair):
     """A robot that counts how often it is started."""

@@ -12,7 +12,7 @@ from touchline.tui.header import HeaderBar, header_line
 from touchline.tui.map_view import MapView
 from touchline.tui.node_health import Freshness
 from touchline.tui.panels import StatusPanel
-from touchline.tui.protocol import Incoming, NodeChanged
+from touchline.tui.protocol import Incoming, NodeChanged, Received, Skimmed
 from touchline.tui.state import ConsoleState
 
 
@@ -45,6 +45,19 @@ def test_a_frozen_robot_is_seen_within_a_second(template: Template) -> None:
     assert panels.service_lines(state, 40)[1].plain == "▲ robot      STALE 2.0 s"
     state.now_s += 2.0
     assert panels.service_lines(state, 40)[1].plain == "▲ robot      NO ANSWER SINCE 4 s"
+
+
+def test_diagnostics_that_are_not_read_are_a_word_of_the_process_that_they_were_of_before() -> None:
+    told = Received(topics.DIAGNOSTICS.name, scenes.diagnostics(topics.ROBOT_SIM), "robot-1")
+    others = Received(topics.DIAGNOSTICS.name, scenes.diagnostics(topics.PLANNER), "planner-1")
+    state = reduced([*scenes.up(), told, others])
+    state.now_s += 5.0
+    for publisher in ("planner-1", "a stranger"):
+        state.apply(Skimmed(topics.DIAGNOSTICS.name, publisher), state.now_s)
+        assert state.robot_stale
+    assert state.nodes[topics.PLANNER].freshness(state.now_s) is Freshness.LIVE
+    state.apply(Skimmed(topics.DIAGNOSTICS.name, "robot-1"), state.now_s)
+    assert state.robot_freshness is Freshness.LIVE
 
 
 def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -> None:

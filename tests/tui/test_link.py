@@ -213,3 +213,28 @@ def test_bytes_that_are_no_message_are_reported(link: BusLink, robot: Robot) -> 
     rejected = [event for event in events if isinstance(event, Rejected)]
     assert {event.topic for event in rejected} == {topics.EVENTS.name}
     assert all(event.reason for event in rejected)
+
+
+def test_of_a_robot_among_others_no_paint_is_sent_until_it_is_attended_closely(bus_config: BusConfig) -> None:
+    with open_links(bus_config, topics.CONSOLE) as links:
+        ((_, link),) = links.found()
+        robot = Robot(bus_config)
+        try:
+            connected(link, robot)
+            robot.say(topics.PAINT, m.PaintMarks(first_index=0))
+            robot.say(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING))
+            events = collect(link, lambda events: bool(messages(events, topics.STATUS)))
+            caught_up(robot.bus, link._bus)
+            assert not messages(events + link.poll(), topics.PAINT)
+            link.attend(closely=True)
+            caught_up(robot.bus, link._bus)
+            robot.say(topics.PAINT, m.PaintMarks(first_index=7))
+            (marks,) = messages(collect(link, lambda events: bool(messages(events, topics.PAINT))), topics.PAINT)
+            assert marks.first_index == 7
+            link.attend(closely=False)
+            robot.say(topics.PAINT, m.PaintMarks(first_index=9))
+            robot.say(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.DONE))
+            events = collect(link, lambda events: bool(messages(events, topics.STATUS)))
+            assert not messages(events, topics.PAINT)
+        finally:
+            robot.leave()
