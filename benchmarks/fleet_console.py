@@ -1,7 +1,8 @@
 """Redraws a second of the operator's console with fifty robots at real time, on one core.
 
 The console is `touchline tui` in a pseudo-terminal, bound to one core; fifty robots that only talk, each as much as one
-that paints, are a process on the other one. `python -m benchmarks fleet_console`.
+that paints, are a process on the other one. In the end the emergency stop is pressed.
+`python -m benchmarks fleet_console`.
 """
 
 from __future__ import annotations
@@ -11,8 +12,11 @@ import subprocess
 import sys
 import time
 
+import numpy as np
+
 from benchmarks._console_terminal import Terminal
 from touchline.schemas import topics
+from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 
@@ -54,8 +58,29 @@ def _measure(config: BusConfig, columns: int, rows: int) -> None:
                 terminal.press(key)
                 time.sleep(SETTLED_S)
                 _print(f"{columns}×{rows} {name}", terminal)
+            stopped_ms = _stopped_ms(config, bus, terminal)
+            least, median, most = (float(np.quantile(stopped_ms, share)) for share in (0.0, 0.5, 1.0))
+            print(f"{columns}×{rows} e pressed: robots stopped after {least:.0f}, {median:.0f} and {most:.0f} ms")
         finally:
             terminal.leave()
+
+
+def _stopped_ms(config: BusConfig, bus: Bus, terminal: Terminal) -> list[float]:
+    """From the key of the emergency stop until each robot's status says that it is stopped."""
+    inboxes = {name: bus.of(name).inbox([topics.STATUS], keep="latest") for name in config.namespaces}
+    time.sleep(SETTLED_S)
+    took_ms: dict[str, float] = {}
+    begun_s = time.monotonic()
+    terminal.press("e")
+    while len(took_ms) < len(inboxes) and time.monotonic() < begun_s + START_S:
+        for name, inbox in inboxes.items():
+            for _, status in inbox.messages():
+                if isinstance(status, TraversalStatus) and status.state == TraversalStatus.ESTOPPED:
+                    took_ms.setdefault(name, 1e3 * (time.monotonic() - begun_s))
+        time.sleep(0.001)
+    if len(took_ms) < len(inboxes):
+        sys.exit(f"only {len(took_ms)} robots were stopped")
+    return list(took_ms.values())
 
 
 def _print(what: str, terminal: Terminal) -> None:

@@ -27,6 +27,10 @@ class Dispatcher:
         # A daemon, because leaving the console must not wait for an answer that may never come.
         threading.Thread(target=self._run, args=(order,), name=f"order-{order.name}", daemon=True).start()
 
+    def tell(self, order: Order) -> None:
+        """Send it once, at once."""
+        self._link.tell(order.service, order.request)
+
     def cease(self) -> None:
         """Call the emergency stop off."""
         self._stops.cease()

@@ -34,6 +34,10 @@ class OrderSender(Protocol):
         """Send it without waiting; an emergency stop again and again."""
         ...
 
+    def tell(self, order: Order) -> None:
+        """Send it once, from this thread; nobody waits for its answer."""
+        ...
+
     def cease(self) -> None:
         """Send the emergency stop no more."""
         ...
@@ -71,15 +75,23 @@ class Operator:
         else:
             self._send(orders.command(name, self._request_id()))
 
+    def tell_stop(self) -> None:
+        """Tell the robot to stop, from any thread, once; `stop` is to follow, when all others have been told, too."""
+        self._sender.tell(self._stop_order())
+
     def stop(self) -> None:
         """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
+        self._sender.send(self._stop_order())
+
+    def _stop_order(self) -> Order:
+        """The stop in force, or a new one; see `StopLatch.press`."""
         latch = self.state.orders.stop
         self._stopped_at_s = time.monotonic()
         with self._stopping:
             if latch.phase is not Phase.SENT:
                 self.state.note(WARN, "console", "Emergency stop sent")
             request_id = latch.press(self._request_id(), self.state.publisher)
-        self._sender.send(orders.command("estop", request_id))
+        return orders.command("estop", request_id)
 
     def _withdraw(self) -> None:
         """Give the emergency stop up; not by a reset so soon after it, which was meant before."""
