@@ -1,7 +1,8 @@
 """Takes the console's picture on a real run: `touchline up` first, then `python docs/console_picture.py OUT.svg`.
 
-Plans and starts the soccer pitch, waits until most of it is painted, and saves what the console shows. Braille is drawn
-as dots, because few fonts in browsers have it.
+Plans and starts the soccer pitch, waits until most of it is painted, and saves what the console shows; with `--fleet`
+the screen of all robots that are on the bus, whatever they do. Braille is drawn as dots, because few fonts in browsers
+have it.
 """
 
 from __future__ import annotations
@@ -39,6 +40,17 @@ async def take() -> str:
             app.action_command("abort")
             await pilot.pause(1.0)
     return picture
+
+
+async def take_fleet() -> str:
+    """The screen of all robots as SVG, five seconds after it was opened."""
+    with open_links(BusConfig.from_environment(), topics.CONSOLE, everyone=True) as links:
+        app = ConsoleApp(links)
+        async with app.run_test(size=SIZE) as pilot:
+            await pilot.pause(5.0)
+            await pilot.press("v")
+            await pilot.pause(5.0)
+            return app.export_screenshot(title="touchline tui")
 
 
 def enough(state: ConsoleState) -> bool:
@@ -84,4 +96,5 @@ def _text(match: re.Match[str]) -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(with_dots(without_webfont(asyncio.run(take()))), encoding="utf-8")
+    picture = asyncio.run(take_fleet() if "--fleet" in sys.argv else take())
+    Path(sys.argv[1]).write_text(with_dots(without_webfont(picture)), encoding="utf-8")

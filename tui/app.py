@@ -482,7 +482,10 @@ class ConsoleApp(App[None]):
     def action_next_robot(self) -> None:
         """Bring the next robot into view: orders go to that one from now on."""
         self.robots.select_next()
-        self.show_state()
+        if (fleet := self.fleet_screen) is not None:
+            fleet.show_picked()
+        else:
+            self.show_state()
 
     def action_select(self, name: str) -> None:
         """Bring this robot into view."""
@@ -554,7 +557,7 @@ class ConsoleApp(App[None]):
 
     def action_keys(self) -> None:
         """List the keys."""
-        self.push_screen(KeysDialog())
+        self.push_screen(KeysDialog(fleet=self.fleet_screen is not None))
 
     async def action_quit(self) -> None:
         """Leave; asks first while the robot is on a job."""

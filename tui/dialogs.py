@@ -371,6 +371,25 @@ KEYS_TEXT = (
     ("Fleet", (("v, o, x", "all robots; the next one; orders to all"),)),
     ("Console", (("tab", "next panel"), ("ctrl+p, q", "all commands by name, quit"))),
 )  # fmt: skip
+FLEET_KEYS_TEXT = (
+    ("Robot", (
+        ("arrows, click", "pick one; enter or a second click: alone"),
+        ("space, g", "pause it, let it go on"), ("a, r", "abort (asks first), reset"), ("o", "pick the next by name"),
+    )),
+    ("All", (("x", "pause, resume, abort, reset (asks first)"),)),
+    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
+    ("List", (("n", "sort by name, or those in trouble first"), ("m", "map and list, list, map"))),
+    ("Map", (("+ -, wheel, drag", "zoom, pan"), ("f, 0", "follow the robot, show all"))),
+    ("Console", (("esc, v", "put answers away, then back to one robot"), ("ctrl+p, q", "all commands, quit"))),
+)  # fmt: skip
+FLEET_LEGEND = (
+    ("→", f"{theme.BLACK} on {theme.ORANGE}", "picked"),
+    ("→", f"{theme.BLACK} on {theme.MUTED}", "other"),
+    ("→", f"{theme.WHITE} on {theme.STOP}", "stopped"),
+    ("?", f"{theme.BLACK} on {theme.YELLOW}", "silent"),
+    ("✗", f"{theme.WHITE} on {theme.STOP}", "gone"),
+    ("3", f"{theme.BLACK} on {theme.MUTED}", "so many"),
+)
 LEGEND = (
     ("●", theme.WHITE, "painted"),
     ("●", theme.TO_PAINT, "to paint"),
@@ -386,17 +405,23 @@ class KeysDialog(Dialog[None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("question_mark,q", "dismiss(None)", "Close")]
 
+    def __init__(self, *, fleet: bool = False) -> None:
+        """Those of one robot's screen, or of that of the `fleet`."""
+        super().__init__()
+        self._text = FLEET_KEYS_TEXT if fleet else KEYS_TEXT
+        self._legend = FLEET_LEGEND if fleet else LEGEND
+
     def compose(self) -> ComposeResult:
         """The list."""
         with Vertical(id="dialog"):
             yield Label("Keys", classes="title")
-            lines = []
-            for group, keys in KEYS_TEXT:
+            lines, width = [], 1 + max(len(key) for _, keys in self._text for key, _ in keys)
+            for group, keys in self._text:
                 for index, (key, text) in enumerate(keys):
                     name = group if index == 0 else ""
                     lines.append(
-                        Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<14}", f"bold {theme.SKY}"), text)
+                        Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<{width}}", f"bold {theme.SKY}"), text)
                     )
-            marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in LEGEND]
+            marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in self._legend]
             lines += [Content.assemble(*(part for pair in marks for part in pair))]
             yield Static(Content("\n").join(lines))

@@ -16,7 +16,7 @@ from textual.screen import Screen
 from touchline.tui import theme
 from touchline.tui.fleet_list import FleetList, RobotPicked, totals_line
 from touchline.tui.fleet_map import FleetMap
-from touchline.tui.fleet_rows import fleet_rows, totals
+from touchline.tui.fleet_rows import FleetRow, fleet_rows, totals
 from touchline.tui.key_bar import Key
 from touchline.tui.panels import LinesPanel
 from touchline.tui.robots import Robots
@@ -104,6 +104,7 @@ class FleetScreen(Screen[None]):
         super().__init__()
         self._robots = robots
         self._by_trouble, self._shown = True, Shown.BOTH
+        self._rows: list[FleetRow] = []
         self._totals, self._roll, self._keys = LinesPanel(id="totals"), LinesPanel(id="roll"), FleetKeyBar()
         self._signals = SignalBar(named=True)
         self._map, self._list = FleetMap(), FleetList()
@@ -138,15 +139,25 @@ class FleetScreen(Screen[None]):
         if self._shown is not Shown.LIST:
             self._map.show(robots)
         if self._shown is not Shown.MAP:
-            self._list.show(fleet_rows(robots, by_trouble=self._by_trouble), robots.selected_name)
-        self._keys.show_keys(robots.selected_name)
+            self._rows = fleet_rows(robots, by_trouble=self._by_trouble)
+        self.show_picked()
+
+    def show_picked(self) -> None:
+        """Show which robot is picked; the next tick shows the rest, so that a key that is held down costs little."""
+        if self._shown is not Shown.MAP:
+            self._list.show(self._rows, self._robots.selected_name)
+        self._keys.show_keys(self._robots.selected_name)
 
     def on_resize(self) -> None:
         """Where there is no room for map and list, the list is shown until the map is asked for."""
         self._arrange()
 
+    @property
+    def _low(self) -> bool:
+        return self.size.height < LEAST_FOR_BOTH
+
     def _arrange(self) -> None:
-        low = self._shown is Shown.BOTH and self.size.height < LEAST_FOR_BOTH
+        low = self._low and self._shown is Shown.BOTH
         self.query_one("#fleet").set_classes((Shown.LIST if low else self._shown).value)
         self.call_after_refresh(self.show)
 
@@ -155,7 +166,9 @@ class FleetScreen(Screen[None]):
         height = min(ROLL_HEIGHT, max(self.size.height // 4, 1))
         self._roll.display = bool(roll and heard)
         if roll and heard:
-            self._roll.show_lines(roll_lines(roll, heard, width, height))
+            lines = roll_lines(roll, heard, width, height)
+            self._roll.styles.height = len(lines)  # as high as that in any case: before they are cut they may wrap
+            self._roll.show_lines(lines)
 
     def on_robot_picked(self, event: RobotPicked) -> None:
         """That robot is the one in view; Enter shows it alone."""
@@ -163,7 +176,7 @@ class FleetScreen(Screen[None]):
         if event.shown:
             self.action_leave()
         else:
-            self.show()
+            self.show_picked()
 
     def action_leave(self) -> None:
         """Show the picked robot alone."""
@@ -184,8 +197,9 @@ class FleetScreen(Screen[None]):
 
     def action_shown(self) -> None:
         """Map and list, the list alone, the map alone."""
-        every = list(Shown)
-        self._shown = every[(every.index(self._shown) + 1) % len(every)]
+        every = [each for each in Shown if each is not Shown.BOTH or not self._low]
+        before = Shown.LIST if self._low and self._shown is Shown.BOTH else self._shown
+        self._shown = every[(every.index(before) + 1) % len(every)]
         self._arrange()
 
     def action_fit(self) -> None:

@@ -28,6 +28,9 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     for factor in orders.SPEEDS:
         name = "as fast as it goes" if factor < 0 else f"{format.factor(factor)} real time"
         yield SystemCommand(f"Speed {format.factor(factor)}", f"Simulate {name}", partial(hand.set_speed, factor))
+    yield SystemCommand("Fleet", "All robots on one screen (v)", partial(app.run_action, "fleet"))
+    text = "Pause, resume, abort or reset all robots (x)"
+    yield SystemCommand("Order to all", text, partial(app.call_later, app.run_action, "order_all"))
     yield SystemCommand("Other robot", "Bring the next robot into view (o)", partial(app.run_action, "next_robot"))
     yield SystemCommand("Follow the robot", "Keep it in the middle of the map (f)", partial(app.run_action, "follow"))
     yield SystemCommand("Show the whole job", "Fit the map (0)", partial(app.run_action, "fit"))

@@ -126,7 +126,8 @@ def roll_lines(roll: RollCall, heard: Mapping[str, RollReply], width: int, heigh
         for kind, count in sorted(zip(Heard, counts, strict=True), key=lambda each: -min(each[0], Heard.ACKNOWLEDGED))
         if count
     ]
-    lines = [Content.assemble((f" {roll.title} to {len(heard)}:", f"bold {theme.INK}"), *parts)]
+    count = Content.assemble((f" {roll.title} to {len(heard)}:", f"bold {theme.INK}"), *parts)
+    lines = [count.truncate(width, ellipsis=True)]
     open_groups = sorted((each for each in groups if each.heard < Heard.WAITING), key=lambda each: each.heard)
     for each in open_groups[: height - 1]:
         mark, names = MARKS[each.heard], ", ".join(groups[each])
@@ -141,4 +142,5 @@ def _group_line(reason: str, names: str, color: str, width: int) -> Content:
     """A reason, cut where it leaves the names no room, and the names."""
     head = format.cut(reason, max(width - min(len(names), width // 2) - 3, _LABEL))
     names = names if len(head) + 2 + len(names) <= width else names[: max(width - len(head) - 3, 0)] + "…"
-    return Content.assemble((head, color), (": ", theme.MUTED), (names, f"bold {theme.INK}"))
+    line = Content.assemble((head, color), (": ", theme.MUTED), (names, f"bold {theme.INK}"))
+    return line.truncate(width, ellipsis=True)

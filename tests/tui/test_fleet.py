@@ -157,7 +157,7 @@ async def test_an_order_that_concerns_nobody_says_so():
     ids=" ".join,
 )
 async def test_the_emergency_stop_of_all_works_from_every_screen_of_the_fleet(keys: tuple[str, ...]):
-    links = fleet(50, S.RUNNING)
+    links = fleet(20, S.RUNNING)
     async with fleet_console(links, *keys) as scene:
         await until(scene.pilot, lambda: all(asked(link) for link in links.values()))
         assert all(asked(link) == [topics.ESTOP.name] for link in links.values())
@@ -243,3 +243,24 @@ async def test_totals_say_the_least_battery():
     async with fleet_console(fleet(3, S.RUNNING), "v") as scene:
         totals = scene.screen.query_one("#totals", LinesPanel)
         assert "batt ≥ 88 % r03" in str(totals.visual)
+
+
+async def test_the_list_of_keys_names_every_key_of_the_fleet():
+    async with fleet_console(fleet(3), "v", "question_mark") as scene:
+        listed = scene.text()
+        for key in ("arrows", "space, g", "a, r", "x ", "e, ctrl+e", "n ", "m ", "+ -", "f, 0", "esc, v", "ctrl+p, q"):
+            assert key in listed, key
+        await scene.pilot.press("question_mark")
+        assert scene.app.screen is scene.screen
+
+
+async def test_a_terminal_that_shrinks_keeps_robots_answers_and_stop_in_sight():
+    async with fleet_console(fleet(12, S.RUNNING), "v", "e") as scene:
+        await until(scene.pilot, lambda: all(asked(link) for link in scene.links.values()))
+        await scene.pilot.resize_terminal(20, 6)
+        await scene.tick()
+        await scene.tick()
+        lines = scene.text().splitlines()
+        assert lines[2].startswith(" Emergency stop")
+        assert "r01" in lines[3]
+        assert lines[5].startswith(" e E-STOP")
