@@ -32,6 +32,7 @@ from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.fleet_dialog import FleetDialog
+from touchline.tui.fleet_layer import NO_LAYER, layer_of
 from touchline.tui.fleet_orders import FleetOrder, census, concerned
 from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
@@ -52,6 +53,8 @@ from touchline.tui.stop_screen import Palette
 
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0
+TEAM_STALE_S = 3.0
+"""Cells that have not been told anew for so long are drawn no more."""
 STOP_HOLDS_S = 3.0
 """A robot that is found so soon after an emergency stop is stopped, too."""
 REST_S = 0.2
@@ -141,7 +144,7 @@ class ConsoleApp(App[None]):
         self._autostart = autostart or AutoStart()
         self._clock = clock
         self._ticked_s = clock()
-        self._stop_typed_s = self._stopped_at_s = -math.inf
+        self._stop_typed_s = self._stopped_at_s = self._team_told_s = -math.inf
         self._take_up_robots()
         self._started_with = self._desks[self.robots.selected_name]
         self._in_view, self._in_view_since_s = self.robots.selected_name, -math.inf
@@ -212,6 +215,7 @@ class ConsoleApp(App[None]):
 
         A robot that is found while the others are being stopped is stopped, too: whoever pressed the key meant all.
         """
+        self._draw_team()
         found = self._links.found()
         guesses = [name for name, desk in self._desks.items() if never_there(desk.state)] if found else []
         for name, link in found:
@@ -224,6 +228,13 @@ class ConsoleApp(App[None]):
         for name in guesses:
             self.robots.remove(name)
             del self._desks[name]
+
+    def _draw_team(self) -> None:
+        """Draw the cells that a coordinator has told, as long as it tells any."""
+        if (told := self._links.team()) is not None:
+            self.robots.layer, self._team_told_s = layer_of(told), self._clock()
+        elif self._clock() - self._team_told_s > TEAM_STALE_S:
+            self.robots.layer = NO_LAYER
 
     def _attend(self, now: float) -> None:
         """Listen closely to the robot in view and to those with something under way here; of others to the rest."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas.messages import TeamCells
 from touchline.tui.raster import Polyline
 
 Polygon = NDArray[np.float64]
@@ -39,6 +40,15 @@ class FleetLayer:
 
 
 NO_LAYER = FleetLayer()
+
+
+def layer_of(told: TeamCells) -> FleetLayer:
+    """What a coordinator has told."""
+    whole = [cell for cell in told.cells if len(cell.x_m) == len(cell.y_m)]
+    return FleetLayer(
+        cells={cell.name: np.column_stack((cell.x_m, cell.y_m)) for cell in whole},
+        goals={cell.name: (cell.goal_x_m, cell.goal_y_m) for cell in told.cells},
+    )
 
 
 def outline(polygons: Iterable[Polygon]) -> Polyline:

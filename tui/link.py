@@ -13,6 +13,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
+from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bus import Bus, BusConfig, Inbox, Sample
 from touchline.tui.protocol import (
@@ -77,6 +78,7 @@ class BusLinks:
         self._known = {bus.namespace for bus in buses}
         self._new: list[tuple[str, Link]] = [(bus.namespace, BusLink(bus)) for bus in buses]
         self._roster = self._bus.roster() if everyone else None
+        self._team = self._bus.of(topics.TEAM_NAMESPACE).inbox([topics.TEAM_CELLS], keep="latest") if everyone else None
 
     def found(self) -> list[tuple[str, Link]]:
         """See `Links`."""
@@ -88,6 +90,13 @@ class BusLinks:
                 self._known.add(name)
                 found.append((name, BusLink(self._bus.of(name))))
         return found
+
+    def team(self) -> TeamCells | None:
+        """See `Links`."""
+        newest = None
+        for _, message in self._team.messages() if self._team is not None else ():
+            newest = message if isinstance(message, TeamCells) else newest
+        return newest
 
 
 def _told(sample: Sample) -> Incoming:

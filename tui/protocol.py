@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.messages.touchline import PaintMarks
 from touchline.schemas.topics import Service
 
@@ -97,4 +98,8 @@ class Links(Protocol):
 
         One that has gone is no news: its link goes on, and says so.
         """
+        ...
+
+    def team(self) -> TeamCells | None:
+        """What a team's coordinator has told since the last call, if there is one. Never waits."""
         ...

@@ -44,6 +44,9 @@ class FakeLink:
         found, self.found_yet = [] if self.found_yet else [(self.name, self)], True
         return found
 
+    def team(self) -> m.TeamCells | None:
+        return None
+
     def poll(self) -> list[Incoming]:
         events, self.incoming = self.incoming, []
         return events
@@ -81,6 +84,10 @@ class FakeLinks:
 
     links: dict[str, FakeLink]
     told: set[str] = field(default_factory=set)
+    team_says: list[m.TeamCells] = field(default_factory=list)
+
+    def team(self) -> m.TeamCells | None:
+        return self.team_says.pop() if self.team_says else None
 
     def found(self) -> list[tuple[str, Link]]:
         new = [(name, link) for name, link in self.links.items() if name not in self.told]

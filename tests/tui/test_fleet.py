@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.tui.console import plain, until
@@ -9,6 +10,7 @@ from tests.tui.fleets import S, asked, fleet, fleet_console
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.messages import TeamCell, TeamCells
 from touchline.tui.fleet_list import FleetList
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.header import HeaderBar
@@ -264,3 +266,18 @@ async def test_a_terminal_that_shrinks_keeps_robots_answers_and_stop_in_sight():
         assert lines[2].startswith(" Emergency stop")
         assert "r01" in lines[3]
         assert lines[5].startswith(" e E-STOP")
+
+
+async def test_the_cells_of_a_team_are_drawn_as_long_as_its_coordinator_tells_them():
+    square = np.array([(-2.0, -2.0), (6.0, -2.0), (6.0, 6.0), (-2.0, 6.0)])
+    cell = TeamCell(name="r01", x_m=square[:, 0], y_m=square[:, 1], goal_x_m=5.0, goal_y_m=4.0)
+    async with fleet_console(fleet(3), "v") as scene:
+        assert not scene.app.robots.layer.cells
+        scene.known.team_says.append(TeamCells(cells=(cell,)))
+        await scene.tick()
+        assert np.array_equal(scene.app.robots.layer.cells["r01"], square)
+        assert scene.app.robots.layer.goals == {"r01": (5.0, 4.0)}
+        await scene.tick(2.0)
+        assert scene.app.robots.layer.cells
+        await scene.tick(2.0)
+        assert not scene.app.robots.layer.cells
