@@ -6,6 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
+from touchline.services.planner.speed.timing import SpeedProfile
 
 STEP_S: Final = 0.1
 SLOW_MPS, FAST_MPS, GAIN_MPS2 = 0.2, 0.5, 0.5
@@ -27,14 +28,22 @@ class Law4(NamedTuple):
 
     gain_1ps: float
 
-    def speeds(self, path: PiecePath) -> Floats:
-        """(n,) speeds (m/s), one for each control step, from rest until the goal is near along the path."""
+    def speeds(self, path: PiecePath, arrived_m: float = ARRIVED_M) -> Floats:
+        """Speeds, one for each control step, from rest until the goal is near along the path.
+
+        Args:
+            path: That is driven.
+            arrived_m: What is near.
+
+        Returns:
+            (n,) m/s.
+        """
         ends = np.cumsum([piece.length_m for piece in path.pieces])
         bent = [abs(piece.curvature_1pm) for piece in path.pieces]
         whole, goal = float(ends[-1]), path.end.point
         station, speed = 0.0, 0.0
         driven = [speed]
-        while whole - station > ARRIVED_M:
+        while whole - station > arrived_m:
             turning = SLOW_MPS * bent[int(np.searchsorted(ends, station, side="right"))] > DEAD_BAND_RADPS
             x, y, _, _ = path.sample(np.array([station]))
             distance = math.hypot(goal.real - x[0], goal.imag - y[0])
@@ -42,3 +51,19 @@ class Law4(NamedTuple):
             station += STEP_S * speed
             driven.append(speed)
         return np.array(driven)
+
+    def profile(self, path: PiecePath, arrived_m: float, deceleration_mps2: float) -> SpeedProfile:
+        """The law as a trajectory that is left when the goal is near: from there on the robot brakes to rest.
+
+        Args:
+            path: That is driven.
+            arrived_m: From the goal the robot brakes; room enough to come to rest before it.
+            deceleration_mps2: How hard.
+
+        Returns:
+            Entries at the ends of the control steps; the last one tells where the robot comes to rest.
+        """
+        speeds = self.speeds(path, arrived_m)
+        stations = STEP_S * np.cumsum(speeds)
+        braking_m = speeds[-1] ** 2 / (2.0 * deceleration_mps2)
+        return SpeedProfile(np.append(stations, stations[-1] + braking_m), np.append(speeds, 0.0))
