@@ -45,8 +45,8 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "driven_max_m": float(trace.driven_m.max()),
         **task,
         "believed": {
-            "nearest_segments_m": _number(trace.nearest_segments_m),
-            "outside_cell_max_m": _number(trace.outside_cell_m),
+            "nearest_segments_m": _number(run.guide.believed.nearest_segments_m),
+            "outside_cell_max_m": _number(run.guide.believed.outside_cell_m),
         },
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,

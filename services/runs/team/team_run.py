@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
 from touchline.services.fleet.density import Density
-from touchline.services.fleet.hub import Hub, TeamSettings
 from touchline.services.fleet.lloyd import deployment
 from touchline.services.fleet.starts import free_area, starts
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
 from touchline.services.runs.team.body_contacts import BodyContacts
-from touchline.services.runs.team.radio import Radio
+from touchline.services.runs.team.cell_guide import CellGuide
+from touchline.services.runs.team.path_guide import PathGuide
+from touchline.services.runs.team.team_guide import TeamGuide
 from touchline.services.runs.team.team_robot import TeamRobot
 
 Floats = NDArray[np.float64]
@@ -30,15 +30,12 @@ Progress = Callable[[float, str], None]
 
 LOST_S: Final = 30.0
 """Sim time: robots that stand for so long without knowing where will not drive."""
-SAYING_TICKS: Final = 10
-"""Between two messages of a robot, where messages may be lost or late."""
 _TOUCH_S: Final = 1.0
-_TO_HUB, _TO_ROBOTS = 0, 1
 
 
 @dataclass
 class TeamTrace:
-    """What was measured of a team, against the truth where not said otherwise.
+    """What was measured of a team, against the truth.
 
     Attributes:
         times_s: (k,) of the updates, from the first cells on.
@@ -46,8 +43,7 @@ class TeamTrace:
         cost: (k,) H of these places, by the task's density or even (m⁴).
         driven_m: (n,) how far each has driven.
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
-        nearest_segments_m: The least distance of two stopping segments at an update, as the robots believe.
-        outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most, likewise.
+        touched: When which robots have come to touch another: sim time from the first update on (s), and their numbers.
         arrived_s: When all had come to their last goals.
     """
 
@@ -56,8 +52,7 @@ class TeamTrace:
     cost: list[float] = field(default_factory=list)
     driven_m: Floats = field(default_factory=lambda: np.zeros(0))
     beyond_walls_s: float = 0.0
-    nearest_segments_m: float = math.inf
-    outside_cell_m: float = -math.inf
+    touched: list[tuple[float, frozenset[int]]] = field(default_factory=list)
     arrived_s: float = math.nan
 
 
@@ -70,6 +65,7 @@ class TeamRun:
         names: Of the robots, sorted.
         robots: By name.
         starts: Where each stands at the start, by name.
+        guide: That tells them where to drive.
         contacts: Of the bodies.
         trace: What was measured.
         ticks: So far.
@@ -81,6 +77,7 @@ class TeamRun:
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
             CommandRefused: Such a robot cannot be guided.
+            PlanningError: It cannot drive the study's paths, if these are wanted.
         """
         self.team, self.area, self.names = team, free_area(team), team.names
         self.starts: dict[str, Pose2] = starts(team, self.area)
@@ -92,7 +89,9 @@ class TeamRun:
             raise SpecError("team", "radius_m", problem, "give the body's radius and a margin of some centimetres")
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
-        self.ticks = 0
+        cells = team.avoid == "cells"
+        self.guide: TeamGuide = CellGuide(team, self.area, self.robots) if cells else PathGuide(team, self.robots)
+        self.ticks = self._first_tick = 0
         self._update_ticks = round(100 * team.update_s)
         self._task: TeamTask | None = None
         self._density = Deploy(self.area)
@@ -109,59 +108,40 @@ class TeamRun:
         Raises:
             CommandRefused: A robot does not find out where it stands.
             SegmentsMeet: A robot has not kept to its cell.
+            PlanningError: There is no way to a goal.
         """
-        hub = self._begin()
-        seed, links = self.team.world.seed, self.team.links
-        to_hub: Radio[Whereabouts] = Radio(links, seed, _TO_HUB)
-        to_robots: Radio[Guidance] = Radio(links, seed, _TO_ROBOTS)
-        step = self._update_ticks if links.lossless else SAYING_TICKS
-        first, last = self.ticks, self.ticks + round(100 * self.team.duration_s)
+        self._begin()
+        guide, first = self.guide, self.ticks
+        last = first + round(100 * self.team.duration_s)
         while self.ticks < last:
             since = self.ticks - first
-            for name in self.names:
-                if (said := self.robots[name].emulator.onboard.whereabouts) is not None:
-                    to_hub.send(self.ticks, name, said)
-            for name, said in to_hub.arrived(self.ticks):
-                hub.receive(name, said, self.ticks / 100.0)
-            if since % self._update_ticks == 0:
-                hub.update(self.ticks / 100.0)
-                self._note(hub, since / 100.0)
+            update = since % self._update_ticks == 0
+            guide.talk(self.ticks, update=update)
+            if update:
+                self._note(since / 100.0)
                 progress(since / (last - first), f"{len(self.names)} robots, {since / 100:.0f} s")
                 if not math.isnan(self.trace.arrived_s):
                     return
-            for name, told in hub.say().items():
-                to_robots.send(self.ticks, name, told)
-            for name, told in to_robots.arrived(self.ticks):
-                self.robots[name].emulator.onboard.take_guidance(told)
-            self._drive(step)
+            self._drive(guide.step_ticks)
 
-    def _begin(self) -> Hub:
+    def _begin(self) -> None:
         """Let all find out where they are."""
-        for robot in self.robots.values():
-            robot.emulator.begin_guided()
-        told: dict[str, Whereabouts] = {}
-        while len(told) < len(self.names):
+        while len(places := self.guide.places()) < len(self.names):
             if self.ticks > 100 * LOST_S:
-                lost = next(name for name in self.names if name not in told)
+                lost = next(name for name in self.names if name not in places)
                 raise CommandRefused(
                     f"{lost} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
                 )
             self._drive(self._update_ticks)
-            said = {name: robot.emulator.onboard.whereabouts for name, robot in self.robots.items()}
-            told = {name: each for name, each in said.items() if each is not None}
+        self._first_tick = self.ticks
         self.trace.driven_m[:] = 0.0
-        places = {name: (each.x_m, each.y_m) for name, each in told.items()}
         self._task = task_of(self.team.task, self.area, places)
         if isinstance(self._task, Deploy):
             self._density = self._task
-        drive = self.team.vehicle.drive
-        settings = TeamSettings(
-            self.team.radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, self.team.onboard.team.lease_s
-        )
-        return Hub(self.area, self._task, told, self.ticks / 100.0, settings)
+        self.guide.begin(self._task, self.ticks)
 
     def _drive(self, ticks: int) -> None:
-        """Let ticks pass for all; who touches another has its bumper pressed from then on."""
+        """Let ticks pass for all; who touches another has its bumper pressed from then on, unless nobody cares."""
         before = self.places()
         places = np.zeros((ticks, len(self.names), 2))
         for k, name in enumerate(self.names):
@@ -171,7 +151,12 @@ class TeamRun:
         self.trace.driven_m += np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
         beyond = ~self.area.holds(places[-1], self.body_radius_m)
         self.trace.beyond_walls_s += float(beyond.sum()) * ticks / 100.0
-        for k in self.contacts.look(places):
+        touched = self.contacts.look(places)
+        if touched:
+            self.trace.touched.append(((self.ticks - self._first_tick) / 100.0, frozenset(touched)))
+        if self.team.avoid == "none":
+            return
+        for k in touched:
             press = parse_fault(f'{{"kind": "bumper", "duration_s": {_TOUCH_S}}}')
             self.robots[self.names[k]].emulator.inject_fault(press)
 
@@ -179,13 +164,11 @@ class TeamRun:
         """(n, 2) where the robots truly are (m)."""
         return np.array([self.robots[name].emulator.world.pose[:2] for name in self.names])
 
-    def _note(self, hub: Hub, time_s: float) -> None:
+    def _note(self, time_s: float) -> None:
         trace, places = self.trace, self.places()
         trace.times_s.append(time_s)
         trace.places.append(places)
         trace.cost.append(deployment(places, self.area, self.density).cost)
-        trace.nearest_segments_m = min(trace.nearest_segments_m, hub.nearest_segments_m)
-        trace.outside_cell_m = max(trace.outside_cell_m, *hub.strays_m.values())
         if isinstance(self.task, GoalLists) and self.arrived.all():
             trace.arrived_s = time_s
 

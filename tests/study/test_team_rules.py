@@ -1,0 +1,63 @@
+"""Robots that drive by a network study's rules: on paths of their own, into each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+from touchline.schemas.curves import Curve
+from touchline.schemas.team import GoalsTask, TeamScenario
+from touchline.schemas.vehicles.shipped import TURTLEBOT2
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.law4 import FAST_MPS, SLOW_MPS
+from touchline.services.runs.team.path_guide import BRAKING_M, RADIUS_M, StudyDriver
+from touchline.services.runs.team.team_figures import team_figures
+from touchline.services.runs.team.team_run import TeamRun
+
+pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
+
+
+def driven(team: TeamScenario) -> TeamRun:
+    run = TeamRun(team)
+    run.run()
+    return run
+
+
+def test_from_one_start_they_touch_where_cells_keep_them_apart() -> None:
+    team = TeamScenario(robots=10, duration_s=16.0)
+    by_path, by_cells = (driven(team.model_copy(update={"avoid": avoid})) for avoid in ("none", "cells"))
+    assert by_path.starts == by_cells.starts
+    assert by_path.contacts.count >= len(by_path.trace.touched)
+    assert by_path.contacts.count > 2 and by_path.contacts.closest_m < 2.0 * by_path.body_radius_m
+    assert by_cells.contacts.count == 0 and not by_cells.trace.touched
+    # Who touches drives on, and is no failure: it is what the study does.
+    assert team_figures(by_path, 1.0)["success"] and not team_figures(by_path, 1.0)["stopped"]
+    assert min(by_path.trace.driven_m) > 1.0
+    assert by_path.trace.cost[0] == by_cells.trace.cost[0] > by_cells.trace.cost[-1]
+
+
+@pytest.mark.parametrize("path", ["bearing", "free"])
+def test_a_robot_alone_comes_to_its_goals_in_turn(path: str) -> None:
+    goals = ((1.4, 0.6), (0.5, 0.5))
+    task = GoalsTask(kind="goals", goals={"tb1": goals})
+    run = driven(TeamScenario.model_validate({"robots": 1, "task": task, "avoid": "none", "path": path}))
+    places = np.array(run.trace.places)[:, 0]
+    assert [np.hypot(*(places - goal).T).min() < 0.1 for goal in goals] == [True, True]
+    assert run.trace.arrived_s < 60.0 and run.robots["tb1"].emulator.onboard.status.reason == ""
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_paths_turn_by_the_studys_radius_and_end_at_rest_near_the_goal(free: bool) -> None:
+    driver = StudyDriver(TURTLEBOT2, free=free)
+    for x, y, heading in np.random.default_rng(3).uniform(-3.0, 3.0, (60, 3)).tolist():
+        trajectory = driver.trajectory(PathPose(0.2, -0.1, heading), np.array((x, y)))
+        curves = [Curve.from_message(each.curve) for each in trajectory.path.segments]
+        assert max(abs(each.curvature_1pm) for each in curves) <= 1.0 / RADIUS_M + 1e-6
+        assert abs(curves[0].curvature_1pm) in (0.0, pytest.approx(1.0 / RADIUS_M))
+        end_x, end_y, _, _ = curves[-1].at(curves[-1].length_m)
+        assert math.hypot(end_x - x, end_y - y) < BRAKING_M
+        entries = [each.velocity.value for each in trajectory.velocity_profile.parameters]
+        assert entries[0] == entries[-1] == 0.0 and max(entries) <= FAST_MPS
+        assert trajectory.velocity_profile.parameters[-1].arc_length == pytest.approx(sum(c.length_m for c in curves))
+        if curves[0].curvature_1pm:
+            assert entries[1] == SLOW_MPS  # at once: the law steps
