@@ -41,6 +41,7 @@ class TeamTrace:
         times_s: (k,) of the updates, from the first cells on.
         places: (k, n, 2) of the robots then (m).
         cost: (k,) H of these places, by the task's density or even (m⁴).
+        contacts: (k,) so far.
         driven_m: (n,) how far each has driven.
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
         touched: When which robots have come to touch another: sim time from the first update on (s), and their numbers.
@@ -50,6 +51,7 @@ class TeamTrace:
     times_s: list[float] = field(default_factory=list)
     places: list[Floats] = field(default_factory=list)
     cost: list[float] = field(default_factory=list)
+    contacts: list[int] = field(default_factory=list)
     driven_m: Floats = field(default_factory=lambda: np.zeros(0))
     beyond_walls_s: float = 0.0
     touched: list[tuple[float, frozenset[int]]] = field(default_factory=list)
@@ -169,6 +171,7 @@ class TeamRun:
         trace.times_s.append(time_s)
         trace.places.append(places)
         trace.cost.append(deployment(places, self.area, self.density).cost)
+        trace.contacts.append(self.contacts.count)
         if isinstance(self.task, GoalLists) and self.arrived.all():
             trace.arrived_s = time_s
 
