@@ -135,7 +135,7 @@ def test_who_touches_is_seen_for_a_while(study: NetworkStudy) -> None:
     frames = len(record.trace.times_s)
     seen = touching(record, frames)
     time_s, who = record.trace.touched[0]
-    at = record.trace.times_s.index(time_s)
+    at = next(k for k, update_s in enumerate(record.trace.times_s) if update_s >= time_s)
     assert seen[at : at + 2, list(who)].all() and not seen[:at].any()
     assert not touching(of_rules(study, OURS), frames).any()
 

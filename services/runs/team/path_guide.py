@@ -1,25 +1,26 @@
 """A team as in the study: each robot on its own Dubins path to its next goal, whoever is in the way.
 
-A robot takes its next goal when it has come to rest at the last, or stands off the one that it has now: to spread, the
-centroid of its Voronoi cell. Speeds are by the study's law; the robot brakes when the goal is near, as one that stands
-alone takes another path.
+A robot takes its next goal when it has come near to the last, without a stop if its computer takes the path under way;
+to spread, that is the centroid of its Voronoi cell. If it is there already, it comes to rest and stays until its goal
+has moved away. Speeds are by the study's law.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import PlanOptions, Trajectory
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, Trajectory, TraversalStatus
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, TeamTask
+from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
+from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import finished
 from touchline.services.planner.poses.law4 import Law4
 from touchline.services.planner.poses.shipped_methods import BEARING, DUBINS_FREE
@@ -31,12 +32,47 @@ from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.team.team_guide import BelievedApart
 from touchline.services.runs.team.team_robot import TeamRobot
 
-Floats = NDArray[np.float64]
+Place = tuple[float, float]
 
 RADIUS_M: Final = 0.3
 LAW: Final = Law4(gain_1ps=1.0)
-BRAKING_M: Final = 0.07
-"""So near to the goal the robot brakes: from 0.2 m/s it comes to rest within 3 cm of it."""
+BRAKING_M: Final = 0.06
+"""So near to its goal a robot that has no other brakes: from 0.2 m/s it comes to rest within 2 cm of it."""
+LOOKING_TICKS: Final = 10
+"""How often robots are looked at: the study's control rate."""
+KEEP_S: Final = 0.6
+"""For so long a robot that takes another path under way keeps to the last one: its computer asks for 0.3 s, and evens
+out what is just behind that, too."""
+LEAVING_M: Final = 0.07
+"""So far before its end a path is left for another one: within ARRIVED_M of the goal."""
+OVER_M: Final = 0.01
+"""So near to its end it is not left any more: the robot comes to rest first."""
+
+
+class Departure(NamedTuple):
+    """Where a robot's next path begins: where it stands, or on its last path.
+
+    Attributes:
+        pose: There.
+        speed_mps: With which it comes there.
+        kept: What it drives until then, if it does not stand.
+    """
+
+    pose: PathPose
+    speed_mps: float = 0.0
+    kept: DrivenPart | None = None
+
+    @classmethod
+    def under_way(cls, leaving: LeavingTrajectory) -> Self:
+        """Of a robot that drives."""
+        leg = RunningLeg.of(leaving)
+        kept, _ = leg.kept(leaving)
+        pose, _, speed_mps = leg.end_of(kept)
+        return cls(pose, speed_mps, kept)
+
+    def is_off(self, goal: Place) -> bool:
+        """Whether a goal (m) is not reached there."""
+        return abs(complex(*goal) - self.pose.point) > ARRIVED_M
 
 
 class StudyDriver:
@@ -56,22 +92,21 @@ class StudyDriver:
         self._traveller = Traveller.of(vehicle, PlanOptions(kappa_max_1pm=1.0 / RADIUS_M))
         self._method = DUBINS_FREE if free else BEARING
 
-    def trajectory(self, start: PathPose, goal: Floats) -> Trajectory:
-        """The way to a goal, from rest to rest.
-
-        Args:
-            start: Where the robot stands.
-            goal: (2,) m, farther than BRAKING_M away.
+    def trajectory(self, departure: Departure, goal: Place) -> Trajectory:
+        """The way to a goal (m) that is not reached yet; it ends at rest.
 
         Raises:
             PlanningError: There is none.
         """
         limits = self._traveller.limits
-        path = self._method.between(start, PathPose(float(goal[0]), float(goal[1]), math.nan), self._traveller).path
-        speeds = LAW.profile(path, BRAKING_M, limits.acceleration_mps2)
+        path = self._method.between(departure.pose, PathPose(*goal, math.nan), self._traveller).path
+        speeds = LAW.profile(path, BRAKING_M, limits, departure.speed_mps)
         sections = [Section(TRANSITION, _until(path, float(speeds.station_m[-1])))]
         sent = send(sections, lambda done: None, curvature_max_1pm=limits.drive.curvature_max_1pm)
-        return finished(WorkedRoute(sections), sent, [], speeds, self._vehicle, limits).trajectory
+        part = DrivenPart(sections, sent, speeds)
+        if departure.kept is not None:
+            part = departure.kept.then(part)
+        return finished(WorkedRoute(part.sections), part.sent, [], part.speeds, self._vehicle, limits).trajectory
 
 
 def _until(path: PiecePath, end_m: float) -> PiecePath:
@@ -90,21 +125,20 @@ class PathGuide:
         Raises:
             PlanningError: Such a robot cannot drive like this.
         """
-        self._robots, self._update_ticks = robots, round(100 * team.update_s)
+        self._robots = robots
         self._driver = StudyDriver(team.vehicle, free=team.path == "free")
         self._task: TeamTask | None = None
+        self._driven: dict[str, Trajectory] = {}
         self.believed = BelievedApart()
 
     @property
     def step_ticks(self) -> int:
         """See `TeamGuide`."""
-        return self._update_ticks
+        return LOOKING_TICKS
 
-    def places(self) -> dict[str, tuple[float, float]]:
+    def places(self) -> dict[str, Place]:
         """See `TeamGuide`."""
-        estimates = {name: robot.emulator.onboard.estimate for name, robot in self._robots.items()}
-        known = {name for name, robot in self._robots.items() if robot.emulator.onboard.aligned}
-        return {name: (at[0], at[1]) for name, at in estimates.items() if name in known}
+        return {name: _pose(robot)[:2] for name, robot in self._robots.items() if robot.emulator.onboard.aligned}
 
     def begin(self, task: TeamTask, tick: int) -> None:
         """See `TeamGuide`."""
@@ -112,30 +146,48 @@ class PathGuide:
 
     def talk(self, tick: int, *, update: bool) -> None:
         """See `TeamGuide`."""
-        waiting = [name for name, robot in self._robots.items() if not robot.emulator.active]
-        if not waiting:
+        found = {name: self._departure(name) for name in self._robots}
+        departures = {name: each for name, each in found.items() if each is not None}
+        if not departures:
             return
-        goals = self._goals()
-        for name in waiting:
-            self._send_off(self._robots[name], goals[name])
+        goals = self._goals(departures)
+        for name, departure in departures.items():
+            if departure.is_off(goals[name]):
+                self._send_off(name, self._driver.trajectory(departure, goals[name]))
 
-    def _goals(self) -> dict[str, Floats]:
-        """Where each robot shall go, from where all believe to be (m)."""
+    def _departure(self, name: str) -> Departure | None:
+        """Where a robot can take another path, if it stands or has come near to the end of the last."""
+        emulator = self._robots[name].emulator
+        if emulator.onboard.state != TraversalStatus.RUNNING:
+            return None if emulator.active else Departure(_pose(self._robots[name]))
+        status = emulator.onboard.status
+        speed_mps, at_m = emulator.onboard.estimate[3], status.arc_length_m
+        if status.total_length_m - at_m > LEAVING_M + KEEP_S * speed_mps:
+            return None
+        return Departure.under_way(LeavingTrajectory(trajectory=self._driven[name], arc_length_m=at_m, keep_s=KEEP_S))
+
+    def _goals(self, departures: Mapping[str, Departure]) -> dict[str, Place]:
+        """Where each robot shall go, from where some depart and the others believe to be (m)."""
         assert self._task is not None, "it has begun"
-        names = list(self._robots)
-        places = np.array([self._robots[name].emulator.onboard.estimate[:2] for name in names])
-        task = self._task
+        task, names = self._task, list(self._robots)
+        poses = [departures[name].pose if name in departures else _pose(self._robots[name]) for name in names]
+        places = np.array([pose[:2] for pose in poses])
         goals = task.centroids(places) if isinstance(task, Deploy) else task.goals(names, places)
-        return dict(zip(names, goals, strict=True))
+        return {name: (x, y) for name, (x, y) in zip(names, goals.tolist(), strict=True)}
 
-    def _send_off(self, robot: TeamRobot, goal: Floats) -> None:
-        """Let a standing robot drive to its goal, if it is not there and can."""
-        emulator = robot.emulator
-        start = PathPose(*emulator.onboard.estimate[:3])
-        if abs(complex(*goal) - start.point) <= ARRIVED_M:
-            return
+    def _send_off(self, name: str, trajectory: Trajectory) -> None:
+        """Let a robot drive, if it can."""
+        emulator = self._robots[name].emulator
+        under_way = emulator.onboard.state == TraversalStatus.RUNNING
         try:
-            emulator.load(self._driver.trajectory(start, goal), taking=Taking.HERE)
+            emulator.load(trajectory, taking=Taking.UNDER_WAY if under_way else Taking.HERE)
         except CommandRefused:
-            return  # it does not know where it is for now, or has stopped for good: its status tells
-        emulator.start()
+            return  # its computer wants it to stand first, or to know where it is, or has stopped it for good
+        self._driven[name] = trajectory
+        if not under_way:
+            emulator.start()
+
+
+def _pose(robot: TeamRobot) -> PathPose:
+    """Where a robot believes to be."""
+    return PathPose(*robot.emulator.onboard.estimate[:3])
