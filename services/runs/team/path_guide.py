@@ -162,7 +162,7 @@ class PathGuide:
             return None if emulator.active else Departure(_pose(self._robots[name]))
         status = emulator.onboard.status
         speed_mps, at_m = emulator.onboard.estimate[3], status.arc_length_m
-        if status.total_length_m - at_m > LEAVING_M + KEEP_S * speed_mps:
+        if not OVER_M < status.total_length_m - at_m <= LEAVING_M + KEEP_S * speed_mps:
             return None
         return Departure.under_way(LeavingTrajectory(trajectory=self._driven[name], arc_length_m=at_m, keep_s=KEEP_S))
 
