@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -103,7 +104,8 @@ class StudyDriver:
         speeds = LAW.profile(path, BRAKING_M, limits, departure.speed_mps)
         sections = [Section(TRANSITION, _until(path, float(speeds.station_m[-1])))]
         sent = send(sections, lambda done: None, curvature_max_1pm=limits.drive.curvature_max_1pm)
-        part = DrivenPart(sections, sent, speeds)
+        ideal_m, sent_m = ([0.0, *ends] for ends in ([each.ideal_to_m for each in sent], [each.end_m for each in sent]))
+        part = DrivenPart(sections, sent, replace(speeds, station_m=np.interp(speeds.station_m, ideal_m, sent_m)))
         if departure.kept is not None:
             part = departure.kept.then(part)
         return finished(WorkedRoute(part.sections), part.sent, [], part.speeds, self._vehicle, limits).trajectory

@@ -14,7 +14,7 @@ from touchline.services.study.network.team_trials import BEARING, FREE, OURS, Te
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DPI = 130
+DPI = 100
 COLOURS: Final = {BEARING: "#d9480f", FREE: "#e8a33d", OURS: "#1769aa"}
 
 
