@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import LeavingTrajectory
 from touchline.schemas.team import GoalsTask, TeamScenario
-from touchline.schemas.vehicles.shipped import TURTLEBOT2
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER, TURTLEBOT2, TURTLEBOT3_WAFFLE_PI
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.poses.law4 import FAST_MPS, SLOW_MPS
 from touchline.services.runs.team.path_guide import BRAKING_M, RADIUS_M, Departure, StudyDriver
@@ -83,3 +84,10 @@ def test_the_next_path_leaves_the_last_one_on_the_way_as_fast_as_that_is_driven(
     assert (kept_m, pytest.approx(departure.speed_mps)) in [(pytest.approx(at_m), speed) for at_m, speed in entries]
     last = Curve.from_message(second.path.segments[-1].curve)
     assert math.hypot(last.at(last.length_m)[0] - goal[0], last.at(last.length_m)[1] - goal[1]) < BRAKING_M
+
+
+def test_a_robot_that_cannot_drive_like_that_is_refused() -> None:
+    with pytest.raises(SpecError, match=r"drive.transit_speed_mps is 0.26 m/s"):
+        StudyDriver(TURTLEBOT3_WAFFLE_PI, free=False)
+    with pytest.raises(PlanningError, match="kappa_max_1pm"):
+        StudyDriver(CLAY_ROLLER, free=False)

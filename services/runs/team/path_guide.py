@@ -14,7 +14,7 @@ from typing import Final, NamedTuple, Self
 
 import numpy as np
 
-from touchline.schemas.errors import CommandRefused
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, Trajectory, TraversalStatus
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
@@ -23,7 +23,7 @@ from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import finished
-from touchline.services.planner.poses.law4 import Law4
+from touchline.services.planner.poses.law4 import FAST_MPS, Law4
 from touchline.services.planner.poses.shipped_methods import BEARING, DUBINS_FREE
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
@@ -88,7 +88,12 @@ class StudyDriver:
 
         Raises:
             PlanningError: The vehicle cannot turn so tightly.
+            SpecError: It is not so fast.
         """
+        fastest_mps = vehicle.drive.transit_speed_mps
+        if fastest_mps < FAST_MPS:
+            problem = f"is {fastest_mps:g} m/s, less than the {FAST_MPS:g} m/s of the study's law"
+            raise SpecError("vehicle", "drive.transit_speed_mps", problem, "give a faster vehicle, or avoid: cells")
         self._vehicle = vehicle
         self._traveller = Traveller.of(vehicle, PlanOptions(kappa_max_1pm=1.0 / RADIUS_M))
         self._method = DUBINS_FREE if free else BEARING
@@ -125,7 +130,8 @@ class PathGuide:
         """Robots stand.
 
         Raises:
-            PlanningError: Such a robot cannot drive like this.
+            PlanningError: Such a robot cannot turn like this.
+            SpecError: It is not so fast.
         """
         self._robots = robots
         self._driver = StudyDriver(team.vehicle, free=team.path == "free")

@@ -40,7 +40,7 @@ def plot_ways(records: Sequence[TeamRecord], path: Path) -> None:
     """Where the robots of each run drove, one beside the other; crosses are contacts."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(4.2 * len(records), 4.6), layout="constrained")
+    figure = Figure(figsize=(4.2 * len(records), 5.0), layout="constrained")
     for axes, record in zip(
         figure.subplots(1, len(records), squeeze=False, sharex=True, sharey=True)[0], records, strict=True
     ):
