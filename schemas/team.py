@@ -142,7 +142,7 @@ class TeamScenario(Spec):
     world: Scenario = on_its_ground("turtlebot2", Scenario())
     """Of every robot, but for its place and its seed: that of `tb7` is 6 more than this one's."""
     avoid: Literal["cells", "none"] = "cells"
-    """`none`: as in the study, each on its own path."""
+    """`none`: as in the study, each on its own path, with the follower `frenet` and by the study's law of speed."""
     path: Literal["bearing", "free"] = "bearing"
     """Of robots that avoid nobody: Dubins paths to a heading by the study's rule, or to any heading."""
     radius_m: Annotated[float, Field(gt=0, le=100)] = 0.2
@@ -191,7 +191,9 @@ class TeamScenario(Spec):
         """
         faults = (*self.world.faults, *self.faults.get(name, ()))
         world = self.world.model_copy(update={"start": start, "faults": faults})
-        setup = Setup(vehicle=self.vehicle, onboard=self.onboard, scenario=world)
+        follower = self.onboard.follower if self.avoid == "cells" else "frenet"
+        onboard = self.onboard.model_copy(update={"follower": follower})
+        setup = Setup(vehicle=self.vehicle, onboard=onboard, scenario=world)
         return setup.with_seed(world.seed + _number_of(name, self.names))
 
 

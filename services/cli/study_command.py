@@ -9,6 +9,7 @@ from rich.table import Table
 
 from touchline.services.cli.coverage_study_output import coverage_study
 from touchline.services.cli.display import output, progress_bar, say
+from touchline.services.cli.network_study_output import network_study
 from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.cli.tracking_study_output import tracking_study
 from touchline.services.runs.writing import writing
@@ -22,15 +23,15 @@ def register(app: typer.Typer) -> None:
     app.command("study")(study)
 
 
-Subject = Literal["marking", "coverage", "tracking"]
+Subject = Literal["marking", "coverage", "tracking", "network"]
 
 
 def study(
     subject: Annotated[
         Subject,
         typer.Argument(
-            help="Which study: that of line marking, that of covering a field with a roller, or that of cubic paths "
-            "and trajectory tracking."
+            help="Which study: that of line marking, that of covering a field with a roller, that of cubic paths "
+            "and trajectory tracking, or that of a network of robots."
         ),
     ] = "marking",
     out: Annotated[
@@ -47,20 +48,24 @@ def study(
         bool,
         typer.Option(
             "--quick",
-            help="The pitch only, and a fifth of the random pairs; one seed for coverage; few goals for tracking.",
+            help="The pitch only, and a fifth of the random pairs; one seed for coverage; few goals for tracking; "
+            "ten robots for 40 s and one seed for network.",
         ),
     ] = False,
     seeds: Annotated[
-        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage: how often what is driven is driven.")
+        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: how often what is driven is driven.")
     ] = 3,
     plots: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Tracking: write its pictures (PNG) to this folder.")
+        Path | None, typer.Option(metavar="FOLDER", help="Tracking, network: write pictures to this folder.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
     if subject == "tracking":
         tracking_study(out, plots, quick=quick, as_json=as_json)
+        return
+    if subject == "network":
+        network_study(seeds, out, plots, quick=quick, as_json=as_json)
         return
     if subject == "coverage":
         coverage_study(1 if quick else seeds, out, as_json=as_json)

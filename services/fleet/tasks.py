@@ -46,7 +46,15 @@ class Deploy:
         Raises:
             CoincidentPoints: Two robots are at the same place.
         """
-        return relaxed_targets(places, deployment(places, self._area, self.density).centroids)
+        return relaxed_targets(places, self.centroids(places))
+
+    def centroids(self, places: Floats) -> Floats:
+        """(n, 2) of the Voronoi cells of places (n, 2), both m.
+
+        Raises:
+            CoincidentPoints: Two robots are at the same place.
+        """
+        return deployment(places, self._area, self.density).centroids
 
 
 class GoalLists:

@@ -11,12 +11,12 @@ from typer.testing import CliRunner
 
 from touchline.services.cli.commands import app
 from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
 from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
 from touchline.services.planner.poses.shipped_methods import BEARING
 from touchline.services.study.judged_table import JudgedRow, JudgedTable, judged
 from touchline.services.study.tracking import tracking_study
 from touchline.services.study.tracking.cubic_reference import SLOWER, timed_curve
-from touchline.services.study.tracking.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
 from touchline.services.study.tracking.studied_robot import (
     ORIGIN,
     SPEED_MPS,

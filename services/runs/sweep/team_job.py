@@ -47,7 +47,7 @@ def swept_figures(figures: dict[str, Any]) -> dict[str, float]:
         "cost_of_points": deployed.get("of_points"),
         "cost_of_squares": deployed.get("of_squares"),
         "spread_s": deployed.get("spread_s"),
-        "arrived_s": goals.get("ended_s"),
+        "arrived_s": goals.get("all_arrived_s"),
         "total_time_s": figures["time_s"],
     }
     return {name: float(value) for name, value in found.items() if value is not None}

@@ -29,7 +29,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
     if isinstance(run.task, GoalLists):
         task["goals"] = {
             "arrived": int(run.arrived.sum()),
-            "ended_s": trace.ended_s,
+            "all_arrived_s": trace.ended_s if run.arrived.all() else None,
             "hindrances": run.hindrances(),
         }
     stopped = _stopped(run)
@@ -52,8 +52,8 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "driven_max_m": float(trace.driven_m.max()),
         **task,
         "believed": {
-            "nearest_segments_m": _number(trace.nearest_segments_m),
-            "outside_cell_max_m": _number(trace.outside_cell_m),
+            "nearest_segments_m": _number(run.guide.believed.nearest_segments_m),
+            "outside_cell_max_m": _number(run.guide.believed.outside_cell_m),
         },
         "stopped": stopped,
         "real_time_factor": sim_s / wall_time_s,
@@ -101,11 +101,11 @@ def _why_not(run: TeamRun) -> str:
         return ""
     if touched := _between_obedient(run):
         return f"{len(touched)} contacts, first of {touched[0][0]} and {touched[0][1]}"
-    if run.trace.problem and not run.disobedient:
-        return run.trace.problem
+    if run.guide.problem and not run.disobedient:
+        return run.guide.problem
     ailing = {*run.team.faults, *run.team.frozen}
     for name, reason in _stopped(run).items():
-        if name not in ailing and not run.trace.problem:
+        if name not in ailing and not run.guide.problem:
             return f"{name} has stopped: {reason}"
     if isinstance(run.task, GoalLists):
         lost = [name for name, reason in run.hindrances().items() if not (ailing and reason)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 
 Floats = NDArray[np.float64]
+
+_STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
 
 
 class TeamRobot:
@@ -48,7 +51,8 @@ class TeamRobot:
     def end(self) -> None:
         """Brake, and be guided no more."""
         status = self.emulator.onboard.status
-        self.stopped = status.reason or ("" if status.state == TraversalStatus.RUNNING else "stopped")
+        if status.state in _STOPPED:
+            self.stopped = status.reason or "stopped"
         with suppress(CommandRefused):  # one that is emergency-stopped stays so
             self.emulator.abort()
         if self.telemetry is not None:

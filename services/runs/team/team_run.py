@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -15,16 +14,16 @@ from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
-from touchline.services.fleet.cells import SegmentsMeet
-from touchline.services.fleet.coordination import LOST_S, Coordination
+from touchline.services.fleet.coordination import LOST_S
 from touchline.services.fleet.density import Density
-from touchline.services.fleet.exchange import Exchange
-from touchline.services.fleet.hub import Hub
 from touchline.services.fleet.lloyd import EVEN, deployment
 from touchline.services.fleet.starts import free_area, starts
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.services.robot_sim.emulator import SETTLE_TICKS
 from touchline.services.runs.team.body_contacts import BodyContacts
+from touchline.services.runs.team.cell_guide import CellGuide
+from touchline.services.runs.team.path_guide import PathGuide
+from touchline.services.runs.team.team_guide import TeamGuide
 from touchline.services.runs.team.team_robot import TeamRobot
 
 Floats = NDArray[np.float64]
@@ -48,10 +47,9 @@ class TeamTrace:
         cost: (k,) H of these places, by the task's density or even (m⁴).
         driven_m: (n,) how far each has driven.
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
-        nearest_segments_m: The least distance of two stopping segments at an update, as the robots believe.
-        outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most, likewise.
+        contacts: (k,) so far.
+        touched: When which robots have come to touch another: sim time from the first update on (s), and their numbers.
         ended_s: After the first cells, when the task was done, or its time was up.
-        problem: Why the coordinator has stopped all, if it has.
     """
 
     times_s: list[float] = field(default_factory=list)
@@ -59,10 +57,9 @@ class TeamTrace:
     cost: list[float] = field(default_factory=list)
     driven_m: Floats = field(default_factory=lambda: np.zeros(0))
     beyond_walls_s: float = 0.0
-    nearest_segments_m: float = math.inf
-    outside_cell_m: float = -math.inf
+    contacts: list[int] = field(default_factory=list)
+    touched: list[tuple[float, frozenset[int]]] = field(default_factory=list)
     ended_s: float = math.nan
-    problem: str = ""
 
 
 class TeamRun:
@@ -74,6 +71,7 @@ class TeamRun:
         names: Of the robots, sorted.
         robots: By name.
         starts: Where each stands at the start, by name.
+        guide: That tells them where to drive.
         contacts: Of the bodies.
         trace: What was measured.
         ticks: So far.
@@ -85,6 +83,7 @@ class TeamRun:
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
             CommandRefused: Such a robot cannot be guided.
+            PlanningError: It cannot drive the study's paths, if these are wanted.
         """
         self.team, self.area, self.names = team, free_area(team), team.names
         self.starts: dict[str, Pose2] = starts(team, self.area)
@@ -96,56 +95,43 @@ class TeamRun:
             raise SpecError("team", "radius_m", problem, "give the body's radius and a margin of some centimetres")
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
-        self.ticks = 0
-        self._coordination = Coordination(team, self.area)
-        self._exchange = Exchange(team, self._coordination)
-        self._begun_s = math.nan
+        self.ticks = self._first_tick = 0
+        guided = CellGuide if team.avoid == "cells" else PathGuide
+        self.guide: TeamGuide = guided(team, self.area, self.robots)
 
     @property
     def task(self) -> TeamTask:
         """What the team does, once it has begun."""
-        assert self._coordination.task is not None, "the robots know where they are"
-        return self._coordination.task
+        assert self.guide.task is not None, "the robots know where they are"
+        return self.guide.task
 
     def run(self, progress: Progress = lambda done, doing: None) -> None:
         """From the start to the end.
 
         Raises:
-            CommandRefused: A robot does not find out where it stands, or cannot be guided.
+            CommandRefused: A robot does not find out where it stands.
+            PlanningError: There is no way to a goal.
         """
-        for robot in self.robots.values():
-            robot.begin_guided()
-        step = self._exchange.step_ticks
-        while self._coordination.hub is None:
-            self._drive(step)
-            self._exchange_now()
+        guide, wanted = self.guide, 100.0 * self.team.duration_s
+        while guide.task is None:
+            self._drive(guide.step_ticks)
+            self._talk()
             self._check_not_lost()
         self.trace.driven_m[:] = 0.0
-        first, wanted = self.ticks, 100.0 * self.team.duration_s
-        while not self._coordination.finished(self.ticks / 100.0):
-            self._drive(step)
-            self._exchange_now()
-            since = self.ticks - first
+        while not guide.finished(self.ticks):
+            self._drive(guide.step_ticks)
+            self._talk()
+            since = self.ticks - self._first_tick
             progress(since / wanted, f"{len(self.names)} robots, {since / 100:.0f} s")
-        self.trace.ended_s = (self.ticks - first) / 100.0
+        self.trace.ended_s = (self.ticks - self._first_tick) / 100.0
         for robot in self.robots.values():
             robot.end()
         self._drive(SETTLE_TICKS)
 
-    def _exchange_now(self) -> None:
-        """Messages there and back."""
-        onboard = {name: robot.emulator.onboard for name, robot in self.robots.items()}
-        said = {name: each.whereabouts for name, each in onboard.items() if not self._is_frozen(name)}
-        try:
-            told = self._exchange.at(self.ticks, {name: each for name, each in said.items() if each is not None})
-        except SegmentsMeet as error:
-            told = {}
-            self._pause_all(str(error))
-        for name, messages in told.items():
-            for message in messages if not self._is_frozen(name) else ():
-                onboard[name].take_guidance(message)
-        if self._exchange.updated and self._coordination.hub is not None:
-            self._note(self._coordination.hub)
+    def _talk(self) -> None:
+        """The guide hears and tells robots; what is so then is noted, if it has thought their goals over."""
+        if self.guide.talk(self.ticks, [name for name in self.names if not self._is_frozen(name)]):
+            self._note()
 
     def _is_frozen(self, name: str) -> bool:
         """Whether a robot's computer stands still now."""
@@ -153,21 +139,14 @@ class TeamRun:
         spells = self.team.frozen.get(name, ())
         return any(each.start_s <= now_s < each.start_s + (each.duration_s or math.inf) for each in spells)
 
-    def _pause_all(self, problem: str) -> None:
-        """As the coordinator does over the bus when a robot is where it may not be."""
-        self.trace.problem = problem
-        for robot in self.robots.values():
-            with suppress(CommandRefused):
-                robot.emulator.pause()
-
     def _check_not_lost(self) -> None:
-        if self.ticks > 100 * LOST_S and (lost := self._coordination.waits_for):
+        if self.ticks > 100 * LOST_S and (lost := self.guide.waits_for):
             raise CommandRefused(
                 f"{lost[0]} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
             )
 
     def _drive(self, ticks: int) -> None:
-        """Let ticks pass for all; who touches another has its bumper pressed from then on."""
+        """Let ticks pass for all; who touches another has its bumper pressed from then on, unless nobody cares."""
         before = self.places()
         places = np.zeros((ticks, len(self.names), 2))
         for k, name in enumerate(self.names):
@@ -180,7 +159,12 @@ class TeamRun:
         self.trace.driven_m += np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
         beyond = ~self.area.holds(places[-1], self.body_radius_m)
         self.trace.beyond_walls_s += float(beyond.sum()) * ticks / 100.0
-        for k in self.contacts.look(places):
+        touched = self.contacts.look(places)
+        if touched:
+            self.trace.touched.append(((self.ticks - self._first_tick) / 100.0, frozenset(touched)))
+        if self.team.avoid == "none":
+            return
+        for k in touched:
             press = parse_fault(f'{{"kind": "bumper", "duration_s": {_TOUCH_S}}}')
             self.robots[self.names[k]].emulator.inject_fault(press)
 
@@ -188,16 +172,14 @@ class TeamRun:
         """(n, 2) where the robots truly are (m)."""
         return np.array([self.robots[name].emulator.world.pose[:2] for name in self.names])
 
-    def _note(self, hub: Hub) -> None:
+    def _note(self) -> None:
         trace, places = self.trace, self.places()
         if not trace.times_s:
-            self._begun_s = self.ticks / 100.0
-        time_s = self.ticks / 100.0 - self._begun_s
-        trace.times_s.append(time_s)
+            self._first_tick = self.ticks
+        trace.times_s.append((self.ticks - self._first_tick) / 100.0)
         trace.places.append(places)
         trace.cost.append(deployment(places, self.area, self.density).cost)
-        trace.nearest_segments_m = min(trace.nearest_segments_m, hub.nearest_segments_m)
-        trace.outside_cell_m = max(trace.outside_cell_m, *hub.strays_m.values())
+        trace.contacts.append(len(self.contacts.pairs))
 
     @property
     def arrived(self) -> NDArray[np.bool_]:
@@ -215,24 +197,20 @@ class TeamRun:
 
     def hindrances(self) -> dict[str, str]:
         """Why robots that have not arrived have not, by name; empty text if nobody knows."""
-        hub, found = self._coordination.hub, {}
-        for name, there in zip(self.names, self.arrived, strict=True):
-            if not there:
-                found[name] = self.robots[name].stopped or self._hindered(name, hub)
-        return found
+        lacking = (name for name, there in zip(self.names, self.arrived, strict=True) if not there)
+        return {name: self.robots[name].stopped or self._hindered(name) for name in lacking}
 
-    def _hindered(self, name: str, hub: Hub | None) -> str:
-        if self._is_frozen(name) or (hub is not None and name in hub.resting):
-            return "its computer stands still, or is not heard"
-        if not isinstance(self.task, GoalLists) or hub is None:
-            return ""
-        goal = np.array(self.task.last.get(name, (math.nan, math.nan)))
-        if taken := hub.taken_by(goal):
-            return f"{taken}, which is not heard, may stand at its goal"
+    def _hindered(self, name: str) -> str:
+        if self._is_frozen(name):
+            return "its computer stands still"
+        if told := self.guide.hindrance(name):
+            return told
+        goals = self.task.last if isinstance(self.task, GoalLists) else {}
+        goal = np.array(goals.get(name, (math.nan, math.nan)))
         for other, place in zip(self.names, self.places(), strict=True):
             if other != name and self.robots[other].stopped and np.hypot(*(place - goal)) < _TAKEN * self.team.radius_m:
                 return f"{other}, which has stopped, stands at its goal"
-        return "it is sent round others" if name in hub.stuck else ""
+        return ""
 
     @property
     def density(self) -> Density:

@@ -10,10 +10,10 @@ from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.vehicles.shipped import TURTLEBOT2
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.poses.law4 import ARRIVED_M, SLOW_MPS, STEP_S, Law4
 from touchline.services.planner.poses.shipped_methods import BEARING
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.study.judged_table import JudgedRow, JudgedTable, judged
-from touchline.services.study.tracking.law4 import ARRIVED_M, SLOW_MPS, STEP_S, Law4
 from touchline.services.study.tracking.studied_robot import ORIGIN
 
 RADIUS_M: Final = 0.3
