@@ -12,6 +12,7 @@ import typer
 
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import CommandRequest, TeamTaskRequest
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD, read_text
@@ -40,6 +41,7 @@ def register(app: typer.Typer) -> None:
     """Add the subcommand with its own."""
     fleet = typer.Typer(no_args_is_help=True, help="Teams of robots that share an area and never touch.")
     fleet.command("team")(team)
+    fleet.command("robots")(with_groups(robots_of))
     fleet.command("simulate")(with_groups(simulate))
     fleet.command("run")(with_groups(run))
     fleet.command("sweep")(with_groups(sweep))
@@ -51,6 +53,28 @@ def register(app: typer.Typer) -> None:
 def team() -> None:
     """Print a team as JSON, every field: what `--team` takes, to be changed."""
     typer.echo(TeamScenario().model_dump_json(indent=1, context=EVERY_FIELD))
+
+
+def robots_of(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", help="This robot; may be repeated. Default: all.", show_default=False),
+    ] = None,
+    *,
+    choice: TeamChoice,
+) -> None:
+    """Print a team's emulated robots as JSON: what `robot-sim --robots` takes, on this machine or another."""
+    from touchline.services.fleet.starts import free_area, starts
+
+    chosen = choice.chosen(robots, seed)
+    for name in only or ():
+        if name not in chosen.names:
+            raise SpecError("command line", "--only", f"is {name!r}", f"use {', '.join(chosen.names)}")
+    places = starts(chosen, free_area(chosen))
+    setups = {name: chosen.setup(name, places[name]) for name in only or chosen.names}
+    typer.echo(Fleet.of(setups).model_dump_json())
 
 
 def simulate(
