@@ -19,15 +19,16 @@ from pydantic import TypeAdapter, ValidationError
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 from touchline.schemas.spec import first_problem
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
-from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter, ServedCall
+from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.muster import Muster
 from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.team_status import team_status
 from touchline.services.fleet.warm_up_team import warm_up_team
@@ -49,8 +50,9 @@ class _Phase(Enum):
     """What the coordinator is doing."""
 
     WAITING = "waits for a task"
-    GUIDING = "guides"
-    ENDED = "the task has ended"
+    BEGINNING = "is being asked to begin"
+    GUIDING = "is guided"
+    ENDED = "has ended its task"
 
 
 class RobotLine:
@@ -114,24 +116,38 @@ class TeamService:
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
         self._phase = _Phase.WAITING
+        self._muster: Muster | None = None
+        self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
-    def _begin(self) -> None:
-        """Have all robots be guided from now on.
+    def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
+        """Have all robots be guided from now on; the call is answered when all have answered."""
+        self._muster = Muster({name: line.bus for name, line in self._lines.items()}, self._lockstep_s)
+        self._call, self._phase = call, _Phase.BEGINNING
 
-        Raises:
-            TouchlineError: One cannot be, or does not answer.
-        """
-        for name in self._lines:
-            self._begin_one(name)
-        self._phase = _Phase.GUIDING
+    @property
+    def _lockstep_s(self) -> float:
+        return self._step / 100.0 if self._lockstep else 0.0
 
-    def _begin_one(self, name: str) -> None:
-        lockstep_s = self._step / 100.0 if self._lockstep else 0.0
-        request = m.BeginGuidedRequest(request_id=uuid.uuid4().hex, lockstep_s=lockstep_s)
-        response = self._lines[name].bus.call(topics.BEGIN_GUIDED, request, _CALL_S)
-        if not response.success:
-            raise TouchlineError(f"{name} is not guided: {response.message}")
-        self._lines[name].said_at_s = time.monotonic()
+    def _look_at_muster(self) -> None:
+        """Begin, or wait for another task, once all robots have answered; or take in those that have come."""
+        muster, call = self._muster, self._call
+        if muster is None or not muster.done:
+            return
+        self._muster = None
+        if call is None:
+            for name, reason in muster.refused.items():
+                sys.stderr.write(f"warning: {name} does not join: {reason}\n")
+            return
+        self._call = None
+        if muster.refused:
+            self._phase = _Phase.WAITING
+            self._call_all(topics.ABORT)
+            call.reply(m.TeamTaskResponse(success=False, message=str(muster)))
+            return
+        self._phase, now_s = _Phase.GUIDING, time.monotonic()
+        for line in self._lines.values():
+            line.said_at_s = now_s
+        call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {self._task}"))
 
     def turn(self) -> bool:
         """Serve what waits, and exchange messages if that is due; False if there was nothing to do."""
@@ -139,6 +155,7 @@ class TeamService:
         for line in self._lines.values():
             line.listen(now_s)
         self._serve()
+        self._look_at_muster()
         if self._phase is not _Phase.GUIDING:
             return False
         if self._lockstep:
@@ -227,15 +244,18 @@ class TeamService:
         """The first task sets the team in motion; later ones replace it."""
         try:
             spec = parse_task(call.request.task_json)
-            if self._phase is _Phase.WAITING:
-                self._coordination.set_first_task(spec)
-                self._begin()
-            else:
+            if self._phase is _Phase.GUIDING:
                 self._coordination.set_task(spec)
-        except TouchlineError as error:
+            elif self._phase is not _Phase.WAITING:
+                raise SpecError("team", "task", f"comes while the team {self._phase.value}", "send it later, or anew")
+        except SpecError as error:
             call.reply(m.TeamTaskResponse(success=False, message=str(error)))
             return
         self._task = spec.kind
+        if self._phase is _Phase.WAITING:
+            self._coordination.set_first_task(spec)
+            self._begin(call)
+            return
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {spec.kind}"))
 
     def _stop_all(self) -> list[str]:
@@ -261,14 +281,11 @@ class TeamService:
         if now_s < self._look_at_s:
             return
         self._look_at_s = now_s + _LOOK_S
-        for name in self._roster.robots((topics.ROBOT_SIM,)):
-            if name in self._lines:
-                continue
-            self._lines[name] = RobotLine(self._bus.of(name))
-            try:
-                self._begin_one(name)
-            except (CallError, TouchlineError) as error:
-                sys.stderr.write(f"warning: {name} does not join: {error}\n")
+        new = [name for name in self._roster.robots((topics.ROBOT_SIM,)) if name not in self._lines]
+        if new and self._muster is None:
+            for name in new:
+                self._lines[name] = RobotLine(self._bus.of(name))
+            self._muster = Muster({name: self._lines[name].bus for name in new}, self._lockstep_s)
 
     @property
     def figures(self) -> dict[str, object]:

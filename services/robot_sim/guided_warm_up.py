@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Final
 
 import numpy as np
 
 from touchline.schemas.messages import Guidance
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
@@ -16,8 +19,12 @@ _ALIGNED_TICKS: Final = 1000
 _DRIVEN_TICKS: Final = 20
 
 
+_one_at_a_time = threading.Lock()
+_done: list[tuple[Vehicle, OnboardConfig]] = []
+
+
 def warm_up_guided(setup: Setup) -> None:
-    """Let a throw-away robot find out where it is, and drive a moment.
+    """Let a throw-away robot find out where it is, and drive a moment; once in a process for robots of one kind.
 
     Args:
         setup: Of the robot; faults are left out.
@@ -25,6 +32,14 @@ def warm_up_guided(setup: Setup) -> None:
     Raises:
         CommandRefused: Such a robot cannot be guided.
     """
+    kind = setup.vehicle, setup.onboard
+    with _one_at_a_time:
+        if kind not in _done:
+            _drive_a_moment(setup)
+            _done.append(kind)
+
+
+def _drive_a_moment(setup: Setup) -> None:
     world = setup.scenario.model_copy(update={"faults": (), "start": setup.scenario.standing()})
     emulator = Emulator(setup.vehicle, world, setup.onboard)
     emulator.begin_guided()
