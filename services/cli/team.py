@@ -1,0 +1,77 @@
+"""Several robots on one template: the option, what is refused, and the job from template to figures."""
+
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.cli.display import progress_bar, say
+from touchline.services.cli.garbage import without_collecting
+
+MOST_ROBOTS: Final = 16
+
+TeamOption = Annotated[
+    int,
+    typer.Option(
+        "--robots",
+        metavar="N",
+        help="So many robots share the lines and keep apart (docs/sharing.md); their seeds count up.",
+        min=1,
+        max=MOST_ROBOTS,
+    ),
+]
+
+
+def check_team(vehicle: Vehicle, *, hashed: bool, record: Path | None) -> None:
+    """Refuse what several robots cannot do together.
+
+    Raises:
+        SpecError: One of the options asks for it.
+    """
+    if not vehicle.tool.paints:
+        problem = f"is above 1, and {vehicle.name} does not paint"
+        raise SpecError("command line", "--robots", problem, "share lines among robots that paint them")
+    if hashed:
+        raise SpecError(
+            "command line", "--hash", "is given with --robots", "a hash is of one robot's session: leave it out"
+        )
+    if record is not None:
+        raise SpecError("command line", "--record", "is given with --robots", "leave it out: only reports are made")
+
+
+def simulate_team(
+    template: Template, setup: Setup, options: PlanOptions, robots: int, plot: Path | None
+) -> dict[str, Any]:
+    """Share a template among robots and have them carry it out in this process.
+
+    Returns:
+        The report, of all together and of each robot.
+
+    Raises:
+        PlanningError: It cannot be shared.
+        SpecError: The picture cannot be written.
+    """
+    from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    from touchline.services.runs.sharing.shared_job import share_job
+    from touchline.services.runs.sharing.shared_simulation import simulate_shared
+    from touchline.services.runs.sharing.team_report import team_figures
+
+    with progress_bar("Touchline") as advance:
+        with without_collecting():
+            job = share_job(template, options, setup.vehicle, robots, advance)
+        warm_up(say, setup)
+        setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
+        with without_collecting():
+            outcome = simulate_shared(job, setups, progress=advance)
+        figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
+        if plot is not None:
+            advance(1.0, "Drawing")
+            strokes = [stroke for own in outcome.robots for stroke in own.strokes]
+            draw_painted(template, strokes, plot, painted_caption(figures["paint"]))
+    return figures
