@@ -64,7 +64,7 @@ def simulate_team(
 
     with progress_bar("Touchline") as advance:
         with without_collecting():
-            job = share_job(template, options, setup.vehicle, robots, advance)
+            job = share_job(template, options, setup.vehicle, [None] * robots, advance)
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
         with without_collecting():
@@ -72,6 +72,6 @@ def simulate_team(
         figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
         if plot is not None:
             advance(1.0, "Drawing")
-            strokes = [stroke for own in outcome.robots for stroke in own.strokes]
+            strokes = [stroke for tasks in outcome.robots for own in tasks for stroke in own.strokes]
             draw_painted(template, strokes, plot, painted_caption(figures["paint"]))
     return figures

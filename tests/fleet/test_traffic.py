@@ -108,9 +108,7 @@ def test_however_late_some_are_nobody_is_too_near_and_all_arrive(routes, stalls,
             at[k] = at[k] if stalled else max(at[k], min(at[k] + speed[k] * TICK_S, until[k], path.end_m))
             if random.random() < 0.5:  # every other report is lost
                 reported[k] = math.inf if at[k] >= path.end_m else at[k]
-        places = np.array(
-            [[np.interp(a, p.arc_m, axis) for axis in p.middles.T] for a, p in zip(at, paths, strict=True)]
-        )
+        places = np.array([place_on(path, arc_m) for path, arc_m in zip(paths, at, strict=True)])
         for k in range(count):
             for other in range(k):
                 assert np.hypot(*(places[k] - places[other])) >= NEAREST_M - 1e-9

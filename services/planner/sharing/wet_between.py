@@ -32,7 +32,7 @@ def crossings_between(works: Sequence[Clocked], vehicle: Vehicle, line_width_m: 
         line_width_m: Of the lines.
         drying_s: How long paint stays wet; 0 if nothing is painted.
     """
-    if not drying_s:
+    if not drying_s or len(works) < 2:
         return 0
     wheels = Wheels.of(vehicle, line_width_m, drying_s)
     painted = [painted_rows_of(work) for work in works]

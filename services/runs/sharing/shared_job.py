@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -33,6 +34,7 @@ PRICES_S: Final = (1.25, 3.0, 6.0)
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
+Start = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def share_job(
     template: Template,
     options: PlanOptions,
     vehicle: Vehicle,
-    robots: int,
+    starts: Sequence[Start | None],
     progress: Progress = lambda done, doing: None,
 ) -> SharedJob:
     """Plan a template for several robots.
@@ -93,7 +95,8 @@ def share_job(
         template: In the map frame.
         options: How to plan.
         vehicle: Every one of the robots.
-        robots: How many; 1 or more.
+        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
+            begins.
         progress: Told the fraction done, and what is being done.
 
     Raises:
@@ -104,13 +107,14 @@ def share_job(
         raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
     progress(0.0, "Sharing")
     task = PlanTask(template, vehicle, options)
-    ways = sharings(task, robots)
+    robots = len(starts)
+    ways = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
     best: SharedJob | None = None
     problem: PlanningError | None = None
     for number, way in enumerate(ways):
         told = partial(_tell, progress, number / len(ways), 1.0 / len(ways))
         try:
-            job = _best_of(_planned(task, way, told))
+            job = _best_of(_planned(task, _assigned(way, starts), starts, told))
         except PlanningError as error:
             problem = problem or error
             continue
@@ -130,30 +134,40 @@ def _best_of(jobs: Iterable[SharedJob | None]) -> SharedJob | None:
     return min((job for job in jobs if job is not None), key=lambda job: job.cost_s, default=None)
 
 
-def _planned(task: PlanTask, way: Sharing, progress: Callable[[str, float], None]) -> Iterator[SharedJob | None]:
+def _assigned(way: Sharing, starts: Sequence[Start | None]) -> Sharing:
+    """The same shares, each given to a robot that stands near it."""
+    off = np.zeros((len(starts), len(starts)))
+    for robot, start in enumerate(starts):
+        for number, share in enumerate(way.shares):
+            ends = np.array([segment.curve().end[:2] for segment in share.segments])
+            off[robot, number] = np.hypot(*(ends - start[:2]).T).min() if start is not None else 0.0
+    chosen = linear_sum_assignment(off)[1].tolist()
+    return replace(way, shares=tuple(way.shares[k] for k in chosen), seconds=tuple(way.seconds[k] for k in chosen))
+
+
+def _planned(
+    task: PlanTask, way: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
+) -> Iterator[SharedJob | None]:
     """The jobs of one way to share: at several prices of a wet crossing, and then round the wet paint of the others."""
-    jobs = [_alone(task, way, price_s, progress) for price_s in PRICES_S]
+    asked = [task.options if at is None else task.options.model_copy(update={"start": np.array(at)}) for at in starts]
+
+    def planned(robot: int, company: Company) -> Plan:
+        return plan(way.shares[robot], task.vehicle, asked[robot], progress, company=company)
+
+    robots = range(len(starts))
+    jobs = [_joined(task, way, [planned(k, Company(crossing_s=price_s)) for k in robots]) for price_s in PRICES_S]
     yield from jobs
     best = _best_of(jobs)
     price_s = next((price_s for price_s, job in zip(PRICES_S, jobs, strict=True) if job is best), 0.0)
-    for robot, share in enumerate(way.shares):
-        if best is None:
+    for robot in robots:
+        if best is None or len(robots) < 2:
             return
         rows = [painted_rows_of(each) for k, each in enumerate(_clocked(best)) if k != robot]
-        company = Company(np.concatenate(rows), price_s)
         plans = list(best.plans)
-        plans[robot] = plan(share, task.vehicle, task.options, progress, company=company)
+        plans[robot] = planned(robot, Company(np.concatenate(rows), price_s))
         job = _joined(task, way, plans)
         yield job
         best = _best_of((best, job))
-
-
-def _alone(task: PlanTask, way: Sharing, price_s: float, progress: Callable[[str, float], None]) -> SharedJob | None:
-    """The job if nobody knows of the others' wet paint; None if one robot stands in another's way for good."""
-    company = Company(crossing_s=price_s)
-    return _joined(
-        task, way, [plan(each, task.vehicle, task.options, progress, company=company) for each in way.shares]
-    )
 
 
 def _joined(task: PlanTask, way: Sharing, plans: Sequence[Plan]) -> SharedJob | None:

@@ -1,50 +1,49 @@
 """Several emulated robots on one field in one process, in step, each as far as the traffic rules let it."""
 
-import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
 from touchline.services.fleet.traffic.gates import authorities_m
-from touchline.services.onboard import Onboard
-from touchline.services.robot_sim import tick_log
-from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.sharing.clear_lines import clear_lines
+from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
-from touchline.services.runs.sharing.joint_paint import JointPaint, Work, joint_paint
-from touchline.services.runs.sharing.shared_job import SharedJob
+from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
+from touchline.services.runs.sharing.remains import Standing, shortened, unfinished
+from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, share_job
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, Task, TeamMember
 from touchline.services.runs.simulation import Outcome
 
-SLICE_TICKS: Final = 10
-"""Robots report, and learn how far they may drive, ten times a second."""
 PATIENCE_S: Final = 180.0
 """If none has come further for so long, somebody would have to do something."""
 TOLD_EVERY: Final = 100
 """Slices between two looks at how far they are."""
+TRIES: Final = 40
+"""So often the rest is planned round those that stand, each time with a little less of a line beside them."""
+OUT_OF_SERVICE: Final = "out of service"
 
-Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 
 class TeamOrder(NamedTuple):
-    """What an operator orders while they work.
+    """What an operator orders, or what happens, while they work.
 
     Attributes:
         at_s: When, in sim time.
-        robot: Which, by number.
-        kind: "pause" or "resume".
+        robot: Which, by number; of "take-over" it says nothing.
+        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest.
     """
 
     at_s: float
     robot: int
-    kind: str
+    kind: Literal["pause", "resume", "fail", "take-over"]
 
 
 @dataclass(frozen=True)
@@ -52,69 +51,24 @@ class TeamOutcome:
     """What has come of it.
 
     Attributes:
-        robots: Of each robot, its share alone.
+        robots: Of each robot, its tasks alone.
         paint: Of all together.
         total_time_s: Until the last one was done, sim time.
         apart_m: How near to each other bodies came.
         waited_s: How long each robot stood because another one was in its way.
         reason: Why it failed; "" if it did not.
         wall_time_s: Reports included.
+        left_out_m: Of lines that could not be reached beside robots that stand there.
     """
 
-    robots: tuple[Outcome, ...]
+    robots: tuple[tuple[Outcome, ...], ...]
     paint: JointPaint
     total_time_s: float
     apart_m: float
     waited_s: tuple[float, ...]
     reason: str
     wall_time_s: float
-
-
-@dataclass
-class _Member:
-    """A robot of the team.
-
-    Attributes:
-        emulator, onboard: It.
-        furthest_m: That it has reported.
-        waited_s: So long it was held.
-    """
-
-    emulator: Emulator
-    onboard: Onboard
-    furthest_m: float = 0.0
-    waited_s: float = 0.0
-    ended_s: float = 0.0
-    _runner: FastRunner = field(init=False)
-    _rows: Floats = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._runner = FastRunner(self.emulator)
-        self._rows = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
-
-    @property
-    def progress_m(self) -> float:
-        """How far it has reported to be; infinite once it is done."""
-        return math.inf if self.onboard.state == TraversalStatus.DONE else self.furthest_m
-
-    def run_slice(self) -> Floats:
-        """Let a slice pass; (SLICE_TICKS, 3) its true poses. A robot that is done stands where it is."""
-        emulator, rows = self.emulator, self._rows
-        poses: Floats = np.empty((SLICE_TICKS, 3))
-        done = 0
-        while done < SLICE_TICKS and emulator.active:
-            count = self._runner.step(SLICE_TICKS - done, rows)
-            poses[done : done + count] = rows[:count, tick_log.TRUTH : tick_log.TRUTH + 3]
-            if rows[count - 1, tick_log.TICK] != emulator.tick_count:
-                poses[done + count - 1] = emulator.world.pose
-            done += count
-        poses[done:] = emulator.world.pose
-        status = self.onboard.status
-        self.furthest_m = max(self.furthest_m, status.arc_length_m)
-        if status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-            self.ended_s = emulator.time_s
-            self.waited_s += SLICE_TICKS / 100 * self.onboard.held
-        return poses
+    left_out_m: float = 0.0
 
 
 def simulate_shared(
@@ -133,77 +87,164 @@ def simulate_shared(
 
     Raises:
         CommandRefused: A robot does not take its plan, or an order.
+        PlanningError: What is to be taken over cannot be planned.
     """
     begun = time.perf_counter()
-    members = [_member(setup) for setup in setups]
-    for member, plan, share in zip(members, job.plans, job.shares, strict=True):
-        member.emulator.load(plan.trajectory, share)
-    _authorize(job, members)
-    for member in members:
-        member.emulator.start()
-    gap = BodyGap(job.vehicle)
-    reason = _drive(job, members, gap, sorted(orders), progress)
-    works = [Work(member.emulator.ledger, member.emulator.track) for member in members]
-    paint = joint_paint(job.template, job.vehicle, works)
-    outcomes = []
-    for member in members:
-        own = Telemetry(member.emulator)
-        outcomes.append(Outcome(*own.reports(), member.onboard.status.reason, 0.0, None, own.strokes()))
+    run = _SharedRun(job, [TeamMember.of(f"r{number + 1}", setup) for number, setup in enumerate(setups)], progress)
+    reason = run.drive(sorted(orders))
+    for member in run.members:
+        member.conclude()
+    works = [work for member in run.members for work in member.works]
     return TeamOutcome(
-        tuple(outcomes),
-        paint,
-        max(member.ended_s for member in members),
-        gap.closest_m,
-        tuple(member.waited_s for member in members),
+        tuple(tuple(member.outcomes) for member in run.members),
+        joint_paint(job.template, job.vehicle, works),
+        max(member.ended_s for member in run.members),
+        run.gap.closest_m,
+        tuple(member.waited_s for member in run.members),
         reason,
         time.perf_counter() - begun,
+        run.left_out_m,
     )
 
 
-def _member(setup: Setup) -> _Member:
-    onboard = Onboard(setup.vehicle, setup.onboard)
-    return _Member(Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard), onboard)
+class _SharedRun:
+    """The robots and what they are doing.
 
+    Attributes:
+        members: All robots.
+        crew: Those of the job in hand, in its order.
+        job: That one.
+        gap: Between bodies.
+        left_out_m: Of lines that could not be reached.
+    """
 
-def _authorize(job: SharedJob, members: Sequence[_Member]) -> None:
-    """Tell each robot that is under way how far it may drive."""
-    until_m = authorities_m(job.table.gates, [member.progress_m for member in members])
-    for member, arc_m in zip(members, until_m, strict=True):
-        if member.onboard.state in (TraversalStatus.READY, TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-            member.onboard.authorize(arc_m)
+    def __init__(self, job: SharedJob, members: list[TeamMember], progress: Progress) -> None:
+        """Every robot at its start."""
+        self.members, self.gap, self.left_out_m, self._progress = members, BodyGap(job.vehicle), 0.0, progress
+        self._slices, self._gathering = 0, False
+        self._begin(job, members, Taking.CARRIED)
 
+    def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
+        self.job, self.crew = job, list(crew)
+        for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
+            member.take(Task(plan, path, share), taking)
+        self._authorize()
+        for member in crew:
+            member.emulator.start()
 
-def _drive(
-    job: SharedJob, members: Sequence[_Member], gap: BodyGap, orders: list[TeamOrder], progress: Progress
-) -> str:
-    """Run until all are done or none comes any further; why it failed, or ""."""
-    length_m = sum(path.end_m for path in job.paths)
-    slices, moved_at, reached_m = 0, 0, 0.0
-    while any(member.emulator.active for member in members):
-        while orders and orders[0].at_s <= slices * SLICE_TICKS / 100:
-            _obey(orders.pop(0), members)
-        gap.look([member.run_slice() for member in members])
-        _authorize(job, members)
-        slices += 1
-        if slices % TOLD_EVERY:
-            continue
-        now_m = sum(member.furthest_m for member in members)
-        progress(now_m / length_m, ", ".join(member.onboard.status.segment_id for member in members))
-        moved_at, reached_m = (slices, now_m) if now_m > reached_m else (moved_at, reached_m)
-        if (slices - moved_at) * SLICE_TICKS > 100 * PATIENCE_S:
-            _give_up(members)
-    failed = [k for k, member in enumerate(members) if member.onboard.state != TraversalStatus.DONE]
-    return "; ".join(f"robot {k + 1}: {members[k].onboard.status.reason}" for k in failed)
+    def _authorize(self) -> None:
+        """Tell each robot that is under way how far it may drive."""
+        until_m = authorities_m(self.job.table.gates, [member.progress_m for member in self.crew])
+        for member, arc_m in zip(self.crew, until_m, strict=True):
+            if member.under_way or member.onboard.state == TraversalStatus.READY:
+                member.onboard.authorize(min(arc_m, member.until_m))
 
+    def drive(self, orders: list[TeamOrder]) -> str:
+        """Run until all are done or none comes any further; why it failed, or ""."""
+        moved_at, reached_m = 0, -1.0
+        while orders or any(member.emulator.active for member in self.members):
+            while orders and orders[0].at_s <= self._slices * SLICE_TICKS / TICKS_PER_S:
+                self._obey(orders.pop(0))
+            self.gap.look([member.run_slice() for member in self.members])
+            self._authorize()
+            self._slices += 1
+            if self._gathering and all(member.waits for member in self.crew if not member.dead):
+                self._hand_over()
+            if self._slices % TOLD_EVERY == 0:
+                now_m = self._tell()
+                moved_at, reached_m = (self._slices, now_m) if now_m != reached_m else (moved_at, reached_m)
+            if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
+                self._give_up()
+                break
+        failed = [member for member in self.crew if member.onboard.state != TraversalStatus.DONE]
+        return "; ".join(f"robot {member.name}: {member.onboard.status.reason}" for member in failed)
 
-def _obey(order: TeamOrder, members: Sequence[_Member]) -> None:
-    member = members[order.robot]
-    if member.onboard.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-        {"pause": member.emulator.pause, "resume": member.emulator.resume}[order.kind]()
+    def _tell(self) -> float:
+        """Tell how far they are; all that they have driven on this job, m."""
+        now_m = sum(min(member.furthest_m, path.end_m) for member, path in zip(self.crew, self.job.paths, strict=True))
+        at = ", ".join(f"{member.name} {member.onboard.status.segment_id}" for member in self.crew if member.under_way)
+        self._progress(now_m / sum(path.end_m for path in self.job.paths), at)
+        return now_m
 
+    def _obey(self, order: TeamOrder) -> None:
+        member = self.members[order.robot]
+        if order.kind == "take-over":
+            self._gathering = True
+            for each in self.crew:
+                if not each.dead:
+                    each.stop_between_swaths()
+        elif order.kind == "fail":
+            member.dead = True
+            member.emulator.estop(OUT_OF_SERVICE)
+        elif order.kind == "pause" and member.onboard.state == TraversalStatus.RUNNING:
+            member.emulator.pause()
+        elif order.kind == "resume" and member.onboard.state == TraversalStatus.PAUSED:
+            member.emulator.resume()
 
-def _give_up(members: Sequence[_Member]) -> None:
-    for member in members:
-        if member.onboard.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-            why = member.onboard.status.reason or "it did not move on"
-            member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+    def _hand_over(self) -> None:
+        """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
+        for member in self.crew:
+            if member.under_way and not member.dead:
+                member.emulator.abort("others take over")
+        if any(member.emulator.active for member in self.members):
+            return
+        self._gathering = False
+        left = [
+            segment
+            for member in self.crew
+            if member.task is not None
+            for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
+        ]
+        for member in self.members:
+            if not member.dead:
+                member.stand_by(self._slices * SLICE_TICKS)
+        if left:
+            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}))
+            self._begin(job, crew, Taking.HERE)
+
+    def _rest(self, template: Template) -> tuple[SharedJob, list[TeamMember]]:
+        """The rest planned for those that are left, or as many of them as it can be shared among.
+
+        Raises:
+            PlanningError: It cannot be planned for any.
+        """
+        alive = [member for member in self.members if not member.dead]
+        error: PlanningError | None = None
+        for count in range(len(alive), 0, -1):
+            crew = alive[:count]
+            standing = [Standing(member.name, member.pose) for member in self.members if member not in crew]
+            try:
+                job = self._planned(template, crew, standing)
+            except PlanningError as problem:
+                error = problem
+            else:
+                self.left_out_m += template.length_m - job.template.length_m
+                return job, crew
+        assert error is not None, "somebody is left"
+        raise error
+
+    def _planned(self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing]) -> SharedJob:
+        """The rest planned round robots that stand, without what cannot be reached beside them."""
+        job = self.job
+        outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
+        before = tuple(each for each in template.obstacles if not each.id.startswith("robot "))
+        rest = template.model_copy(update={"obstacles": (*before, *outlines)})
+        clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))
+        if not clear:
+            raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
+        rest = rest.model_copy(update={"segments": clear})
+        for _ in range(TRIES):
+            try:
+                return share_job(rest, job.options, job.vehicle, [member.pose for member in crew], self._progress)
+            except PlanningError as problem:
+                shorter = shortened(rest, problem, standing)
+                if shorter is None:
+                    raise
+                rest = shorter
+        raise PlanningError("", f"cannot be planned in {TRIES} tries", "move the robots that stand there")
+
+    def _give_up(self) -> None:
+        for member in self.members:
+            if member.under_way and not member.dead:
+                why = member.onboard.status.reason or "it did not move on"
+                member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")

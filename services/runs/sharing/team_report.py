@@ -28,6 +28,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
             "wall_time_s": outcome.wall_time_s,
             "real_time_factor": outcome.total_time_s / outcome.wall_time_s,
             "closest_bodies_m": outcome.apart_m,
+            "left_out_m": outcome.left_out_m,
         },
         "paint": paint,
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
@@ -36,7 +37,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
 
 def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[str, Any]:
     """Of one robot: its share alone."""
-    own = outcome.robots[number]
+    own, *after = outcome.robots[number]
     return {
         "reason": own.reason,
         "segments": [segment.id for segment in job.shares[number].segments],
@@ -44,4 +45,13 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
         "plan": plan_figures(job.plans[number].report),
         "traversal": traversal_figures(own.report, outcome.wall_time_s),
         "paint": paint_figures(own.report),
+        "taken_over": [
+            {
+                "segments": [segment.id for segment in each.report.segments],
+                "reason": each.reason,
+                "traversal": traversal_figures(each.report, outcome.wall_time_s),
+                "paint": paint_figures(each.report),
+            }
+            for each in after
+        ],
     }
