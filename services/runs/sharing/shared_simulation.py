@@ -18,7 +18,7 @@ from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
 from touchline.services.runs.sharing.remains import Standing, shortened, unfinished
 from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, share_job
-from touchline.services.runs.sharing.team_member import SLICE_TICKS, TeamTask, TeamMember
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
 from touchline.services.runs.simulation import Outcome
 
 PATIENCE_S: Final = 180.0
@@ -127,7 +127,7 @@ class _SharedRun:
     def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
         self.job, self.crew = job, list(crew)
         for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
-            member.take(TeamTask(plan, path, share), taking)
+            member.take(Errand(plan, path, share), taking)
         self._authorize()
         for member in crew:
             member.emulator.start()

@@ -29,7 +29,7 @@ BRAKES_M: Final = 1.5
 Floats = NDArray[np.float64]
 
 
-class TeamTask:
+class Errand:
     """What a robot is to do.
 
     Attributes:
@@ -59,7 +59,7 @@ class TeamMember:
     name: str
     emulator: Emulator
     onboard: Onboard
-    task: TeamTask | None = None
+    task: Errand | None = None
     dead: bool = False
     until_m: float = math.inf
     furthest_m: float = 0.0
@@ -100,7 +100,7 @@ class TeamMember:
         running = self.onboard.state == TraversalStatus.RUNNING
         return (self.onboard.held or not running) and abs(self.onboard.estimate.speed_mps) < RESTING_MPS
 
-    def take(self, task: TeamTask, taking: Taking) -> None:
+    def take(self, task: Errand, taking: Taking) -> None:
         """Take something to do; what it has done until then is kept.
 
         Raises:
