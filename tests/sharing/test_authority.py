@@ -109,5 +109,5 @@ def test_a_robot_that_is_led_takes_no_other_trajectory_under_way():
 
 
 def test_without_a_trajectory_there_is_nothing_to_allow():
-    with pytest.raises(CommandRefused, match="cannot authorize while idle"):
+    with pytest.raises(CommandRefused, match="no trajectory is loaded"):
         Onboard(VEHICLE, OnboardConfig()).authorize(1.0)

@@ -238,8 +238,9 @@ class Traversal:
         Raises:
             CommandRefused: Nothing is loaded.
         """
-        self._require("authorize", READY, RUNNING, PAUSED, ESTOPPED)
-        self._loaded().driver.authorize(until_m)
+        if self.job is None:
+            raise CommandRefused("cannot authorize a drive: no trajectory is loaded; load one first")
+        self.job.driver.authorize(until_m)
 
     def link_lost(self) -> None:
         """Pause if running; a pause that would have ended by itself now waits for the operator."""

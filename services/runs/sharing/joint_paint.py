@@ -1,13 +1,24 @@
 """The paint of several robots, judged together against all of the template."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from touchline.schemas.messages import PaintMarks
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
+from touchline.services.robot_sim.paint.projection import (
+    POINT_COLUMNS,
+    POINT_TARGET,
+    POINT_WIDTH,
+    POINT_X,
+    POINT_Y,
+    STROKE_BEGINS,
+)
 from touchline.services.robot_sim.paint.smears import Painter, wet_crossings_of
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.paint.track import Track
@@ -27,12 +38,12 @@ class JointPaint:
 
     Attributes:
         metrics: Against the template.
-        wet_crossings: How often a wheel or caster of any robot came upon wet paint of any robot.
+        wet_crossings: How often a wheel or caster of any robot came upon wet paint of any robot; None if nobody knows.
         tolerance_m: Of the template.
     """
 
     metrics: PaintMetrics
-    wet_crossings: int
+    wet_crossings: int | None
     tolerance_m: float
 
     def figures(self) -> dict[str, Any]:
@@ -57,6 +68,23 @@ class JointPaint:
         }
 
 
+def paint_of_strokes(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> JointPaint:
+    """Judge paint of which only the strokes are known, not when they were painted."""
+    together = _ledger(template, vehicle)
+    for stroke in strokes:
+        rows = np.zeros((len(stroke.x_m) + 1, POINT_COLUMNS))
+        rows[1:, POINT_X], rows[1:, POINT_Y] = stroke.x_m, stroke.y_m
+        rows[0, [POINT_X, POINT_Y]] = rows[1, [POINT_X, POINT_Y]]
+        rows[0, POINT_TARGET], rows[:, POINT_WIDTH] = STROKE_BEGINS, stroke.width_m / vehicle.tool.width_m
+        together.restore(np.delete(rows, 1, axis=0))
+    return JointPaint(paint_metrics(together), None, template.tolerance_m)
+
+
+def _ledger(template: Template, vehicle: Vehicle) -> PaintLedger:
+    wanted = [Target(segment.id, segment.curve()) for segment in template.segments]
+    return PaintLedger(wanted, template.line_width_m, vehicle.tool.width_m, template.tolerance_m)
+
+
 def joint_paint(template: Template, vehicle: Vehicle, works: Sequence[Work]) -> JointPaint:
     """Judge all the paint together; takes a moment.
 
@@ -65,8 +93,7 @@ def joint_paint(template: Template, vehicle: Vehicle, works: Sequence[Work]) -> 
         vehicle: Of every robot.
         works: Of all robots, on one clock.
     """
-    wanted = [Target(segment.id, segment.curve()) for segment in template.segments]
-    together = PaintLedger(wanted, template.line_width_m, vehicle.tool.width_m, template.tolerance_m)
+    together = _ledger(template, vehicle)
     for work in works:
         together.restore(work.ledger.rows(0))
     crossings = wet_crossings_of([Painter(work.ledger, work.track) for work in works], vehicle)
