@@ -47,19 +47,22 @@ def test_without_anything_in_the_way_lines_stay_as_they_are():
     assert clear_lines(TEMPLATE, VEHICLE, LIMITS) == TEMPLATE.segments
 
 
-def test_a_line_that_cannot_be_reached_is_shortened_beside_the_robot_that_stands_there():
-    beside = [Standing("r2", (22.0, 0.0, 0.0))]
-    error = PlanningError("line", "cannot be reached", "make room")
+def test_the_line_that_ends_beside_a_standing_robot_is_shortened_there():
+    beside = [Standing("r2", (22.0, 1.0, 0.0))]
+    error = PlanningError("bow", "cannot be reached", "make room")
     shorter = shortened(TEMPLATE, error, beside)
-    assert shorter.segments[0].curve().length_m == pytest.approx(19.0)
-    assert (shorter.segments[0].curve().x_m, shorter.segments[0].curve().end[0]) == pytest.approx((0.0, 19.0))
-    assert shorter.segments[1:] == TEMPLATE.segments[1:]
-    for _ in range(18):
-        shorter = shortened(shorter, error, beside)
-    assert "line" not in [segment.id for segment in shorter.segments]
-    assert shortened(shorter, error, beside) is None, "nothing of that name is left"
-    assert shortened(TEMPLATE, PlanningError("", "is wrong", "mend it"), beside) is None
-    assert shortened(TEMPLATE, error, []) is None
+    line = shorter.segments[0].curve()
+    assert (line.x_m, line.end[0]) == pytest.approx((0.0, 19.0)) and shorter.segments[1:] == TEMPLATE.segments[1:]
+    shorter = shortened(shorter, error, [Standing("r2", (-2.0, 0.0, 0.0))])
+    line = shorter.segments[0].curve()
+    assert (line.x_m, line.end[0]) == pytest.approx((1.0, 19.0)) and shorter.segments[1:] == TEMPLATE.segments[1:]
+
+
+def test_where_none_ends_beside_one_the_line_that_is_named_is_left_out():
+    afar, error = [Standing("r2", (60.0, 0.0, 0.0))], PlanningError("bow", "cannot be reached", "make room")
+    assert [segment.id for segment in shortened(TEMPLATE, error, afar).segments] == ["line", "done"]
+    assert shortened(TEMPLATE, PlanningError("", "is wrong", "mend it"), afar) is None
+    assert shortened(TEMPLATE, error, []) is None, "no robot stands in the way"
 
 
 def test_the_room_round_a_standing_robot_is_as_wide_as_asked_for():

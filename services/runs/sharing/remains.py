@@ -17,7 +17,9 @@ OVERLAP_M: Final = 0.005
 DONE_M: Final = 0.02
 """What is left of a line that is shorter than this is not painted any more."""
 SHORTER_M: Final = 1.0
-"""A line that cannot be reached beside a robot that stands there is left out by this much more at that end."""
+"""Of a line that ends beside a robot that stands there so much more is left out, if nothing gets past it."""
+NEAR_M: Final = 6.0
+"""Beside it is no further than this from its middle."""
 
 
 @dataclass(frozen=True)
@@ -68,21 +70,37 @@ def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[Templa
 
 
 def shortened(template: Template, error: PlanningError, standing: Sequence[Standing]) -> Template | None:
-    """The template without the end of the line that an error names, the one nearer to a standing robot; None if none.
+    """The template without what keeps a plan from getting past a robot that stands there; None if there is no such.
 
-    A line that would be shorter than that is left out.
+    It is the end of a line next to the robot: `SHORTER_M` of it. Where no line ends near one, the line that the error
+    names is left out.
+
+    Args:
+        template: That cannot be planned.
+        error: Why not.
+        standing: The robots.
     """
-    named = [segment for segment in template.segments if segment.id == error.segment_id]
-    if not named or not standing:
-        return None
-    (segment,), changed = named, list[TemplateSegment]()
+    ends = [
+        (math.dist(place, each.pose[:2]), number, last)
+        for number, segment in enumerate(template.segments)
+        for last, place in enumerate((_start_of(segment), segment.curve().end[:2]))
+        for each in standing
+    ]
+    off_m, number, last = min(ends, default=(math.inf, 0, 0))
+    kept = list(template.segments)
+    if off_m < NEAR_M:
+        curve = kept[number].curve()
+        left_m = curve.length_m - SHORTER_M
+        kept[number : number + 1] = (
+            [redrawn(kept[number], part_of(curve, 0.0 if last else SHORTER_M, left_m if last else curve.length_m))]
+            if left_m > SHORTER_M
+            else []
+        )
+    elif standing:
+        kept = [segment for segment in kept if segment.id != error.segment_id]
+    return template.model_copy(update={"segments": tuple(kept)}) if kept and kept != list(template.segments) else None
+
+
+def _start_of(segment: TemplateSegment) -> tuple[float, float]:
     curve = segment.curve()
-    if curve.length_m > 2.0 * SHORTER_M:
-        off = [
-            min(math.dist(place, each.pose[:2]) for each in standing)
-            for place in ((curve.x_m, curve.y_m), curve.end[:2])
-        ]
-        first = SHORTER_M if off[0] <= off[1] else 0.0
-        changed.append(redrawn(segment, part_of(curve, first, first + curve.length_m - SHORTER_M)))
-    kept = [each for old in template.segments for each in (changed if old is segment else [old])]
-    return template.model_copy(update={"segments": tuple(kept)}) if kept else None
+    return curve.x_m, curve.y_m
