@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
 
 
 class Clocked(NamedTuple):
@@ -23,22 +22,18 @@ class Clocked(NamedTuple):
     clock_s: Callable[[Floats], Floats]
 
 
-def crossings_between(works: Sequence[Clocked], vehicle: Vehicle, line_width_m: float, drying_s: float) -> int:
-    """How often a wheel or caster of any robot meets paint of another one that is not dry yet.
+def crossings_between(works: Sequence[Clocked], wheels: Wheels, before: Floats = NO_LINES) -> int:
+    """How often a wheel or caster of any robot meets paint of another one, or of before, that is not dry yet.
 
     Args:
         works: What the robots do.
-        vehicle: All of them.
-        line_width_m: Of the lines.
-        drying_s: How long paint stays wet; 0 if nothing is painted.
+        wheels: Of every one of them.
+        before: (n, 7) rows of `sequencing.wet`: lines that are on the ground already.
     """
-    if not drying_s or len(works) < 2:
-        return 0
-    wheels = Wheels.of(vehicle, line_width_m, drying_s)
     painted = [painted_rows_of(work) for work in works]
     count = 0
     for robot, work in enumerate(works):
-        others = np.concatenate([rows for k, rows in enumerate(painted) if k != robot])
+        others = np.concatenate([before, *(rows for k, rows in enumerate(painted) if k != robot)])
         count += crossings_of(work, wheels, others)
     return count
 

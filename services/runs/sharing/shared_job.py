@@ -19,6 +19,7 @@ from touchline.services.fleet.traffic.timetable import Delay, Timetable, timetab
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
+from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
 from touchline.services.planner.sharing.shares import Sharing, sharings
 from touchline.services.planner.sharing.wet_between import Clocked, crossings_between, painted_rows_of
 from touchline.services.planner.tour import crossing_cost_s, drying_s
@@ -48,7 +49,7 @@ class SharedJob:
         plans: Of each robot.
         paths: Likewise, as the traffic rules see them.
         table: Who waits where for whom.
-        wet_between: How often a robot meets wet paint of another one, by plans and timetable.
+        wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
         planning_time_s: By the clock on the wall.
     """
 
@@ -88,6 +89,7 @@ def share_job(
     vehicle: Vehicle,
     starts: Sequence[Start | None],
     progress: Progress = lambda done, doing: None,
+    painted: Floats = NO_LINES,
 ) -> SharedJob:
     """Plan a template for several robots.
 
@@ -98,6 +100,7 @@ def share_job(
         starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
             begins.
         progress: Told the fraction done, and what is being done.
+        painted: (n, 7) rows of `sequencing.wet`: lines that are on the ground already, painted at times below 0.
 
     Raises:
         PlanningError: It cannot be shared or planned; it says why and what to do.
@@ -106,7 +109,7 @@ def share_job(
     if len(options.start) or len(options.end):
         raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
     progress(0.0, "Sharing")
-    task = PlanTask(template, vehicle, options)
+    task = PlanTask(template, vehicle, options, Company(painted))
     robots = len(starts)
     ways = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
     best: SharedJob | None = None
@@ -122,6 +125,9 @@ def share_job(
     if best is None:
         apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
         raise problem or PlanningError("", apart, "give fewer robots, or templates that lie apart")
+    if options.hard_drying and best.wet_crossings:
+        wet = f"cannot be shared among {robots} robots without driving over wet paint"
+        raise PlanningError("", wet, "shorten the drying time, or let wet paint be crossed")
     return replace(best, planning_time_s=time.perf_counter() - begun)
 
 
@@ -151,20 +157,21 @@ def _planned(
     """The jobs of one way to share: at several prices of a wet crossing, and then round the wet paint of the others."""
     asked = [task.options if at is None else task.options.model_copy(update={"start": np.array(at)}) for at in starts]
 
-    def planned(robot: int, company: Company) -> Plan:
+    def planned(robot: int, price_s: float, others: Sequence[Floats] = ()) -> Plan:
+        company = Company(np.concatenate((task.company.painted, *others)), price_s)
         return plan(way.shares[robot], task.vehicle, asked[robot], progress, company=company)
 
     robots = range(len(starts))
-    jobs = [_joined(task, way, [planned(k, Company(crossing_s=price_s)) for k in robots]) for price_s in PRICES_S]
+    jobs = [_joined(task, way, [planned(k, price_s) for k in robots]) for price_s in PRICES_S]
     yield from jobs
     best = _best_of(jobs)
     price_s = next((price_s for price_s, job in zip(PRICES_S, jobs, strict=True) if job is best), 0.0)
     for robot in robots:
         if best is None or len(robots) < 2:
             return
-        rows = [painted_rows_of(each) for k, each in enumerate(_clocked(best)) if k != robot]
+        rows = [painted_rows_of(each) for k, each in enumerate(clocked(best)) if k != robot]
         plans = list(best.plans)
-        plans[robot] = planned(robot, Company(np.concatenate(rows), price_s))
+        plans[robot] = planned(robot, price_s, rows)
         job = _joined(task, way, plans)
         yield job
         best = _best_of((best, job))
@@ -178,11 +185,13 @@ def _joined(task: PlanTask, way: Sharing, plans: Sequence[Plan]) -> SharedJob | 
     if table is None:
         return None
     job = SharedJob(template, vehicle, options, way.shares, tuple(plans), tuple(paths), table, 0)
-    between = crossings_between(_clocked(job), vehicle, template.line_width_m, drying_s(vehicle, options))
+    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
+    between = crossings_between(clocked(job), wheels, task.company.painted)
     return replace(job, wet_between=between)
 
 
-def _clocked(job: SharedJob) -> list[Clocked]:
+def clocked(job: SharedJob) -> list[Clocked]:
+    """The plans with the times that the timetable has for them."""
     return [
         Clocked(each, partial(clock_s, path, late))
         for each, path, late in zip(job.plans, job.paths, job.table.delays, strict=True)

@@ -5,19 +5,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
+from touchline.services.core.arcs import LENGTH
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED
 from touchline.services.planner.sharing.clear_lines import clear_lines
+from touchline.services.planner.sharing.wet_between import painted_rows_of
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
 from touchline.services.runs.sharing.remains import Standing, shortened, unfinished
-from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, share_job
+from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
 from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
 from touchline.services.runs.simulation import Outcome
 
@@ -30,6 +36,7 @@ TRIES: Final = 40
 OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
+Floats = NDArray[np.float64]
 
 
 class TeamOrder(NamedTuple):
@@ -122,10 +129,15 @@ class _SharedRun:
         """Every robot at its start."""
         self.members, self.gap, self.left_out_m, self._progress = members, BodyGap(job.vehicle), 0.0, progress
         self._slices, self._gathering = 0, False
+        self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
 
+    @property
+    def _now_s(self) -> float:
+        return self._slices * SLICE_TICKS / TICKS_PER_S
+
     def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
-        self.job, self.crew = job, list(crew)
+        self.job, self.crew, self._begun_s = job, list(crew), self._now_s
         for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
             member.take(Errand(plan, path, share), taking)
         self._authorize()
@@ -143,7 +155,7 @@ class _SharedRun:
         """Run until all are done or none comes any further; why it failed, or ""."""
         moved_at, reached_m = 0, -1.0
         while orders or any(member.emulator.active for member in self.members):
-            while orders and orders[0].at_s <= self._slices * SLICE_TICKS / TICKS_PER_S:
+            while orders and orders[0].at_s <= self._now_s:
                 self._obey(orders.pop(0))
             self.gap.look([member.run_slice() for member in self.members])
             self._authorize()
@@ -195,12 +207,26 @@ class _SharedRun:
             if member.task is not None
             for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
         ]
+        self._painted = self._painted_before()
         for member in self.members:
             if not member.dead:
                 member.stand_by(self._slices * SLICE_TICKS)
         if left:
             job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}))
             self._begin(job, crew, Taking.HERE)
+
+    def _painted_before(self) -> Floats:
+        """(n, 7) rows of all lines that have been begun, at times before now."""
+        since_s = self._now_s - self._begun_s
+        former = self._painted.copy()
+        former[:, BEGUN] -= since_s
+        rows = [former]
+        for member, work in zip(self.crew, clocked(self.job), strict=True):
+            begun = {name for name, done in zip(*member.onboard.painted[:2], strict=True) if done > 0.0}
+            own = painted_rows_of(work)[[line.id in begun for line in work.plan.sent if line.stroke]]
+            own[:, BEGUN] = np.minimum(own[:, BEGUN] - since_s, -own[:, LENGTH] / own[:, SPEED])
+            rows.append(own)
+        return np.concatenate(rows)
 
     def _rest(self, template: Template) -> tuple[SharedJob, list[TeamMember]]:
         """The rest planned for those that are left, or as many of them as it can be shared among.
@@ -235,7 +261,8 @@ class _SharedRun:
         rest = rest.model_copy(update={"segments": clear})
         for _ in range(TRIES):
             try:
-                return share_job(rest, job.options, job.vehicle, [member.pose for member in crew], self._progress)
+                starts = [member.pose for member in crew]
+                return share_job(rest, job.options, job.vehicle, starts, self._progress, self._painted)
             except PlanningError as problem:
                 shorter = shortened(rest, problem, standing)
                 if shorter is None:
