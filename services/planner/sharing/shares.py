@@ -8,7 +8,7 @@ that lie near each other cost some seconds: there one has to wait for the other.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -25,8 +25,8 @@ ALL_SHARE = 0.05
 """Of what all robots take together counts beside what the slowest one takes."""
 CUTS_RAD = tuple(math.radians(angle) for angle in (0, 90, 30, 60, 120, 150, 180, 270))
 """Directions along which the field is cut up."""
-LOOKED_AT_MAX = 600
-"""Shares that are timed on the way from one beginning."""
+LOOKED_AT, LOOKED_AT_LEAST, FEW = 600, 40, 40
+"""Ways that are timed from one beginning on, for a few swaths; for more of them fewer, as each takes longer."""
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,10 @@ def _cut(work: Workload, order: Sequence[int], robots: int) -> tuple[int, ...]:
 def _improved(work: Workload, begun: tuple[int, ...]) -> tuple[int, ...]:
     """The best of its neighbours, again and again, until none is better."""
     owner, least, looked_at = begun, _cost_s(work, begun), 0
-    while looked_at < LOOKED_AT_MAX:
+    most = max(LOOKED_AT * min(FEW / len(begun), 1.0) ** 2, LOOKED_AT_LEAST)
+    while looked_at < most:
         best = owner
-        for other in _neighbours(work, owner):
+        for other in islice(_neighbours(work, owner), max(int(most) - looked_at, 0)):
             looked_at += 1
             if (cost := _cost_s(work, other)) < least - 1e-6:
                 best, least = other, cost

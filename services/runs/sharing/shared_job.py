@@ -32,6 +32,8 @@ ASTRAY_M: Final = 0.1
 
 PRICES_S: Final = (1.25, 3.0, 6.0)
 """What it may cost a robot not to run over a wet line once: whoever is done before the others has time to spare."""
+WAYS, MANY = 3, 60
+"""So many ways to share are planned in full; of a template with more lines than that one, as it takes long."""
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
@@ -112,7 +114,7 @@ def share_job(
     task = PlanTask(template, vehicle, options, Company(painted))
     robots = len(starts)
     ways = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
-    best: SharedJob | None = None
+    best, planned = None, 0
     problem: PlanningError | None = None
     for number, way in enumerate(ways):
         told = partial(_tell, progress, number / len(ways), 1.0 / len(ways))
@@ -121,7 +123,9 @@ def share_job(
         except PlanningError as error:
             problem = problem or error
             continue
-        best = _best_of((best, job))
+        best, planned = _best_of((best, job)), planned + (job is not None)
+        if planned == (WAYS if len(template.segments) <= MANY else 1):
+            break
     if best is None:
         apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
         raise problem or PlanningError("", apart, "give fewer robots, or templates that lie apart")
