@@ -66,10 +66,11 @@ def run_team(
     Raises:
         PlanningError: It cannot be shared.
     """
-    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    from touchline.services.runs.painted_picture import painted_caption
     from touchline.services.runs.sharing.joint_paint import paint_of_strokes
     from touchline.services.runs.sharing.shared_bus_run import SharedBusRun
     from touchline.services.runs.sharing.shared_job import share_job
+    from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import bus_figures
 
     speed, plot = pace
@@ -88,7 +89,8 @@ def run_team(
         strokes = [stroke for own in run.strokes for stroke in own]
         figures = bus_figures(job, run, paint_of_strokes(template, setup.vehicle, strokes), list(setups))
         if plot is not None:
-            draw_painted(template, strokes, plot, painted_caption(figures["paint"]))
+            advance(1.0, "Drawing")
+            draw_team(job, run.strokes, plot, painted_caption(figures["paint"]))
     return figures
 
 
@@ -105,9 +107,10 @@ def simulate_team(
         SpecError: The picture cannot be written.
     """
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    from touchline.services.runs.painted_picture import painted_caption
     from touchline.services.runs.sharing.shared_job import share_job
     from touchline.services.runs.sharing.shared_simulation import simulate_shared
+    from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import team_figures
 
     with progress_bar("Touchline") as advance:
@@ -120,6 +123,6 @@ def simulate_team(
         figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
         if plot is not None:
             advance(1.0, "Drawing")
-            strokes = [stroke for tasks in outcome.robots for own in tasks for stroke in own.strokes]
-            draw_painted(template, strokes, plot, painted_caption(figures["paint"]))
+            strokes = [[stroke for own in tasks for stroke in own.strokes] for tasks in outcome.robots]
+            draw_team(job, strokes, plot, painted_caption(figures["paint"]))
     return figures
