@@ -12,7 +12,7 @@ from touchline.services.onboard.interface import PaintBelief
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan
 from touchline.services.planner.sharing.clear_lines import clear_lines
-from touchline.services.runs.sharing.remains import OVERLAP_M, Standing, shortened, unfinished
+from touchline.services.runs.sharing.remains import OVERLAP_M, Standing, left_out, shortened, unfinished
 
 VEHICLE = Vehicle()
 LIMITS = Limits.of(VEHICLE, PlanOptions())
@@ -73,3 +73,14 @@ def test_the_room_round_a_standing_robot_is_as_wide_as_asked_for():
         shapely.affinity.rotate(shapely.Polygon(VEHICLE.body.footprint_m), 90.0, origin=(0.0, 0.0)), 3.0, 4.0
     )
     assert shapely.Polygon(outline.corners).exterior.distance(body) == pytest.approx(0.6, abs=0.02)
+
+
+def test_what_was_left_out_is_what_is_missing_and_a_little_more_at_the_joints():
+    post = Polygon(id="post", corners=((9.0, -1.0), (11.0, -1.0), (11.0, 1.0), (9.0, 1.0)))
+    parts = clear_lines(TEMPLATE.model_copy(update={"obstacles": (post,)}), VEHICLE, LIMITS)
+    left = left_out(TEMPLATE, TEMPLATE.model_copy(update={"segments": parts[:3]}))
+    assert [segment.id for segment in left] == ["line (left 1)", "done (left 1)"]
+    missing_m = 20.0 - sum(part.curve().length_m for part in parts[:2])
+    assert left[0].curve().length_m == pytest.approx(missing_m + 2.0 * OVERLAP_M)
+    assert left[1].curve() == DONE.curve()
+    assert left_out(TEMPLATE, TEMPLATE) == []

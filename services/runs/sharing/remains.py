@@ -5,9 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
+from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.arcs import abreast, unit
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.sharing.clear_lines import part_of, redrawn
@@ -67,6 +71,42 @@ def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[Templa
             from_m = max(done * nozzle.length_m - OVERLAP_M, 0.0)
             left.append(redrawn(segment, part_of(nozzle, from_m, nozzle.length_m)))
     return left
+
+
+def left_out(before: Template, after: Template) -> list[TemplateSegment]:
+    """The parts of the lines of a template that another one made of it has not, with `OVERLAP_M` at each joint.
+
+    Args:
+        before: With all lines.
+        after: With parts of them, under their ids or under ids made of those.
+    """
+    whole = {segment.id for segment in before.segments}
+    left = list[TemplateSegment]()
+    for segment in before.segments:
+        parts = [
+            part.curve()
+            for part in after.segments
+            if part.id == segment.id or (part.id not in whole and part.id.startswith(f"{segment.id} ("))
+        ]
+        curve = segment.curve()
+        at_m, found = 0.0, list[tuple[float, float]]()
+        for from_m, to_m in [*sorted(_span(curve, part) for part in parts), (curve.length_m, curve.length_m)]:
+            if from_m - at_m > DONE_M:
+                found.append((max(at_m - OVERLAP_M, 0.0), min(from_m + OVERLAP_M, curve.length_m)))
+            at_m = max(at_m, to_m)
+        left += [
+            redrawn(segment, part_of(curve, from_m, to_m), f"{segment.id} (left {number})")
+            for number, (from_m, to_m) in enumerate(found, start=1)
+        ]
+    return left
+
+
+def _span(curve: Curve, part: Curve) -> tuple[float, float]:
+    """From where to where along a line or an arc a part of it lies, m."""
+    row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
+    x, y, _ = part.end
+    ends = [abreast(complex(*place), row, unit(curve.heading_rad)) for place in ((part.x_m, part.y_m), (x, y))]
+    return min(ends), max(ends)
 
 
 def shortened(template: Template, error: PlanningError, standing: Sequence[Standing]) -> Template | None:

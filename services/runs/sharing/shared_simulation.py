@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template
+from touchline.schemas.template import Template, TemplateSegment
 from touchline.services.core.arcs import LENGTH
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
@@ -22,7 +22,7 @@ from touchline.services.planner.sharing.wet_between import painted_rows_of
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
-from touchline.services.runs.sharing.remains import Standing, shortened, unfinished
+from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
 from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
 from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
 from touchline.services.runs.simulation import Outcome
@@ -45,12 +45,13 @@ class TeamOrder(NamedTuple):
     Attributes:
         at_s: When, in sim time.
         robot: Which, by number; of "take-over" it says nothing.
-        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest.
+        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest; "remove":
+            one that has failed is carried away.
     """
 
     at_s: float
     robot: int
-    kind: Literal["pause", "resume", "fail", "take-over"]
+    kind: Literal["pause", "resume", "fail", "take-over", "remove"]
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def simulate_shared(
         tuple(member.waited_s for member in run.members),
         reason,
         time.perf_counter() - begun,
-        run.left_out_m,
+        sum(segment.curve().length_m for segment in run.left_out),
     )
 
 
@@ -122,12 +123,13 @@ class _SharedRun:
         crew: Those of the job in hand, in its order.
         job: That one.
         gap: Between bodies.
-        left_out_m: Of lines that could not be reached.
+        left_out: Parts of lines that could not be reached.
     """
 
     def __init__(self, job: SharedJob, members: list[TeamMember], progress: Progress) -> None:
         """Every robot at its start."""
-        self.members, self.gap, self.left_out_m, self._progress = members, BodyGap(job.vehicle), 0.0, progress
+        self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
+        self.left_out = list[TemplateSegment]()
         self._slices, self._gathering = 0, False
         self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
@@ -157,7 +159,8 @@ class _SharedRun:
         while orders or any(member.emulator.active for member in self.members):
             while orders and orders[0].at_s <= self._now_s:
                 self._obey(orders.pop(0))
-            self.gap.look([member.run_slice() for member in self.members])
+            poses = [(member, member.run_slice()) for member in self.members]
+            self.gap.look([each for member, each in poses if not member.gone])
             self._authorize()
             self._slices += 1
             if self._gathering and all(member.waits for member in self.crew if not member.dead):
@@ -185,6 +188,8 @@ class _SharedRun:
             for each in self.crew:
                 if not each.dead:
                     each.stop_between_swaths()
+        elif order.kind == "remove":
+            member.gone = member.dead
         elif order.kind == "fail":
             member.dead = True
             member.emulator.estop(OUT_OF_SERVICE)
@@ -201,7 +206,7 @@ class _SharedRun:
         if any(member.emulator.active for member in self.members):
             return
         self._gathering = False
-        left = [
+        left = self.left_out + [
             segment
             for member in self.crew
             if member.task is not None
@@ -238,13 +243,15 @@ class _SharedRun:
         error: PlanningError | None = None
         for count in range(len(alive), 0, -1):
             crew = alive[:count]
-            standing = [Standing(member.name, member.pose) for member in self.members if member not in crew]
+            standing = [
+                Standing(member.name, member.pose) for member in self.members if not (member in crew or member.gone)
+            ]
             try:
                 job = self._planned(template, crew, standing)
             except PlanningError as problem:
                 error = problem
             else:
-                self.left_out_m += template.length_m - job.template.length_m
+                self.left_out = left_out(template, job.template)
                 return job, crew
         assert error is not None, "somebody is left"
         raise error

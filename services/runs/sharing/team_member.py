@@ -49,6 +49,7 @@ class TeamMember:
         emulator, onboard: It.
         task: What it is doing, once it has been given something.
         dead: Whether it is out of service, where it stands.
+        gone: Whether it was carried away since.
         until_m: No further than this, whatever the traffic rules say.
         furthest_m: That it has reported.
         waited_s: So long it was held.
@@ -61,6 +62,7 @@ class TeamMember:
     onboard: Onboard
     task: Errand | None = None
     dead: bool = False
+    gone: bool = False
     until_m: float = math.inf
     furthest_m: float = 0.0
     waited_s: float = 0.0
