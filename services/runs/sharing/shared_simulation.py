@@ -167,7 +167,8 @@ class _SharedRun:
                 self._hand_over()
             if self._slices % TOLD_EVERY == 0:
                 now_m = self._tell()
-                moved_at, reached_m = (self._slices, now_m) if now_m != reached_m else (moved_at, reached_m)
+                idle = not any(member.emulator.active for member in self.members)
+                moved_at, reached_m = (self._slices, now_m) if idle or now_m != reached_m else (moved_at, reached_m)
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
                 self._give_up()
                 break
