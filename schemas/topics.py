@@ -196,6 +196,7 @@ ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SI
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REFILL_TANK = Service("sprayer/refill", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REPLACE_BATTERY = Service("battery/replace", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+AUTHORIZE = Service("traversal/authorize", m.AuthorizeRequest, m.AuthorizeResponse, ROBOT_SIM)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, ROBOT_SIM)
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
@@ -228,6 +229,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     RESET,
     REFILL_TANK,
     REPLACE_BATTERY,
+    AUTHORIZE,
     SET_SPEED,
     INJECT_FAULT,
     GET_PAINT,

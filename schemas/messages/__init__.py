@@ -12,6 +12,8 @@ from touchline.schemas.messages.plan_messages import (
     PoseGoal,
 )
 from touchline.schemas.messages.service_messages import (
+    AuthorizeRequest,
+    AuthorizeResponse,
     CommandRequest,
     CommandResponse,
     FollowerStepRequest,
@@ -111,6 +113,8 @@ __all__ = [
     "Arc",
     "AreaProgress",
     "AreaReport",
+    "AuthorizeRequest",
+    "AuthorizeResponse",
     "BatteryState",
     "BeginGuidedRequest",
     "BeginGuidedResponse",

@@ -71,6 +71,25 @@ class CommandResponse(Message):
     message: str = ""
 
 
+class AuthorizeRequest(Message):
+    """Drive along the loaded trajectory no further than ``until_m`` (arc length, m; infinite: to its end) for now.
+
+    The robot comes to rest there, valve closed, and goes on when that is moved on. A load lets it drive to the end.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Authorize_Request"
+    request_id: str = ""
+    until_m: float = 0.0
+
+
+class AuthorizeResponse(Message):
+    """Whether the authority was taken, and why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Authorize_Response"
+    success: bool = False
+    message: str = ""
+
+
 class SetSpeedRequest(Message):
     """Sim time per wall time: N is N× real time, 0 holds the clock, negative runs as fast as it goes."""
 

@@ -19,19 +19,18 @@ from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE
 from touchline.services.bus import Bus
-from touchline.services.cli.display import print_event, progress_bar, say
+from touchline.services.cli.display import progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.cli.number_list import numbers_of
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
 from touchline.services.cli.output_choice import deliver
-from touchline.services.cli.run_command import Terminal
 from touchline.services.cli.sweep_command import WorkersChoice, collect
 from touchline.services.cli.sweep_output import SweepOutput
 from touchline.services.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
-from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.writing import check_recordable
-from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, severity_of
+from touchline.services.system.temporary_system import ProcessOptions, local_system
 
 _TASK_S: Final = 120.0
 """All robots are asked one by one."""
@@ -137,23 +136,11 @@ def run(
             advance(0.0, "Starting")
             system.wait_until_ready(say)
             buses = {bus.namespace: bus for bus in system.buses}
-            watcher = Terminal(advance, partial(_watch, system))
+            watcher = Terminal(advance, partial(watch_system, system))
             figures = TeamOnBus(buses, chosen, watcher, speed_factor(speed), record).run()
     deliver(f"Team of {len(setups)}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
-
-
-def _watch(system: LocalSystem) -> None:
-    """Tell what happens to the services.
-
-    Raises:
-        JobFailed: One has died.
-    """
-    for notice in system.poll():
-        print_event(severity_of(notice), notice.text)
-        if notice.kind == "died":
-            raise JobFailed(notice.text)
 
 
 def sweep(

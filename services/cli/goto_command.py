@@ -22,11 +22,12 @@ from touchline.services.bus import Bus, BusConfig
 from touchline.services.cli.choices import SetupChoice, check_follower
 from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.job_terminal import Terminal
 from touchline.services.cli.number_list import numbers_of
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, config_of
 from touchline.services.cli.output_choice import deliver
 from touchline.services.cli.plugin_option import PluginOption
-from touchline.services.cli.run_command import Terminal, watch_robot
+from touchline.services.cli.run_command import watch_robot
 from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.goal_on_bus import GoalOnBus
 from touchline.services.runs.writing import check_recordable, check_writable

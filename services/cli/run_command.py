@@ -1,9 +1,8 @@
 """``touchline run``: one job from template to report, with real service processes."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -13,7 +12,7 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.digest import scenario_hash
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, PlanOptions, String
 from touchline.schemas.messages.base import Message
 from touchline.schemas.plugins import ASKED
@@ -23,15 +22,17 @@ from touchline.schemas.template import Template
 from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.services.bus import Bus, BusConfig, Inbox, Sample
 from touchline.services.bus.presence import Presence
-from touchline.services.cli.choices import PlanChoice, SetupChoice
-from touchline.services.cli.display import Advance, print_event, progress_bar, say
+from touchline.services.cli.choices import PlanChoice, SetupChoice, check_follower
+from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.cli.options import SpeedOption, speed_factor
 from touchline.services.cli.output_choice import OutputChoice
+from touchline.services.cli.shared_options import TeamOption, check_team, run_team
 from touchline.services.runs.bus_run import BusRun, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
-from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, severity_of
+from touchline.services.system.temporary_system import ProcessOptions, local_system
 
 #: A robot that answers has told its setup long before.
 _SETUP_S: Final = 5.0
@@ -40,37 +41,6 @@ _SETUP_S: Final = 5.0
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
     app.command("run")(with_groups(run))
-
-
-@dataclass
-class Terminal:
-    """Shows a job on standard error, and ends it when the robot's process dies.
-
-    Attributes:
-        advance: The bar.
-        watch: Called often; raises `JobFailed` when the robot's process has died.
-    """
-
-    advance: Advance
-    watch: Callable[[], None]
-    _stage: str = field(default="", init=False)
-
-    def stage(self, text: str) -> None:
-        """Name the stage."""
-        self._stage = text
-        self.advance(0.0, text)
-
-    def progress(self, fraction: float, text: str) -> None:
-        """Move the bar."""
-        self.advance(fraction, f"{self._stage}: {text}")
-
-    def event(self, severity: int, text: str) -> None:
-        """Print an event."""
-        print_event(severity, text)
-
-    def check(self) -> None:
-        """Tell what happened to the services."""
-        self.watch()
 
 
 def run(
@@ -88,11 +58,21 @@ def run(
             show_default=False,
         ),
     ] = None,
+    robots: TeamOption = 1,
     *,
     output: OutputChoice,
 ) -> None:
     """Carry out a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     template = drawing.chosen()
+    if robots > 1:
+        if name is not None:
+            raise SpecError("command line", "--robot", "is given with --robots", "leave one of both out")
+        setup = robot.chosen().at(template.origin)
+        check_follower(setup.onboard)
+        check_team(setup.vehicle, record=output.record)
+        figures = run_team(template, setup, planning.options(), robots, (speed_factor(speed), output.plot))
+        output.conclude("Run", drawing.template, setup, figures)
+        return
     if name is not None:
         robot.refuse_with("--robot", "leave it out: the robot on the bus is what it is")
         config = BusConfig.from_environment([name])
@@ -142,7 +122,7 @@ def run_job(
     ):
         advance(0.0, "Starting the services")
         system.wait_until_ready(say)
-        return _do(BusRun(system.bus, job_options, Terminal(advance, partial(_watch_system, system))), begun, plot)
+        return _do(BusRun(system.bus, job_options, Terminal(advance, partial(watch_system, system))), begun, plot)
 
 
 def run_on_bus(
@@ -181,13 +161,6 @@ def _told(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
     while time.monotonic() < deadline:
         yield from inbox.messages()
         time.sleep(0.005)
-
-
-def _watch_system(system: LocalSystem) -> None:
-    for notice in system.poll():
-        print_event(severity_of(notice), f"supervisor: {notice.text}")
-        if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
-            raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
 
 
 def watch_robot(presence: Presence, name: str) -> None:

@@ -10,6 +10,7 @@ from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.output_choice import OutputChoice
+from touchline.services.cli.shared_options import TeamOption, check_team, simulate_team
 
 
 def register(app: typer.Typer) -> None:
@@ -22,6 +23,7 @@ def simulate(
     robot: SetupChoice,
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
+    robots: TeamOption = 1,
     *,
     output: OutputChoice,
 ) -> None:
@@ -34,6 +36,11 @@ def simulate(
     template = drawing.chosen()
     setup = robot.chosen().at(template.origin)
     check_follower(setup.onboard)
+    if robots > 1:
+        check_team(setup.vehicle, hashed=hashed, record=output.record)
+        figures = simulate_team(template, setup, planning.options(), robots, output.plot)
+        output.conclude("Simulation", drawing.template, setup, figures)
+        return
     with progress_bar("Touchline") as advance:
         with without_collecting():
             job = Job.prepare(template, planning.options(), setup.vehicle, advance)

@@ -159,6 +159,10 @@ class Onboard:
         """Release an emergency stop, or clear a finished traversal."""
         self._traversal.reset()
 
+    def authorize(self, until_m: float) -> None:
+        """Drive up to this arc length only [m], and on when it is moved on; inf: to the end."""
+        self._traversal.authorize(until_m)
+
     def link_lost(self) -> None:
         """Pause, as the operator cannot be heard any more."""
         self._traversal.link_lost()
@@ -215,6 +219,12 @@ class Onboard:
     def state(self) -> int:
         """State of the traversal, as in `TraversalStatus`."""
         return self._traversal.state
+
+    @property
+    def held(self) -> bool:
+        """Whether, under way, it has come to where it may drive no further for now."""
+        mission = self._traversal.mission
+        return mission is not None and mission.held
 
     @property
     def aligned(self) -> bool:

@@ -239,6 +239,8 @@ class LegState(Record):
     """Arc length at which it ends."""
     pieces_end_m: float
     """Arc length at which its smoothed pieces end."""
+    authority_m: float = math.inf
+    """Arc length up to which the robot may drive now, along any leg."""
     arc_m: float
     """Arc length that the robot has come to."""
     piece: int

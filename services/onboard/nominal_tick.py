@@ -20,7 +20,7 @@ from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, ReceivedFix
-from touchline.services.onboard.control.path_tracker import has_arrived, nozzle_m, observe
+from touchline.services.onboard.control.path_tracker import STOPPED_MPS, has_arrived, is_held, nozzle_m, observe
 from touchline.services.onboard.drives.onboard_drive import command as drive_command
 from touchline.services.onboard.estimation.filter import take_frame
 from touchline.services.onboard.executive.failsafe import NOTHING, FenceArrays, judge_safety
@@ -100,12 +100,13 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     track(computer, course.leg, course.sense, t.MODE_PROFILE)
     place_m, speed_mps, switches = nozzle_m(computer), leg.now[tracking.SPEED], course.switches
     forward = course.sense == FORWARD
+    held = is_held(computer)
     forbidden = (
         forward
         and due(switches, computer, place_m, speed_mps)
-        and speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD
+        and (held or speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD)
     )
-    if forbidden or has_arrived(computer):
+    if forbidden or has_arrived(computer) or (held and abs(leg.speed_mps) < STOPPED_MPS):
         leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s = before
         copy(saved, leg.now)
         return DECIDE

@@ -57,10 +57,11 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
         painting,
         CollisionChecker.of(template, vehicle),
         wheels,
-        crossing_cost_s(options),
+        max(crossing_cost_s(options), task.company.crossing_s),
         start,
         end,
         options.return_to_start,
+        others=task.company.painted,
     )
     drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
     unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)

@@ -13,7 +13,7 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.marking import marked
 from touchline.services.planner.output.measure import measure
 from touchline.services.planner.output.message import trajectory_message
-from touchline.services.planner.plan_task import PlanTask
+from touchline.services.planner.plan_task import ALONE, Company, PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
 from touchline.services.planner.segments.sent_segments import Sent, send
@@ -53,6 +53,7 @@ def plan(
     options: PlanOptions | None = None,
     progress: Progress = lambda stage, fraction: None,
     enough: Callable[[], bool] = lambda: False,
+    company: Company = ALONE,
 ) -> Plan:
     """The trajectory that paints a template.
 
@@ -64,11 +65,12 @@ def plan(
         options: How to plan; by default the vehicle's own.
         progress: Told the stage and the fraction of it that is done; may raise, which ends planning.
         enough: Asked now and then whether to take the best order so far.
+        company: Other robots on the same ground.
 
     Raises:
         PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
-    task = PlanTask(template, vehicle, named_once(options or PlanOptions()))
+    task = PlanTask(template, vehicle, named_once(options or PlanOptions()), company)
     method = area_method_of(task.options, vehicle.tool)
     if isinstance(method, CoverageMethod) and template.areas:
         worked = covered(task, method, progress)

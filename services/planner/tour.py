@@ -132,7 +132,7 @@ def _found(
     asked, tracks = problem(
         modes, driver.transitions, driver.painting, first, last, Budget(partial(progress, TIMING), enough)
     )
-    ground = WetGround.of(nodes, segment, driver.wheels)
+    ground = WetGround.of(nodes, segment, driver.wheels, driver.others)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
     best: Itinerary | None = None
@@ -158,7 +158,9 @@ def _found(
 
 def _total(drive: Itinerary, driver: ItineraryBuilder) -> float:
     """The seconds of an itinerary, with the penalties for crossings and collisions."""
-    return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
+    return (
+        drive.seconds + driver.crossing_s * (drive.wet_crossings + drive.wet_others) + COLLISION_S * len(drive.blocked)
+    )
 
 
 @dataclass(frozen=True)

@@ -99,6 +99,7 @@ class Commands:
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
+            topics.AUTHORIZE: self.authorize,
             topics.INJECT_FAULT: self.inject_fault,
             topics.START: self._plain(emulator.start),
             topics.PAUSE: self._plain(emulator.pause),
@@ -253,6 +254,16 @@ class Commands:
             return m.SetSpeedResponse(success=False, message=reason)
         self._set_speed(request.factor)
         return m.SetSpeedResponse(success=True, message="speed set")
+
+    def authorize(self, request: m.AuthorizeRequest) -> m.AuthorizeResponse:
+        """Let the robot drive so far."""
+        if math.isnan(request.until_m):
+            return m.AuthorizeResponse(success=False, message="until_m is nan; give an arc length in m, or inf")
+        try:
+            self._emulator.onboard.authorize(request.until_m)
+        except CommandRefused as error:
+            return m.AuthorizeResponse(success=False, message=str(error))
+        return m.AuthorizeResponse(success=True, message="done")
 
     def inject_fault(self, request: m.InjectFaultRequest) -> m.InjectFaultResponse:
         """Let something go wrong; from the next tick on unless it says later."""

@@ -174,6 +174,9 @@ class OnboardComputer(Protocol):
     def reset(self) -> None:
         """Release the latch."""
 
+    def authorize(self, until_m: float) -> None:
+        """Drive up to this arc length only [m], and on when it is moved on."""
+
     def link_lost(self) -> None:
         """The operator cannot be heard any more: pause if under way."""
 

@@ -39,6 +39,8 @@ EXACT_M: Final = 0.001
 """A robot that does no work on its way, as on one to a goal, is there for where it rests: so near to the end."""
 CATCH_UP_S = 0.1
 """By how much a timed reference may set off late on a leg and still keep the time: a head start of millimetres."""
+HELD_M: Final = 0.05
+"""So near to where it may drive no further, a robot counts as held: there it does not paint."""
 _LOCATE_STEPS = 30  # of at most 5 cm each
 TURNING_LEVER_M = 0.25
 """From the drive's origin to where turning is seen as motion."""
@@ -143,6 +145,20 @@ class PathTracker:
         return abs(self.reference_mps) < STOPPED_MPS and (self._turning is None or not self._turning.moving)
 
     @property
+    def held(self) -> bool:
+        """Whether it has come to where it may drive no further for now."""
+        return bool(is_held(self._computer.array))
+
+    @property
+    def authority_m(self) -> float:
+        """Arc length up to which it may drive; infinite if nobody has said."""
+        return self._state.authority_m
+
+    def authorize(self, until_m: float) -> None:
+        """Drive up to this arc length, and no further until told."""
+        self._state.authority_m = until_m
+
+    @property
     def leg_done(self) -> bool:
         """Whether the robot has come to the end of the leg, if not yet quite to rest."""
         if self._turning is not None:
@@ -173,7 +189,7 @@ class PathTracker:
 
     @property
     def brakes(self) -> bool:
-        """Whether it was braking in the last tick, with the reference already at rest."""
+        """Whether it was braking in the last tick, or held, with the reference already at rest."""
         return self._braked_ticks > 0
 
     def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, ...]:
@@ -186,7 +202,8 @@ class PathTracker:
             self._turn_timed()
         else:
             self._track(mode)
-        self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
+        stops = mode == t.MODE_BRAKE or (mode == t.MODE_PROFILE and self.held)
+        self._braked_ticks = self._braked_ticks + 1 if stops and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
             return self.drive.resting(tuple(self._computer.command.actuators.tolist()))
         speed_mps, yaw_rate_radps, actuators = self._follower.step(now, self._ahead)
@@ -265,6 +282,13 @@ def has_arrived(computer: Computer) -> bool:
     if leg.timed:
         return bool(leg.owed_s > 0.0 and slow and (there or leg.owed_s > PATIENCE_S))
     return bool(there and slow)
+
+
+@kernel
+def is_held(computer: Computer) -> bool:
+    """Whether the robot has come to where it may drive no further for now."""
+    leg = computer[0].leg
+    return bool(leg.arc_m >= leg.authority_m - HELD_M)
 
 
 @kernel

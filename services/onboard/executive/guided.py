@@ -135,6 +135,11 @@ class GuidedDrive:
         return False
 
     @property
+    def held(self) -> bool:
+        """Never: its cell moves on."""
+        return False
+
+    @property
     def progress(self) -> JobProgress:
         """None: guidance has no end."""
         return JobProgress()

@@ -96,6 +96,8 @@ class Mission:
             CommandRefused: Work would be given up.
             NotYet: This is not the moment, or that trajectory does not agree with this one.
         """
+        if math.isfinite(self.driver.authority_m):
+            raise CommandRefused("cannot replace under way: others decide how far the robot may drive; abort first")
         if problem := self._owed_work():
             raise CommandRefused(f"cannot replace under way: the robot {problem}")
         if problem := self._passing_state():
@@ -160,6 +162,11 @@ class Mission:
     def waiting(self) -> bool:
         """Whether the robot, though told to go on, stands until its accelerometer agrees with the standing wheels."""
         return self._at_rest and self._estimator.disputed
+
+    @property
+    def held(self) -> bool:
+        """Whether the robot, on its way, has come to where it may drive no further for now."""
+        return self._phase is MissionPhase.ALONG and self.driver.held
 
     @property
     def nominal(self) -> bool:
@@ -279,10 +286,10 @@ class Mission:
             sprayer.pass_by(place)
             return self._leg_done() if driver.leg_done else Step(Command(actuators, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
-        valve, valve_after_s = sprayer.step(place, speed, not problem)
+        valve, valve_after_s = sprayer.step(place, speed, not problem and not driver.held)
         if problem:
             return self._hold(problem)
-        if sprayer.must_go_back(place):
+        if sprayer.must_go_back(place) and not driver.held:
             self.go_on()
         if driver.leg_done:
             return self._leg_done()

@@ -251,6 +251,16 @@ class Traversal:
             self.job = None
             self._become(IDLE, "")
 
+    def authorize(self, until_m: float) -> None:
+        """Drive on the loaded trajectory up to this arc length only, and on when it is moved on; inf: to the end.
+
+        Raises:
+            CommandRefused: Nothing is loaded.
+        """
+        if self.mission is None:
+            raise CommandRefused("cannot authorize a drive: no trajectory is loaded; load one first")
+        self.mission.driver.authorize(until_m)
+
     def link_lost(self) -> None:
         """Pause if running; a pause that would have ended by itself now waits for the operator."""
         if self.state == RUNNING or (self.state == PAUSED and self._automatic):
@@ -413,4 +423,6 @@ def _waits_for(job: TraversalJob) -> str:
     """Why a job that runs has not set off, "" if it has."""
     if job.waiting:
         return "waiting: the accelerometer contradicts the standing wheels"
+    if job.held:
+        return "waiting: others are in the way further on"
     return "aligning: standing until the position has settled" if job.aligning else ""

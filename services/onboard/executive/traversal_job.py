@@ -53,6 +53,11 @@ class TraversalJob(Protocol):
         ...
 
     @property
+    def held(self) -> bool:
+        """Whether the robot has come to where it may drive no further for now."""
+        ...
+
+    @property
     def nominal(self) -> bool:
         """Whether nothing has to be decided while it drives on."""
         ...

@@ -6,7 +6,10 @@ the other branch. The kernel sees one leg at a time; it ends where the robot sta
 the robot's: on a leg driven backward the path runs opposite to them.
 
 The reference is where the robot is. For a timed follower it moves by the plan's time instead while the plan is driven
-(`timed_reference`), but waits for a robot that is far from it; braking and going back it is where the robot is.
+(`timed_reference`), but waits for a robot that is far from it; braking, going back, and while the robot may drive only
+so far, it is where the robot is.
+
+The robot may drive up to its authority, which others move on; it comes to rest there as it does at a leg's end.
 """
 
 from __future__ import annotations
@@ -155,7 +158,7 @@ def _next_speed(at: Reference, h: float, mode: int, speeds: Floats, state: LegSt
         return -min(max(-v, 0.0) + state.accelerate_mps2 * h, fastest), entry
     ahead = s + max(v, 0.0) * h
     fastest, entry = _profile(speeds, entry, ahead)
-    left = state.pieces_end_m - ahead
+    left = min(state.pieces_end_m, state.authority_m) - ahead
     fastest = min(fastest, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
     fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
     fastest = max(fastest, v - _HARD_BRAKE_MPS2 * h)
@@ -200,7 +203,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     state.piece = piece
 
     speed_before = state.speed_mps
-    by_time = state.timed and mode == MODE_PROFILE
+    by_time = state.timed and mode == MODE_PROFILE and math.isinf(state.authority_m)
     if by_time:
         reference = _by_time(speeds, state)
     else:

@@ -11,7 +11,7 @@ import numpy as np
 from touchline.services.planner.collision.checker import Collision, CollisionChecker
 from touchline.services.planner.collision.via_poses import detours
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, Piece, PiecePath
-from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.swaths.offset import Stroke
@@ -33,25 +33,31 @@ ROUNDING_S = 1e-9
 
 
 class ItineraryLeg(NamedTuple):
-    """A chosen transition, how often it runs over each line painted so far, and its collision if all offers collide."""
+    """A chosen transition, how often it runs over each line painted so far, and its collision if all offers collide.
+
+    `others` is how often it runs over wet lines of other robots.
+    """
 
     path: PiecePath
     seconds: float
     crossings: Ints
     collision: Collision | None = None
+    others: int = 0
 
 
 @dataclass
 class Itinerary:
     """Swaths in driving order and the legs round them: one more than there are swaths.
 
-    `over` says for each stroke of the swaths which of those painted before it are run over while it is painted.
+    `over` says for each stroke of the swaths which of those painted before it are run over while it is painted;
+    `over_others` is how often all of them run over wet lines of other robots.
     """
 
     swaths: list[Swath]
     legs: list[ItineraryLeg] = field(default_factory=list)
     over: list[Ints] = field(default_factory=list)
     seconds: float = 0.0
+    over_others: int = 0
 
     @cached_property
     def strokes(self) -> list[Stroke]:
@@ -60,8 +66,13 @@ class Itinerary:
 
     @property
     def wet_crossings(self) -> int:
-        """How often a wheel or caster meets wet paint."""
+        """How often a wheel or caster meets wet paint of this robot."""
         return int(sum(leg.crossings.sum() for leg in self.legs) + sum(each.sum() for each in self.over))
+
+    @property
+    def wet_others(self) -> int:
+        """How often a wheel or caster meets wet paint of other robots."""
+        return self.over_others + sum(leg.others for leg in self.legs)
 
     @property
     def blocked(self) -> list[int]:
@@ -74,7 +85,8 @@ class ItineraryBuilder:
     """Chooses the legs between swaths: the least seconds, wet crossings counted as `crossing_s` each.
 
     The first leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
-    `returns`, to where it began, or to a straight behind the last swath.
+    `returns`, to where it began, or to a straight behind the last swath. Rows of `others` are what other robots paint,
+    and when.
     """
 
     transitions: TransitionFamily
@@ -86,6 +98,7 @@ class ItineraryBuilder:
     end: PathPose | None = None
     returns: bool = False
     known: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
+    others: Floats = field(default_factory=lambda: NO_LINES)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
         """The itinerary along the swaths in this order."""
@@ -101,6 +114,7 @@ class ItineraryBuilder:
             for stroke, path in zip(swath.strokes, swath.paths, strict=True):
                 seconds = path.length_m / swath.speed_mps
                 drive.over.append(self.wheels.crossings(path, drive.seconds, seconds, rows[:done]))
+                drive.over_others += self._over_others(path, drive.seconds, seconds)
                 rows[done, BEGUN], rows[done, SPEED] = drive.seconds, stroke.nozzle.length_m / seconds
                 drive.seconds += seconds
                 done += 1
@@ -136,11 +150,16 @@ class ItineraryBuilder:
                 )
                 continue
             over = self.wheels.crossings(transition.path, begun_s, transition.seconds, painted)
-            if (cost := transition.seconds + self.crossing_s * float(over.sum())) < least:
-                best, least = ItineraryLeg(transition.path, transition.seconds, over), cost
+            others = self._over_others(transition.path, begun_s, transition.seconds)
+            if (cost := transition.seconds + self.crossing_s * float(over.sum() + others)) < least:
+                best, least = ItineraryLeg(transition.path, transition.seconds, over, others=others), cost
         chosen = best or bump
         assert chosen  # there is at least one offer
         return chosen
+
+    def _over_others(self, path: PiecePath, begun_s: float, seconds: float) -> int:
+        """How often wet lines of other robots are run over on a path that is driven from `begun_s` on."""
+        return int(self.wheels.crossings(path, begun_s, seconds, self.others).sum()) if len(self.others) else 0
 
     def _take(self, drive: Itinerary, leg: ItineraryLeg) -> None:
         drive.legs.append(leg)

@@ -14,7 +14,7 @@ from touchline.services.core.jit import borrowing, kernel
 from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
-from touchline.services.planner.sequencing.scene import Judgement, Known, Scene, judged
+from touchline.services.planner.sequencing.scene import Judgement, Known, Scene, all_painted, judged
 from touchline.services.planner.sequencing.search import GAIN, Kicks
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
@@ -56,7 +56,7 @@ def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: f
     n = len(tour)
     place, trial = np.zeros(len(scene.segment), np.int64), tour.copy()
     board = Board(trial, scene.flip, np.empty(n, np.int64))
-    painted, tried = np.full(n, np.inf), np.empty(n)
+    painted, tried = all_painted(scene, n), np.empty(n)
     wet, trial_wet = np.zeros(n, np.int64), np.zeros(n, np.int64)
     for i in range(n):
         place[scene.segment[tour[i]]] = i

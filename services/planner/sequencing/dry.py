@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchline.services.core.arcs import LENGTH
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 from touchline.services.planner.sequencing.annealing import Incumbents, anneal
 from touchline.services.planner.sequencing.costs import Tracks
 from touchline.services.planner.sequencing.order import Problem
-from touchline.services.planner.sequencing.scene import STEP_M, UNKNOWN, Judgement, Known, Scene, judged
+from touchline.services.planner.sequencing.scene import STEP_M, UNKNOWN, Judgement, Known, Scene, all_painted, judged
 from touchline.services.planner.sequencing.search import Kicks
-from touchline.services.planner.sequencing.wet import WetLines, Wheels, boxes_of, wet_rows
+from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED, WetLines, Wheels, boxes_of, wet_rows
 from touchline.services.planner.swaths.swaths import Swath
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
@@ -38,8 +39,9 @@ class WetGround:
         nodes: The swaths.
         wheels: What touches the ground.
         lines: Their lines as rows of wet.py, wet from the beginning.
-        owner: (lines,) which swath each line belongs to.
-        over: (nodes, swaths) how often a node's wheels and casters run over each other swath.
+        owner: (lines,) which swath each line belongs to; those of other robots are numbered on behind the depot.
+        over: (nodes, swaths, depot and others) how often a node's wheels and casters run over each other swath.
+        others_s: (others,) when other robots paint theirs: half of it is done (s).
     """
 
     nodes: Sequence[Swath]
@@ -47,18 +49,27 @@ class WetGround:
     lines: Floats
     owner: Ints
     over: Ints
+    others_s: Floats
 
     @classmethod
-    def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels) -> "WetGround":
-        """The ground under nodes; each paints the swath numbered `segment`."""
+    def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels, others: Floats = NO_LINES) -> "WetGround":
+        """The ground under nodes; each paints the swath numbered `segment`, and other robots paint `others` (rows)."""
         painted = [nodes[k].strokes for k in np.unique(segment, return_index=True)[1]]
         owner = np.repeat(np.arange(len(painted)), [len(strokes) for strokes in painted])
-        lines, ever = wet_rows(stroke.nozzle for strokes in painted for stroke in strokes), wheels.never_dry
+        own, ever = wet_rows(stroke.nozzle for strokes in painted for stroke in strokes), wheels.never_dry
         begun = np.searchsorted(owner, np.arange(len(painted)))
-        met = (sum(ever.crossings(path, 0.0, 0.0, lines) for path in node.paths) for node in nodes)
+        met = (sum(ever.crossings(path, 0.0, 0.0, own) for path in node.paths) for node in nodes)
         over = np.array([np.add.reduceat(counts, begun) for counts in met])
         over[np.arange(len(nodes)), segment] = 0
-        return cls(nodes, wheels, lines, owner, over)
+        if not len(others):
+            return cls(nodes, wheels, own, owner, over, np.zeros(0))
+        foreign = others.copy()
+        foreign[:, BEGUN:] = -1.0, math.inf
+        met = (sum(ever.crossings(path, 0.0, 0.0, foreign) for path in node.paths) for node in nodes)
+        over = np.column_stack((over, np.zeros(len(over), dtype=np.int64), np.array(list(met))))
+        owner = np.concatenate((owner, len(painted) + 1 + np.arange(len(foreign))))
+        middle_s = others[:, BEGUN] + 0.5 * others[:, LENGTH] / others[:, SPEED]
+        return cls(nodes, wheels, np.concatenate((own, foreign)), owner, over, middle_s)
 
 
 def ordered_dry(scene: Scene, begin: Ints, budget: Budget = UNWATCHED) -> Ints:
@@ -92,7 +103,7 @@ def _looked_at(scene: Scene, known: Known, tour: Ints) -> float:
 
 def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
     """(n,) how often wheels meet wet paint behind each position of a tour (the depot first) and on the next segment."""
-    judgement = Judgement(np.full(len(tour), np.inf), np.zeros(len(tour), dtype=np.int64))
+    judgement = Judgement(all_painted(scene, len(tour)), np.zeros(len(tour), dtype=np.int64))
     judged(scene, known, tour, (0, len(tour) - 1), 0.0, judgement)
     return judgement.wet
 
@@ -135,6 +146,7 @@ def scene_of(
         over=np.column_stack((other, ground.over[node, other])),
         lines=WetLines(ground.lines, boxes_of(ground.lines)),
         owner=ground.owner,
+        others_s=ground.others_s,
         contacts=ground.wheels.never_dry.looked_at_every(STEP_M),
         drying=ground.wheels.drying_s,
         crossing=crossing_s,

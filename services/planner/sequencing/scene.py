@@ -31,7 +31,8 @@ class Scene(NamedTuple):
         kind, pieces, counts: The transitions (see `Tracks`), straight where unknown.
         over_from, over: What painting a node runs over, from (nodes + 1,) on: rows of segment and times (s).
         lines: The lines that these rows refer to, as in wet.py, without times.
-        owner: (lines,) the segment that each line belongs to.
+        owner: (lines,) the segment that each line belongs to; behind those of the tour and the depot: others' lines.
+        others_s: (others,) when each of these is half painted (s).
         contacts: What touches the ground, with paint that never dries.
         drying: How long paint stays wet (s).
         crossing: Seconds that one crossing may cost.
@@ -53,6 +54,7 @@ class Scene(NamedTuple):
     over: Ints
     lines: WetLines
     owner: Ints
+    others_s: Floats
     contacts: Contacts
     drying: float
     crossing: float
@@ -146,12 +148,21 @@ class Judgement(NamedTuple):
     """The evaluation of an order.
 
     Attributes:
-        painted: (segments,) when each segment is half painted, s; infinite before it is.
+        painted: (segments and others,) when each segment is half painted, s; infinite before it is. See `all_painted`.
         wet: (n,) how often wheels meet wet paint behind each position of the tour and on the next segment.
     """
 
     painted: Floats
     wet: Ints
+
+
+@kernel
+def all_painted(scene: Scene, stops: int) -> Floats:
+    """When each line is half painted (s), before a tour of so many stops: none of its own, all of the other robots'."""
+    painted = np.full(stops + len(scene.others_s), np.inf)
+    for k in range(len(scene.others_s)):
+        painted[stops + k] = scene.others_s[k]
+    return painted
 
 
 @kernel

@@ -18,6 +18,8 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose,
 STEP_M = 0.04
 # Columns of a painted line, behind those of `core.arcs`: when (s) its painting began, and its speed (m/s).
 BEGUN, SPEED = 5, 6
+# No painted line.
+NO_LINES: Floats = np.zeros((0, 7))
 
 
 class Contacts(NamedTuple):

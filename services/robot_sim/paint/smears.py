@@ -86,6 +86,34 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     return Smearing(crossings, youngest_s if crossings else 0.0, area_m2, smears)
 
 
+class Painter(NamedTuple):
+    """What a robot has painted, and where it was by then; the track's clock is one that all share."""
+
+    ledger: PaintLedger
+    track: t.Track
+
+
+def wet_crossings_of(painters: Sequence[Painter], vehicle: Vehicle) -> int:
+    """How often a wheel or caster of any robot came upon wet paint of any of them."""
+    pieces, numbers = list[Floats](), dict[str, int]()
+    for painter in painters:
+        rows = _pieces(painter.ledger, painter.track.rows)
+        ids = [numbers.setdefault(name, len(numbers)) for name in painter.ledger.ids]
+        rows[:, c.LINE] = np.array([*ids, -1])[rows[:, c.LINE].astype(np.int64)]
+        pieces.append(rows)
+    paint = np.concatenate(pieces)
+    if not len(paint) or not vehicle.tool.paints:
+        return 0
+    tool, left_m = vehicle.tool, np.zeros(len(numbers) + 1)
+    wet = c.WetPaint(paint, _grid(paint), tool.drying_time_s, 0.0, tool.smear_length_m)
+    crossings = 0
+    for painter in painters:
+        for contact in vehicle.drive.contacts:
+            path, tread = _path(painter.track.rows, contact), c.Tread(contact.swivels, 2.0 * math.pi * contact.radius_m)
+            crossings += c.roll(path, tread, wet, left_m, np.zeros((0, c.PRINT_COLUMNS)))[0]
+    return crossings
+
+
 def _path(rows: Floats, contact: GroundContact) -> Floats:
     """(n, contact.PATH_COLUMNS) of a contact."""
     cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])

@@ -1,0 +1,1 @@
+"""One template, several robots: planned together, kept apart, and judged together."""

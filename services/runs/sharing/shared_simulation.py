@@ -1,0 +1,285 @@
+"""Several emulated robots on one field in one process, in step, each as far as the traffic rules let it."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template, TemplateSegment
+from touchline.services.core.arcs import LENGTH
+from touchline.services.fleet.traffic.gates import authorities_m
+from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED
+from touchline.services.planner.sharing.clear_lines import clear_lines
+from touchline.services.planner.sharing.wet_between import painted_rows_of
+from touchline.services.robot_sim.emulator import Taking
+from touchline.services.runs.sharing.body_gap import BodyGap
+from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
+from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
+from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
+from touchline.services.runs.simulation import Outcome
+
+PATIENCE_S: Final = 180.0
+"""If none has come further for so long, somebody would have to do something."""
+TOLD_EVERY: Final = 100
+"""Slices between two looks at how far they are."""
+TRIES: Final = 40
+"""So often the rest is planned round those that stand, each time with a little less of a line beside them."""
+OUT_OF_SERVICE: Final = "out of service"
+
+Progress = Callable[[float, str], None]
+Floats = NDArray[np.float64]
+
+
+class TeamOrder(NamedTuple):
+    """What an operator orders, or what happens, while they work.
+
+    Attributes:
+        at_s: When, in sim time.
+        robot: Which, by number; of "take-over" it says nothing.
+        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest; "remove":
+            one that has failed is carried away.
+    """
+
+    at_s: float
+    robot: int
+    kind: Literal["pause", "resume", "fail", "take-over", "remove"]
+
+
+@dataclass(frozen=True)
+class TeamOutcome:
+    """What has come of it.
+
+    Attributes:
+        robots: Of each robot, its tasks alone.
+        paint: Of all together.
+        total_time_s: Until the last one was done, sim time.
+        apart_m: How near to each other bodies came.
+        waited_s: How long each robot stood because another one was in its way.
+        reason: Why it failed; "" if it did not.
+        wall_time_s: Reports included.
+        left_out_m: Of lines that could not be reached beside robots that stand there.
+    """
+
+    robots: tuple[tuple[Outcome, ...], ...]
+    paint: JointPaint
+    total_time_s: float
+    apart_m: float
+    waited_s: tuple[float, ...]
+    reason: str
+    wall_time_s: float
+    left_out_m: float = 0.0
+
+
+def simulate_shared(
+    job: SharedJob,
+    setups: Sequence[Setup],
+    orders: Sequence[TeamOrder] = (),
+    progress: Progress = lambda done, doing: None,
+) -> TeamOutcome:
+    """Carry out a shared job once, as fast as it goes.
+
+    Args:
+        job: What they paint.
+        setups: Of each robot: its world and its computer; the vehicle is the job's.
+        orders: What an operator orders meanwhile.
+        progress: Told the fraction done, and who is where.
+
+    Raises:
+        CommandRefused: A robot does not take its plan, or an order.
+        PlanningError: What is to be taken over cannot be planned.
+    """
+    begun = time.perf_counter()
+    run = _SharedRun(job, [TeamMember.of(f"r{number + 1}", setup) for number, setup in enumerate(setups)], progress)
+    reason = run.drive(sorted(orders))
+    for member in run.members:
+        member.conclude()
+    works = [work for member in run.members for work in member.works]
+    return TeamOutcome(
+        tuple(tuple(member.outcomes) for member in run.members),
+        joint_paint(job.template, job.vehicle, works),
+        max(member.ended_s for member in run.members),
+        run.gap.closest_m,
+        tuple(member.waited_s for member in run.members),
+        reason,
+        time.perf_counter() - begun,
+        sum(segment.curve().length_m for segment in run.left_out),
+    )
+
+
+class _SharedRun:
+    """The robots and what they are doing.
+
+    Attributes:
+        members: All robots.
+        crew: Those of the job in hand, in its order.
+        job: That one.
+        gap: Between bodies.
+        left_out: Parts of lines that could not be reached.
+    """
+
+    def __init__(self, job: SharedJob, members: list[TeamMember], progress: Progress) -> None:
+        """Every robot at its start."""
+        self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
+        self.left_out = list[TemplateSegment]()
+        self._slices, self._gathering = 0, False
+        self._painted, self._begun_s = NO_LINES, 0.0
+        self._begin(job, members, Taking.CARRIED)
+
+    @property
+    def _now_s(self) -> float:
+        return self._slices * SLICE_TICKS / TICKS_PER_S
+
+    def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
+        self.job, self.crew, self._begun_s = job, list(crew), self._now_s
+        for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
+            member.take(Errand(plan, path, share), taking)
+        self._authorize()
+        for member in crew:
+            member.emulator.start()
+
+    def _authorize(self) -> None:
+        """Tell each robot that is under way how far it may drive."""
+        until_m = authorities_m(self.job.table.gates, [member.progress_m for member in self.crew])
+        for member, arc_m in zip(self.crew, until_m, strict=True):
+            if member.under_way or member.onboard.state == TraversalStatus.READY:
+                member.onboard.authorize(min(arc_m, member.until_m))
+
+    def drive(self, orders: list[TeamOrder]) -> str:
+        """Run until all are done or none comes any further; why it failed, or ""."""
+        moved_at, reached_m = 0, -1.0
+        while orders or any(member.emulator.active for member in self.members):
+            while orders and orders[0].at_s <= self._now_s:
+                self._obey(orders.pop(0))
+            poses = [(member, member.run_slice()) for member in self.members]
+            self.gap.look([each for member, each in poses if not member.gone])
+            self._authorize()
+            self._slices += 1
+            if self._gathering and all(member.waits for member in self.crew if not member.dead):
+                self._hand_over()
+            if self._slices % TOLD_EVERY == 0:
+                now_m = self._tell()
+                idle = not any(member.emulator.active for member in self.members)
+                moved_at, reached_m = (self._slices, now_m) if idle or now_m != reached_m else (moved_at, reached_m)
+            if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
+                self._give_up()
+                break
+        failed = [member for member in self.crew if member.onboard.state != TraversalStatus.DONE]
+        return "; ".join(f"robot {member.name}: {member.onboard.status.reason}" for member in failed)
+
+    def _tell(self) -> float:
+        """Tell how far they are; all that they have driven on this job, m."""
+        now_m = sum(min(member.furthest_m, path.end_m) for member, path in zip(self.crew, self.job.paths, strict=True))
+        at = ", ".join(f"{member.name} {member.onboard.status.segment_id}" for member in self.crew if member.under_way)
+        self._progress(now_m / sum(path.end_m for path in self.job.paths), at)
+        return now_m
+
+    def _obey(self, order: TeamOrder) -> None:
+        member = self.members[order.robot]
+        if order.kind == "take-over":
+            self._gathering = True
+            for each in self.crew:
+                if not each.dead:
+                    each.stop_between_swaths()
+        elif order.kind == "remove":
+            member.gone = member.dead
+        elif order.kind == "fail":
+            member.dead = True
+            member.emulator.estop(OUT_OF_SERVICE)
+        elif order.kind == "pause" and member.onboard.state == TraversalStatus.RUNNING:
+            member.emulator.pause()
+        elif order.kind == "resume" and member.onboard.state == TraversalStatus.PAUSED:
+            member.emulator.resume()
+
+    def _hand_over(self) -> None:
+        """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
+        for member in self.crew:
+            if member.under_way and not member.dead:
+                member.emulator.abort("others take over")
+        if any(member.emulator.active for member in self.members):
+            return
+        self._gathering = False
+        left = self.left_out + [
+            segment
+            for member in self.crew
+            if member.task is not None
+            for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
+        ]
+        self._painted = self._painted_before()
+        for member in self.members:
+            if not member.dead:
+                member.stand_by(self._slices * SLICE_TICKS)
+        if left:
+            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}))
+            self._begin(job, crew, Taking.HERE)
+
+    def _painted_before(self) -> Floats:
+        """(n, 7) rows of all lines that have been begun, at times before now."""
+        since_s = self._now_s - self._begun_s
+        former = self._painted.copy()
+        former[:, BEGUN] -= since_s
+        rows = [former]
+        for member, work in zip(self.crew, clocked(self.job), strict=True):
+            begun = {name for name, done in zip(*member.onboard.painted[:2], strict=True) if done > 0.0}
+            own = painted_rows_of(work)[[line.id in begun for line in work.plan.sent if line.stroke]]
+            own[:, BEGUN] = np.minimum(own[:, BEGUN] - since_s, -own[:, LENGTH] / own[:, SPEED])
+            rows.append(own)
+        return np.concatenate(rows)
+
+    def _rest(self, template: Template) -> tuple[SharedJob, list[TeamMember]]:
+        """The rest planned for those that are left, or as many of them as it can be shared among.
+
+        Raises:
+            PlanningError: It cannot be planned for any.
+        """
+        alive = [member for member in self.members if not member.dead]
+        error: PlanningError | None = None
+        for count in range(len(alive), 0, -1):
+            crew = alive[:count]
+            standing = [
+                Standing(member.name, member.pose) for member in self.members if not (member in crew or member.gone)
+            ]
+            try:
+                job = self._planned(template, crew, standing)
+            except PlanningError as problem:
+                error = problem
+            else:
+                self.left_out = left_out(template, job.template)
+                return job, crew
+        assert error is not None, "somebody is left"
+        raise error
+
+    def _planned(self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing]) -> SharedJob:
+        """The rest planned round robots that stand, without what cannot be reached beside them."""
+        job = self.job
+        outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
+        before = tuple(each for each in template.obstacles if not each.id.startswith("robot "))
+        rest = template.model_copy(update={"obstacles": (*before, *outlines)})
+        clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))
+        if not clear:
+            raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
+        rest = rest.model_copy(update={"segments": clear})
+        for _ in range(TRIES):
+            try:
+                starts = [member.pose for member in crew]
+                return share_job(rest, job.options, job.vehicle, starts, self._progress, self._painted)
+            except PlanningError as problem:
+                shorter = shortened(rest, problem, standing)
+                if shorter is None:
+                    raise
+                rest = shorter
+        raise PlanningError("", f"cannot be planned in {TRIES} tries", "move the robots that stand there")
+
+    def _give_up(self) -> None:
+        for member in self.members:
+            if member.under_way and not member.dead:
+                why = member.onboard.status.reason or "it did not move on"
+                member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")

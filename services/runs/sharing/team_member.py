@@ -1,0 +1,154 @@
+"""A robot of a team in one process: its emulator, what it is to do, and what it has reported."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
+from touchline.services.fleet.traffic.conflicts import TimedPath
+from touchline.services.onboard import Onboard
+from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.services.planner.plan import Plan
+from touchline.services.robot_sim import tick_log
+from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulator, Taking
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.sharing.joint_paint import Work
+from touchline.services.runs.simulation import Outcome
+
+SLICE_TICKS: Final = 10
+"""Robots report, and learn how far they may drive, ten times a second."""
+BRAKES_M: Final = 1.5
+"""A robot that drives can stop at a place that is at least so far ahead."""
+
+Floats = NDArray[np.float64]
+
+
+class Errand:
+    """What a robot is to do.
+
+    Attributes:
+        plan, path, share: Its plan, that as the traffic rules see it, and what it paints.
+    """
+
+    def __init__(self, plan: Plan, path: TimedPath, share: Template) -> None:
+        self.plan, self.path, self.share = plan, path, share
+
+
+@dataclass
+class TeamMember:
+    """One robot.
+
+    Attributes:
+        name: For people.
+        emulator, onboard: It.
+        task: What it is doing, once it has been given something.
+        dead: Whether it is out of service, where it stands.
+        gone: Whether it was carried away since.
+        until_m: No further than this, whatever the traffic rules say.
+        furthest_m: That it has reported.
+        waited_s: So long it was held.
+        ended_s: When it was last under way, sim time.
+        works, outcomes: Of tasks that are over.
+    """
+
+    name: str
+    emulator: Emulator
+    onboard: Onboard
+    task: Errand | None = None
+    dead: bool = False
+    gone: bool = False
+    until_m: float = math.inf
+    furthest_m: float = 0.0
+    waited_s: float = 0.0
+    ended_s: float = 0.0
+    works: list[Work] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """With what runs it."""
+        self._runner = FastRunner(self.emulator)
+        self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
+
+    @classmethod
+    def of(cls, name: str, setup: Setup) -> "TeamMember":
+        """A robot that has nothing to do yet."""
+        onboard = Onboard(setup.vehicle, setup.onboard)
+        return cls(name, Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard), onboard)
+
+    @property
+    def under_way(self) -> bool:
+        """Whether it is on its trajectory, driving or not."""
+        return self.onboard.state in UNDER_WAY
+
+    @property
+    def progress_m(self) -> float:
+        """How far it has reported to be; infinite once it is done."""
+        return math.inf if self.onboard.state == TraversalStatus.DONE else self.furthest_m
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Where it believes to be: x (m), y (m), heading (rad)."""
+        return self.onboard.estimate[:3]
+
+    @property
+    def waits(self) -> bool:
+        """Whether it stands, held or paused, or has nothing to do."""
+        running = self.onboard.state == TraversalStatus.RUNNING
+        return (self.onboard.held or not running) and abs(self.onboard.estimate.speed_mps) < RESTING_MPS
+
+    def take(self, task: Errand, taking: Taking) -> None:
+        """Take something to do; what it has done until then is kept.
+
+        Raises:
+            CommandRefused: It does not take the plan.
+        """
+        self.conclude()
+        self.emulator.load(task.plan.trajectory, task.share, taking=taking)
+        self.task, self.until_m, self.furthest_m = task, math.inf, 0.0
+
+    def conclude(self) -> None:
+        """Put what was done aside."""
+        if self.task is None:
+            return
+        self.works.append(Work(self.emulator.ledger, self.emulator.track))
+        telemetry = Telemetry(self.emulator)
+        reason = self.onboard.status.reason
+        self.outcomes.append(Outcome(*telemetry.reports(), reason, 0.0, None, telemetry.strokes()))
+        self.task = None
+
+    def stop_between_swaths(self) -> None:
+        """Stop at the next place where nothing is painted; paused, it is given up where it stands."""
+        if self.onboard.state == TraversalStatus.PAUSED:
+            self.emulator.abort("others take over")
+        elif self.task is not None and self.under_way:
+            ahead = self.task.path.holds_m[self.task.path.holds_m >= self.furthest_m + BRAKES_M]
+            self.until_m = float(ahead[0]) if len(ahead) and not self.onboard.held else self.furthest_m
+
+    def run_slice(self) -> Floats:
+        """Let a slice pass; (SLICE_TICKS, 3) its true poses. A robot that is done stands where it is."""
+        emulator, rows = self.emulator, self._rows
+        poses: Floats = np.empty((SLICE_TICKS, 3))
+        done = 0
+        while done < SLICE_TICKS and emulator.active:
+            count = self._runner.step(SLICE_TICKS - done, rows)
+            poses[done : done + count] = rows[:count, tick_log.TRUTH : tick_log.TRUTH + 3]
+            if rows[count - 1, tick_log.TICK] != emulator.tick_count:
+                poses[done + count - 1] = emulator.world.pose
+            done += count
+        poses[done:] = emulator.world.pose
+        if self.under_way:
+            self.furthest_m = max(self.furthest_m, self.onboard.status.arc_length_m)
+            self.ended_s = emulator.time_s
+            self.waited_s += SLICE_TICKS / TICKS_PER_S * self.onboard.held
+        return poses
+
+    def stand_by(self, tick: int) -> None:
+        """Stand until a tick: a robot that is done has stopped counting."""
+        while self.emulator.tick_count < tick:
+            self.emulator.tick()

@@ -1,0 +1,113 @@
+"""How far a robot may drive: it comes to rest there, valve closed, and goes on when it is told that it may."""
+
+import math
+
+import numpy as np
+import pytest
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import Onboard
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.fast_runner import FastRunner
+
+VEHICLE = Vehicle()
+LINES = (("a", (0.0, 0.0), (6.0, 0.0)), ("b", (6.0, 5.0), (0.0, 5.0)))
+TEMPLATE = Template(
+    name="two", segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, a, b in LINES)
+)
+PLAN = plan(TEMPLATE, VEHICLE)
+ON_A, BETWEEN = PLAN.painted[0].start_m + 3.0, 0.5 * (PLAN.painted[0].end_m + PLAN.painted[1].start_m)
+
+
+class Robot:
+    """An emulated robot that has loaded the plan, with what it is allowed."""
+
+    def __init__(self, follower="mpc", until_m=math.inf):
+        config = OnboardConfig(follower=follower)
+        self.onboard = Onboard(VEHICLE, config)
+        self.emulator = Emulator(VEHICLE, Scenario(seed=3), config, self.onboard)
+        self.emulator.load(PLAN.trajectory, TEMPLATE)
+        self.onboard.authorize(until_m)
+        self.emulator.start()
+        self.runner = FastRunner(self.emulator)
+
+    def run(self, seconds, fast=True):
+        for _ in range(round(10 * seconds)):
+            if fast:
+                self.runner.run(10)
+            else:
+                for _ in range(10):
+                    self.emulator.tick()
+
+    @property
+    def place(self):
+        return self.onboard.status.arc_length_m
+
+    @property
+    def rests(self):
+        return abs(self.emulator.world.state.speed_mps) < 0.005
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit", "nonlinear"])
+@pytest.mark.parametrize("until_m", [0.0, 2.0, BETWEEN])
+def test_it_rests_where_it_may_drive_no_further_and_goes_on(follower, until_m):
+    robot = Robot(follower, until_m)
+    robot.run(60)
+    assert robot.rests and robot.place == pytest.approx(until_m, abs=0.03) and robot.onboard.held
+    assert "others are in the way" in robot.onboard.status.reason and not robot.onboard.spraying
+    robot.onboard.authorize(math.inf)
+    robot.run(60)
+    assert robot.onboard.state == TraversalStatus.DONE and not robot.onboard.held
+    metrics = robot.emulator.metrics()
+    assert metrics.verdict.accepted and metrics.double_paint_m2 == 0.0
+
+
+def test_nominal_ticks_keep_to_it_with_the_same_bits():
+    fast, slow = Robot("pure-pursuit", BETWEEN), Robot("pure-pursuit", BETWEEN)
+    for robot in (fast, slow):
+        robot.run(40, fast=robot is fast)
+        robot.onboard.authorize(math.inf)
+        robot.run(8, fast=robot is fast)
+    assert fast.emulator.world.pose == slow.emulator.world.pose
+    np.testing.assert_array_equal(fast.emulator.ledger.rows(0), slow.emulator.ledger.rows(0))
+
+
+def test_one_that_is_moved_on_in_time_does_not_know():
+    free, led = Robot("pure-pursuit"), Robot("pure-pursuit", 3.0)
+    for _ in range(200):
+        led.onboard.authorize(led.place + 3.0)
+        for robot in (free, led):
+            robot.run(0.1)
+    assert led.emulator.world.pose == free.emulator.world.pose
+
+
+def test_amid_a_line_the_valve_is_closed_and_the_rest_is_painted_once():
+    robot = Robot("mpc", ON_A)
+    robot.run(40)
+    assert robot.rests and robot.place == pytest.approx(ON_A, abs=0.03) and not robot.onboard.spraying
+    before = robot.emulator.ledger.points
+    robot.run(5)
+    assert robot.emulator.ledger.points == before
+    robot.onboard.authorize(math.inf)
+    robot.run(60)
+    metrics = robot.emulator.metrics()
+    assert robot.onboard.state == TraversalStatus.DONE and metrics.verdict.accepted
+    assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.02 * TEMPLATE.line_width_m
+
+
+def test_a_robot_that_is_led_takes_no_other_trajectory_under_way():
+    robot = Robot("mpc", 10.0)
+    robot.run(8)
+    with pytest.raises(CommandRefused, match="others decide how far"):
+        robot.emulator.load(PLAN.trajectory, TEMPLATE, taking=Taking.UNDER_WAY)
+
+
+def test_without_a_trajectory_there_is_nothing_to_allow():
+    with pytest.raises(CommandRefused, match="no trajectory is loaded"):
+        Onboard(VEHICLE, OnboardConfig()).authorize(1.0)

@@ -1,0 +1,86 @@
+"""Two robots on one small field: painted once, kept apart, whatever happens to one of them."""
+
+import random
+
+import pytest
+
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.runs.sharing.shared_job import APART_M, share_job
+from touchline.services.runs.sharing.shared_simulation import TeamOrder, simulate_shared
+
+GRID = {
+    **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},
+    "west": ((-1.0, 0.0), (-1.0, 12.0)),
+    "middle": ((6.0, 12.0), (6.0, 0.0)),
+}
+TEMPLATE = Template(
+    name="grid",
+    segments=tuple(
+        TemplateSegment(id=name, line=LineSpec(start=start, end=end)) for name, (start, end) in GRID.items()
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def job():
+    return share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
+
+
+def carried_out(job, seed=1, orders=()):
+    return simulate_shared(job, [Setup().with_seed(seed + number) for number in range(2)], orders)
+
+
+def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job):
+    one = plan(TEMPLATE, Vehicle())
+    both = carried_out(job)
+    assert both.reason == "" and both.total_time_s < 0.75 * one.report.total_time_s
+    assert both.total_time_s == pytest.approx(job.table.end_s, rel=0.05)
+    assert both.paint.metrics.verdict.accepted and both.paint.metrics.coverage_pct > 99.8
+    assert both.paint.metrics.double_paint_m2 < 0.005
+    assert both.apart_m >= APART_M
+    assert job.table.gates, "they do come into each other's way here"
+    assert sum(len(own.report.segments) for (own,) in both.robots) == len(GRID)
+
+
+def test_the_same_again_is_the_same_to_the_bit(job):
+    first, second = carried_out(job), carried_out(job)
+    assert [own.report for (own,) in first.robots] == [own.report for (own,) in second.robots]
+    assert first.paint == second.paint
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_when_one_is_paused_they_keep_apart_and_paint_all_the_same(job, seed):
+    chance = random.Random(seed)
+    at_s, robot = chance.uniform(5.0, job.table.end_s), chance.randrange(2)
+    both = carried_out(job, seed, [TeamOrder(at_s, robot, "pause"), TeamOrder(at_s + 30.0, robot, "resume")])
+    assert both.reason == "" and both.apart_m >= APART_M
+    assert both.paint.metrics.coverage_pct > 99.8 and both.paint.metrics.double_paint_m2 < 0.02
+
+
+def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_carried_away(job):
+    at_s, robot = 0.6 * job.table.end_s, 1
+    orders = [TeamOrder(at_s, robot, "fail"), TeamOrder(at_s + 10.0, robot, "take-over")]
+    both = carried_out(job, 5, orders)
+    metrics = both.paint.metrics
+    assert both.reason == "" and both.apart_m >= APART_M
+    assert len(both.robots[robot]) == 1 and len(both.robots[1 - robot]) == 2
+    # What lies round the one that stands there cannot be reached; everything else is painted, and nothing twice.
+    assert metrics.gap_m == pytest.approx(both.left_out_m, abs=0.1) and 0.0 < both.left_out_m < 4.0
+    assert metrics.double_paint_m2 < 0.02 * TEMPLATE.line_width_m
+
+    later_s = both.total_time_s + 5.0
+    removed = [TeamOrder(later_s, robot, "remove"), TeamOrder(later_s, robot, "take-over")]
+    after = carried_out(job, 5, [*orders, *removed])
+    metrics = after.paint.metrics
+    assert after.reason == "" and after.left_out_m == 0.0 and len(after.robots[1 - robot]) == 3
+    assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.05 * TEMPLATE.line_width_m
+
+
+def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(job):
+    both = carried_out(job, orders=[TeamOrder(6.0, 0, "fail")])
+    assert "robot r1: out of service" in both.reason and "robot r2: given up by the simulation" in both.reason
+    assert both.apart_m >= APART_M and len(both.robots[1]) == 1
