@@ -3,7 +3,6 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Final, Generic, NamedTuple
@@ -130,9 +129,12 @@ class Server(Generic[Request, Response]):
 
     def _received(self) -> zenoh.Query | None:
         for queryable in self._queryables:
-            with suppress(zenoh.ZError):  # its session is closed
-                if (query := queryable.try_recv()) is not None:
-                    return query
+            try:
+                query = queryable.try_recv()
+            except zenoh.ZError:  # its session is closed
+                continue
+            if query is not None:
+                return query
         return None
 
     def poll(self) -> ServedCall[Request, Response] | None:

@@ -28,13 +28,18 @@ def picture(
 ) -> None:
     """Draw what was done in a recording (in its last traversal).
 
-    Paint is coloured by its distance from the template; of areas that were covered, gaps and overlaps are shown.
+    Paint is coloured by its distance from the template; of areas that were covered, gaps and overlaps are shown; of a
+    team the ways of its robots.
     """
     from touchline.services.runs.recorded_paint import read_painted
+    from touchline.services.runs.team.recorded_team import draw_team, is_team, read_team
     from touchline.services.runs.work_picture import draw_unfinished, draw_work
 
     check_plot(out, "--out")
     check_writable(out)
+    if is_team(file):
+        draw_team(read_team(file), out, robot)
+        return
     session = read_painted(file, robot)
     if session.report is not None:
         draw_work(session.template, session.strokes, out, session.report, session.area)

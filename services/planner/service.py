@@ -3,6 +3,7 @@
 import queue
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -26,6 +27,8 @@ from touchline.services.system.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
 TURN_S = 0.01
+# How often it looks whether anybody asks how it is; for many robots that takes longer than to look for requests.
+HEALTH_EVERY_S = 0.05
 # Requests of a robot that may wait for the one being planned; more are told to come back.
 WAITING_MAX = 8
 # Progress is published when it has grown by this much, and at every new stage.
@@ -171,6 +174,7 @@ def run_service(
         servers, health = [bus.serve(topics.PLAN_SERVICE) for bus in buses], [HealthReporter(bus) for bus in buses]
         progress = [bus.publisher(topics.PLANNER_PROGRESS) for bus in buses]
         worker.start()
+        health_at_s = 0.0
         while not stop:
             wait_s = TURN_S  # for the first robot; the others are only looked at
             for robot, server in enumerate(servers):
@@ -178,9 +182,11 @@ def run_service(
                     _admit(Asked(call, robot), worker, tally)
                 wait_s = 0.0
             _pass_on(worker, progress, tally)
-            level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
-            for reporter in health:
-                reporter.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
+            if time.monotonic() >= health_at_s:
+                health_at_s = time.monotonic() + HEALTH_EVERY_S
+                level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
+                for reporter in health:
+                    reporter.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
         worker.stopping.set()
         for asked in tally.waiting:
             asked.call.fail("the planner is stopping; ask again when it is back")

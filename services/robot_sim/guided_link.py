@@ -45,9 +45,14 @@ class GuidedLink:
                 stamp = message.header.stamp
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
 
+    @property
+    def in_step(self) -> bool:
+        """Whether sim time waits for the coordinator, and so does not go by the wall clock."""
+        return self._step > 0 and self._emulator.onboard.whereabouts is not None
+
     def ticks_ahead(self) -> int:
         """How many ticks may pass before the next answer is needed."""
-        if not self._step or self._emulator.onboard.whereabouts is None:
+        if not self.in_step:
             return _NEVER
         return self._step - self._emulator.tick_count % self._step
 

@@ -11,8 +11,8 @@ LONGEST_SLICE_S: Final = 0.01
 SHORTEST_WAIT_S: Final = 0.002
 """Faster than real time several ticks are run at once rather than each when it is due, which costs half as much."""
 UNLIMITED: Final = 1 << 30
-_FORGIVEN_S: Final = 0.25
-"""Lagging further behind than this, the pace starts anew instead of catching up."""
+FORGIVEN_S: Final = 0.25
+"""Usually: who has stood still for longer does not drive the faster for it."""
 
 
 class Pacer:
@@ -21,10 +21,14 @@ class Pacer:
     Args:
         factor: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
         now_s: Monotonic wall time.
+
+    Attributes:
+        least: Fewer ticks than so many are not handed out.
+        forgiven_s: Lagging further behind than this the pace starts anew.
     """
 
     def __init__(self, factor: float, now_s: float) -> None:
-        self.factor = factor
+        self.factor, self.least, self.forgiven_s = factor, 1, FORGIVEN_S
         self._anchor_s = now_s
         self._given = 0
 
@@ -46,7 +50,9 @@ class Pacer:
             return UNLIMITED
         wanted = int((now_s - self._anchor_s) * self.factor / TICK_S + 1e-6)
         ticks = wanted - self._given
-        if ticks * TICK_S > _FORGIVEN_S * max(self.factor, 1.0):
+        if ticks < self.least:
+            return 0
+        if ticks * TICK_S > self.forgiven_s * max(self.factor, 1.0):
             self.restart(now_s)
             return 1
         self._given = wanted
@@ -63,7 +69,7 @@ class Pacer:
             return 0.0
         if self.factor == 0.0:
             return LONGEST_SLICE_S
-        due_s = self._anchor_s + (self._given + 1) * TICK_S / self.factor
+        due_s = self._anchor_s + (self._given + self.least) * TICK_S / self.factor
         wait_s = due_s - now_s
         if wait_s <= 0.0:
             return 0.0

@@ -24,9 +24,9 @@ from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
 from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.memory import give_back
-from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer, RateMeter
+from touchline.services.robot_sim.pace import FORGIVEN_S, LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.robot_sim.telemetry import Reports, Telemetry
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Reports, Telemetry
 
 SERVED_AT_ONCE: Final = 4
 """Requests of one service in a turn; the others wait for the next one."""
@@ -38,6 +38,11 @@ IDLE_S: Final = 0.002
 """How long at most a turn sleeps while no tick is to come."""
 BESIDE_EVERY_S: Final = 0.001
 """How often at most, amid the ticks of one robot, the stops of the others are looked for."""
+ROBOTS_A_TICK: Final = 5
+"""For so many robots in a process ticks are run one more at a time: it is the turns that cost, not the ticks. Stops
+are looked for less often by as much."""
+IN_STEP_FORGIVEN_S: Final = 2.0
+"""Lag that a robot catches up with which waits for its coordinator, and for all others, now and then."""
 BRAKING_TICKS: Final = 300
 """More than enough to come to rest."""
 ClockPolicy = Literal["held", "free"]
@@ -65,6 +70,26 @@ class Outlet(Protocol):
         """Called in every turn of the loop; True if all paint has to be told anew."""
 
 
+class Beside:
+    """The robots of a process, and when the stops of all of them were last looked for, by whichever's turn.
+
+    Attributes:
+        robots: All of them.
+    """
+
+    def __init__(self, robots: Sequence[RobotProcess]) -> None:
+        self.robots = robots
+        self._every_s = BESIDE_EVERY_S * max(1.0, len(robots) / ROBOTS_A_TICK)
+        self._at_s = 0.0
+
+    def due(self, now_s: float) -> Sequence[RobotProcess]:
+        """Whose stops are to be looked for at a wall time (s): of all, if that was a while ago, else of nobody."""
+        if now_s < self._at_s or len(self.robots) == 1:
+            return ()
+        self._at_s = now_s + self._every_s
+        return self.robots
+
+
 class RobotHost:
     """The robots of one process in one loop; call `turn` in a loop."""
 
@@ -73,7 +98,8 @@ class RobotHost:
         self._robots = robots
         self._slice_s = LONGEST_SLICE_S / len(robots)
         for robot in robots:
-            robot.beside = tuple(other for other in robots if other is not robot)
+            robot.beside = Beside(robots)
+            robot.take_ticks(min(1 + len(robots) // ROBOTS_A_TICK, MOST_TICKS))
 
     def turn(self) -> None:
         """A turn of each robot, and sleep if nothing is due."""
@@ -90,7 +116,7 @@ class RobotProcess:
     """The emulator on the bus; call `turn` in a loop, or `step` in that of a `RobotHost`.
 
     Attributes:
-        beside: The other robots of this process, whose stops are looked for whenever this one's are.
+        beside: All robots of this process, whose stops are looked for whenever this one's are.
     """
 
     def __init__(
@@ -105,8 +131,7 @@ class RobotProcess:
         journal: Journal | None = None,
     ) -> None:
         """Serve at once; nothing moves before a command."""
-        self.beside: tuple[RobotProcess, ...] = ()
-        self._beside_at_s = 0.0
+        self.beside = Beside((self,))
         ask = Lockstep(bus, self._stop_waits)
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
         self._telemetry = Telemetry(self._emulator, report_at_once=False)
@@ -120,7 +145,7 @@ class RobotProcess:
         self._watchdog = Watchdog()
         self._outlet = outlet
         self._guided = GuidedLink(bus, self._emulator)
-        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, self._guided.begin)
+        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, self._begin_guided)
         latch = LatchGuard()
         handlers = self._commands.handlers
         handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
@@ -137,6 +162,10 @@ class RobotProcess:
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._commands.take()])
+
+    def take_ticks(self, at_least: int) -> None:
+        """Run so many ticks at once, once they are due, or more."""
+        self._pacer.least = at_least
 
     @property
     def active(self) -> bool:
@@ -199,6 +228,10 @@ class RobotProcess:
     def _held(self) -> bool:
         """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
         return self._pacer.factor < 0.0 and self._running and self._outlet.behind
+
+    def _begin_guided(self, lockstep_s: float) -> None:
+        self._guided.begin(lockstep_s)
+        self._pacer.forgiven_s = IN_STEP_FORGIVEN_S if lockstep_s else FORGIVEN_S
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and self._time_passes:
@@ -283,10 +316,8 @@ class RobotProcess:
     def _answer_all_stops(self, now_s: float) -> None:
         """Those of this robot, and now and then those of the others in this process."""
         self.answer_stops()
-        if now_s >= self._beside_at_s:
-            self._beside_at_s = now_s + BESIDE_EVERY_S
-            for robot in self.beside:
-                robot.answer_stops()
+        for robot in self.beside.due(now_s):
+            robot.answer_stops()
 
     def answer_stops(self) -> None:
         """Carry out what stops this robot; between ticks only."""
@@ -323,7 +354,7 @@ class RobotProcess:
 
     def _mind_watchdog(self) -> None:
         missed_s = self._watchdog.missed_s(time.monotonic())
-        if missed_s > WATCHDOG_S and self._running and 0.0 < self._pacer.factor <= 1.0:
+        if missed_s > WATCHDOG_S and self._running and 0.0 < self._pacer.factor <= 1.0 and not self._guided.in_step:
             self._commands.fail_safe(missed_s)
             self._publish(self._commands.take())
 
@@ -337,7 +368,7 @@ class RobotProcess:
         return self._loader.idle and not self._emulator.active
 
     def _tidy(self, now_s: float) -> None:
-        robots = (self, *self.beside)
+        robots = self.beside.robots
         if now_s > self._tidy_at_s and all(robot.at_rest for robot in robots):
             for robot in robots:
                 robot._tidy_at_s = now_s + TIDY_S

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import uuid
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from touchline.schemas.team import TeamScenario
 from touchline.services.bus import Bus, Inbox
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.recording_end import end_recording, lacking
+from touchline.services.runs.team.recorded_team import read_team
 from touchline.services.runs.team.team_figures import hash_of
 
 _COORDINATOR_S: Final = 120.0
@@ -146,18 +148,28 @@ class TeamOnBus:
             figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
         return figures | ({"problem": problem} if problem else {})
 
+    def _truth(self) -> dict[str, Any]:
+        """What the recording tells of contacts."""
+        if self.record is None:
+            return {}
+        contacts = read_team(self.record).contacts()
+        closest_m = contacts.closest_m if math.isfinite(contacts.closest_m) else None
+        return {"contacts": len(contacts.pairs), "closest_m": closest_m}
+
     def _figures(self, wall_s: float, recording: dict[str, Any] | None, bus: Bus) -> dict[str, Any]:
+        truth = self._truth() if recording is not None else {}
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped
         lacks = recording is not None and not recording["complete"]
         return {
-            "success": not stopped and not lacks,
-            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else ""),
+            "success": not stopped and not lacks and not truth.get("contacts"),
+            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else _touched(truth)),
             "team": self.team.name,
             "robots": len(self.buses),
             "task": self.team.task.kind,
             "seed": self.team.world.seed,
             "time_s": sim_s,
+            **truth,
             "updates": self._status.updates,
             "arrived": self._status.arrived,
             "cost_of_squares": self._status.cost_of_squares,
@@ -168,6 +180,10 @@ class TeamOnBus:
             "wall_time_s": wall_s,
             "hash": hash_of({name: report.session_hash for name, report in sorted(self._reports.items())}),
         }
+
+
+def _touched(truth: dict[str, Any]) -> str:
+    return f"{truth['contacts']} contacts" if truth.get("contacts") else ""
 
 
 def _new_id() -> str:

@@ -1,0 +1,53 @@
+"""Teams of emulated robots in one process: robots times real time on a core, memory a robot, the coordinator's part."""
+
+import os
+import time
+from pathlib import Path
+
+from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.exchange import Exchange
+from touchline.services.runs.team.team_run import TeamRun
+
+ROBOTS = (1, 10, 50, 200)
+DURATION_S = 20.0
+
+
+def main() -> None:
+    """Print a row for each size of a team."""
+    _run(2)  # compiles, or loads what is compiled
+    print(f"a team that spreads, {DURATION_S:g} s of sim time, one core; sessions hashed")
+    heads = f"{'× real time':>11}  {'robots × real time':>18}  {'MB a robot':>10}  {'coordinator, ms an update':>25}"
+    print(f"{'robots':>6}  {heads}")
+    for robots in ROBOTS:
+        before_mb = _resident_mb()
+        factor, update_ms, run = _run(robots)
+        memory = (_resident_mb() - before_mb) / robots
+        print(f"{robots:6}  {factor:11.1f}  {robots * factor:18.0f}  {memory:10.2f}  {update_ms:25.2f}")
+        del run
+
+
+def _run(robots: int) -> tuple[float, float, TeamRun]:
+    """× real time, milliseconds of an exchange of messages with an update, and the run."""
+    spent_s: list[float] = []
+
+    def timed(self: Exchange, *arguments: object) -> object:
+        begin = time.perf_counter()
+        told = exchange(self, *arguments)  # type: ignore[arg-type]
+        spent_s.append(time.perf_counter() - begin)
+        return told
+
+    exchange = Exchange.at
+    Exchange.at = timed  # type: ignore[method-assign, assignment]
+    try:
+        begin = time.perf_counter()
+        run = TeamRun(TeamScenario(robots=robots, duration_s=DURATION_S), hashed=True)
+        run.run()
+        wall_s = time.perf_counter() - begin
+    finally:
+        Exchange.at = exchange  # type: ignore[method-assign]
+    return run.ticks / 100.0 / wall_s, 1e3 * sum(spent_s) / len(spent_s), run
+
+
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
