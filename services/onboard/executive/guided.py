@@ -84,7 +84,7 @@ class GuidedDrive:
     @property
     def whereabouts(self) -> Whereabouts:
         """What to tell the coordinator after the last tick."""
-        stamp_s = self._estimator.times.tick / TICKS_PER_S
+        stamp_s = self._computer.clock.tick / TICKS_PER_S
         if not self._aligned:
             return Whereabouts(stamp_s=stamp_s, aligned=False)
         return self._keeper.say(stamp_s, self._stopping_segment())
