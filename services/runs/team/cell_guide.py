@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from contextlib import suppress
+from typing import Final
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.tasks import GoalLists, TeamTask
 from touchline.services.runs.team.team_guide import BelievedApart
 from touchline.services.runs.team.team_robot import TeamRobot
+
+LATELY_TICKS: Final = 3000
+"""Who has been sent round others so lately is still looking for a way: it tries again and again."""
 
 
 class CellGuide:
@@ -31,6 +35,8 @@ class CellGuide:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self.believed, self.problem = BelievedApart(), ""
+        self._tick = 0
+        self._stuck_tick: dict[str, int] = {}
         for robot in robots.values():
             robot.begin_guided()
 
@@ -64,6 +70,8 @@ class CellGuide:
         hub = self._coordination.hub
         if hub is None or not self._exchange.updated:
             return False
+        self._tick = tick
+        self._stuck_tick |= dict.fromkeys(hub.stuck, tick)
         believed = self.believed
         believed.nearest_segments_m = min(believed.nearest_segments_m, hub.nearest_segments_m)
         believed.outside_cell_m = max(believed.outside_cell_m, *hub.strays_m.values())
@@ -89,4 +97,5 @@ class CellGuide:
             return "it is not heard"
         if name in task.last and (taken := hub.taken_by(np.array(task.last[name]))):
             return f"{taken}, which is not heard, may stand at its goal"
-        return "it is sent round others" if name in hub.stuck else ""
+        lately = self._tick - self._stuck_tick.get(name, -LATELY_TICKS) < LATELY_TICKS
+        return "it is sent round others, and has found no way yet" if lately else ""
