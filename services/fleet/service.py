@@ -117,6 +117,7 @@ class TeamService:
         self._task, self._problem, self._updates = "", "", 0
         self._phase = _Phase.WAITING
         self._muster: Muster | None = None
+        self._absent: set[str] = set()
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
@@ -136,7 +137,8 @@ class TeamService:
         self._muster = None
         if call is None:
             for name, reason in muster.refused.items():
-                sys.stderr.write(f"warning: {name} does not join: {reason}\n")
+                sys.stderr.write(f"warning: {name} does not join yet: {reason}\n")
+            self._absent = set(muster.refused)  # one that has just come to the bus does not serve before it is ready
             return
         self._call = None
         if muster.refused:
@@ -281,10 +283,12 @@ class TeamService:
         if now_s < self._look_at_s:
             return
         self._look_at_s = now_s + _LOOK_S
-        new = [name for name in self._roster.robots((topics.ROBOT_SIM,)) if name not in self._lines]
+        there = self._roster.robots((topics.ROBOT_SIM,))
+        new = [name for name in there if name not in self._lines or name in self._absent]
         if new and self._muster is None:
             for name in new:
-                self._lines[name] = RobotLine(self._bus.of(name))
+                if name not in self._lines:
+                    self._lines[name] = RobotLine(self._bus.of(name))
             self._muster = Muster({name: self._lines[name].bus for name in new}, self._lockstep_s)
 
     @property
