@@ -7,13 +7,12 @@ same session to the bit, whatever the pace.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from enum import Enum, auto
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
-from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
+from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
 from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
 from touchline.schemas.setup import Setup
@@ -27,18 +26,14 @@ from touchline.services.onboard.interface import (
     STANDSTILL,
     TICKS_PER_S,
     Checkpoint,
-    Command,
-    Consistency,
-    Estimate,
     OnboardEvent,
-    PaintBelief,
     SensorFrame,
-    Status,
 )
 from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
+from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
@@ -90,104 +85,6 @@ class LoadedJob(NamedTuple):
     resume: Checkpoint | None
     remains: Remains | None
     taking: Taking = Taking.CARRIED
-
-
-class OnboardComputer(Protocol):
-    """What the emulator needs of the robot's own computer; commands raise `CommandRefused`."""
-
-    @property
-    def estimate(self) -> Estimate:
-        """Where it believes the robot is."""
-
-    @property
-    def status(self) -> Status:
-        """Where the traversal stands."""
-
-    @property
-    def state(self) -> int:
-        """The state of `status`."""
-
-    @property
-    def consistency(self) -> Consistency:
-        """How consistent the estimate is."""
-
-    @property
-    def lateral_error_m(self) -> float:
-        """How far it believes the nozzle is to the left of its path."""
-
-    @property
-    def spraying(self) -> bool:
-        """Whether it commands the valve open."""
-
-    @property
-    def painted(self) -> PaintBelief:
-        """What it believes it has painted."""
-
-    @property
-    def aligned(self) -> bool:
-        """Whether it knows where it stands well enough to drive off."""
-
-    @property
-    def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on."""
-
-    def check_load(self) -> None:
-        """Whether a trajectory would be taken now."""
-
-    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Any:
-        """Check a trajectory, not to be left beyond the boundary; changes nothing."""
-
-    def take(self, course: Any, resume: Checkpoint | None = None) -> float:
-        """Take what `prepare` gave; returns its planned duration [s]."""
-
-    def take_here(self, course: Any) -> float:
-        """As `take`, if it begins where the robot stands."""
-
-    def take_over(self, course: Any) -> float:
-        """As `take`, under way and without a stop."""
-
-    def begin_guided(self) -> None:
-        """Drive where a coordinator guides the robot from now on."""
-
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if the robot is not guided."""
-
-    @property
-    def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator; None if it is not guided."""
-
-    def start(self) -> None:
-        """Begin the traversal."""
-
-    def pause(self) -> None:
-        """Brake and close the valve."""
-
-    def resume(self) -> None:
-        """Go on after a pause."""
-
-    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Brake and give the traversal up."""
-
-    def estop(self, reason: str = EMERGENCY_STOP) -> None:
-        """Stop at once and latch."""
-
-    def reset(self) -> None:
-        """Release the latch."""
-
-    def authorize(self, until_m: float) -> None:
-        """Drive up to this arc length only [m], and on when it is moved on."""
-
-    def link_lost(self) -> None:
-        """The operator cannot be heard any more: pause if under way."""
-
-    def step(self, frame: SensorFrame) -> Command:
-        """One tick."""
-
-    def decide(self, tick: int) -> Command:
-        """The last part of a tick that has been perceived already."""
-
-    def take_events(self) -> list[OnboardEvent]:
-        """Events since the last call."""
 
 
 def _check_receiver(vehicle: Vehicle, scenario: Scenario, config: OnboardConfig) -> None:
