@@ -1,0 +1,202 @@
+"""One recording against the code of today: planned again, driven again, and if that differs, by which part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import Trajectory
+from touchline.services.bridge.channels import namespace_at, robots_among, topic_at
+from touchline.services.bridge.former_types import presented
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bridge.recorded import Recorded, Summary
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plan import plan
+from touchline.services.runs.checking.divergence import FOLLOWER, PARTS, PLAN, Divergence, SessionDiff
+from touchline.services.runs.checking.forced_computer import ForcedComputer
+from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.recorded_session import TICK_NS, GivenJob, NotRebuilt, RecordedSession
+
+SLACK_S: Final = 0.02
+"""Truth and estimate are told every so often: a part that differs so little later than another may have been first."""
+AFTER_TICKS: Final = 100
+"""For so long after the first difference the cause of it is looked for."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass
+class SessionCheck:
+    """What came of one robot's session.
+
+    Attributes:
+        robot: Its namespace.
+        problem: Why it could not be rebuilt; empty if it could.
+        diff: Of all that is said.
+        plan: Where today's plan differs from the recorded one; None if it does not, or nobody can tell.
+        planned: How many plans were made again.
+        part: That differs first; empty if nothing does.
+        notes: What else there is to know.
+    """
+
+    robot: str
+    problem: str = ""
+    diff: SessionDiff = field(default_factory=SessionDiff)
+    plan: Divergence | None = None
+    planned: int = 0
+    part: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def first(self) -> Divergence | None:
+        """The first difference."""
+        return self.plan or self.diff.first
+
+    @property
+    def passed(self) -> bool:
+        """Whether today's code does the same."""
+        return not self.problem and self.first is None
+
+
+def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done: None) -> list[SessionCheck]:
+    """Check the session of every robot of a recording.
+
+    Args:
+        path: The recording.
+        exact: Whether every bit counts, else each topic's tolerance.
+        progress: Told the fraction done.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    reader = RecordingReader(path)
+    for _ in reader.messages([]):
+        pass
+    robots = [robot for robot in robots_among(reader.summary.topics) if _drives(reader.summary, robot)]
+    found = []
+    for number, robot in enumerate(robots):
+        one = SessionCheck(robot)
+        try:
+            _check(one, path, exact, partial(_tell, progress, number, len(robots)))
+        except NotRebuilt as error:
+            one.problem = str(error)
+        found.append(one)
+    return found or [SessionCheck("", "no robot's session is in the recording")]
+
+
+def _tell(progress: Progress, number: int, of: int, done: float) -> None:
+    progress((number + done) / of)
+
+
+def _drives(summary: Summary, robot: str) -> bool:
+    """Whether the recording holds the setup of a robot of this name, and not of a team's coordinator."""
+    return f"/{robot}/{topics.SETUP.name}" in summary.topics or f"/{topics.SETUP.name}" in summary.topics
+
+
+def _messages(path: Path, robot: str) -> Iterator[Recorded]:
+    for message in map(presented, RecordingReader(path).messages()):
+        if namespace_at(message.topic) == robot:
+            yield message
+
+
+def _check(one: SessionCheck, path: Path, exact: bool, progress: Progress) -> None:
+    """Fill in what comes of a session.
+
+    Raises:
+        NotRebuilt: It cannot be done again.
+    """
+    session = RecordedSession.of(_messages(path, one.robot))
+    one.diff = SessionDiff(exact, session.from_ns, session.orders[0].tick * TICK_NS)
+    for job in session.jobs:
+        if job.cause is not None:
+            one.planned += 1
+            one.plan = one.plan or _of_plan(job, session)
+    rebuild = Rebuild(session)
+    _run(one.diff, rebuild, _messages(path, one.robot), session.last_tick, progress)
+    one.notes += rebuild.refused
+    if len(session.jobs) > one.planned:
+        one.notes.append(f"{len(session.jobs) - one.planned} plans were not made again: what they came from is unknown")
+    if one.plan is not None:
+        one.part = PLAN
+    elif (first := one.diff.first) is not None:
+        one.part = _part(session, first, path, one.robot)
+
+
+def _run(diff: SessionDiff, rebuild: Rebuild, recorded: Iterator[Recorded], last_tick: int, progress: Progress) -> None:
+    """Let both go on side by side."""
+    told_ns, ahead = -1, next(recorded, None)
+    for payloads in rebuild.said():
+        diff.said(payloads)
+        told_ns = max(told_ns, rebuild.tick * TICK_NS)
+        while ahead is not None and ahead.log_time_ns <= told_ns:
+            _take(diff, ahead)
+            ahead = next(recorded, None)
+        progress(rebuild.tick / max(last_tick, 1))
+    while ahead is not None:
+        _take(diff, ahead)
+        ahead = next(recorded, None)
+    diff.end()
+
+
+def _take(diff: SessionDiff, message: Recorded) -> None:
+    topic = topic_at(message.topic)
+    if topic is not None and topic.name in diff.wanted:
+        diff.recorded(topic, message)
+
+
+def _of_plan(job: GivenJob, session: RecordedSession) -> Divergence | None:
+    """Where today's plan differs from that which was driven."""
+    assert job.cause is not None
+    vehicle, options = session.setup.vehicle, job.cause.options
+    try:
+        if job.cause.goal is not None:
+            made: Trajectory = plan_to_goal(job.cause.goal, vehicle, options).trajectory
+        elif job.template is not None:
+            made = plan(job.template, vehicle, options).trajectory
+        else:
+            return None
+    except PlanningError as error:
+        return Divergence(0.0, topics.PLAN.name, "", "a plan", f"none: {error}")
+    diff = SessionDiff()
+    kind = diff.kind_of(topics.PLAN)
+    diff.recorded(topics.PLAN, Recorded(topics.PLAN.name, 0, 0, 0, encode(job.trajectory), kind))
+    diff.said([(topics.PLAN, encode(made))])
+    diff.end()
+    return diff.first
+
+
+def _part(session: RecordedSession, first: Divergence, path: Path, robot: str) -> str:
+    """Which part differs first, if the actuators do what they did then."""
+    last_tick = min(session.last_tick, round(100 * first.time_s) + AFTER_TICKS)
+    short = replace(session, last_tick=last_tick)
+    short.orders = [order for order in session.orders if order.tick <= last_tick]
+    computer = ForcedComputer(session.setup, session.commands)
+    diff = SessionDiff(True, session.from_ns, session.orders[0].tick * TICK_NS)
+    until_ns = last_tick * TICK_NS
+    recorded = (message for message in _messages(path, robot) if message.publish_time_ns <= until_ns)
+    _run(diff, Rebuild(short, computer), recorded, last_tick, lambda done: None)
+    found = [check.first for check in diff.topics.values() if check.first is not None]
+    moments = [(each.time_s, each.part) for each in found]
+    moments += _own_decision(computer, session)
+    if not moments:
+        return first.part
+    earliest_s = min(time_s for time_s, _ in moments)
+    return min((part for time_s, part in moments if time_s <= earliest_s + SLACK_S + 1e-9), key=PARTS.index)
+
+
+def _own_decision(computer: ForcedComputer, session: RecordedSession) -> list[tuple[float, str]]:
+    """When the computer first decided otherwise than was recorded."""
+    for tick, own in sorted(computer.decided.items()):
+        if tick < len(session.commands):
+            then = session.commands[tick]
+            if not np.isnan(then).any() and tuple(then.tolist()) != own:
+                return [(tick / 100.0, FOLLOWER)]
+    return []
