@@ -18,7 +18,9 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from touchline.schemas.messages import Header, Time
 from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
 from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
+from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
+from touchline.services.bridge.made_by import MADE_BY, made_by
 from touchline.services.bridge.output import RecordingError, RecordingFile
 from touchline.services.bridge.reader import read_summary
 
@@ -155,11 +157,13 @@ class Recorder:
         self._robots = {namespace: _RobotTime() for namespace in namespaces}
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
+        self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(topics)
+            self._writer.add_metadata(MADE_BY, made_by())
             if continues:
                 part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
                 self._writer.add_metadata("touchline_part", part)
@@ -231,6 +235,8 @@ class Recorder:
         channel = self._channels[namespace or self._first, topic]
         robot = channel.robot
         channel.messages += 1
+        if topic in KEPT:
+            self._keepsakes[namespace or self._first].take(topic, payload)
         if channel.stamped and len(payload) >= _STAMP_END:
             seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_OFFSET)
             time_ns = max(seconds * 1_000_000_000 + nanoseconds, 0)
@@ -308,6 +314,7 @@ class Recorder:
                 for robot in self._robots.values():
                     self._write_waiting(robot)
                 self._writer.flush()  # type: ignore[no-untyped-call]
+                self._keep()
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
                 if rejected:
@@ -327,6 +334,15 @@ class Recorder:
         unknown = f"its end may be missing: {unasked} could not be asked what was sent last" if unasked else ""
         problem = self._problem or unknown
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
+
+    def _keep(self) -> None:
+        """Write what the sessions came from, and their hashes."""
+        hashes = {name: kept.session_hashes for name, kept in self._keepsakes.items() if kept.session_hashes}
+        if hashes:
+            self._writer.add_metadata(SESSIONS, hashes)
+        for kept in self._keepsakes.values():
+            for each in kept.attachments():
+                self._writer.add_attachment(0, 0, each.name, each.media_type, each.data)
 
     def _told(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
         """Rejected payloads in all and by topic."""

@@ -9,6 +9,7 @@ import typer
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
 from touchline.services.cli import (
+    check_command,
     compare_command,
     demo_command,
     fleet_command,
@@ -53,7 +54,7 @@ for name, modules in {
     ),
     "Drawings and robots": (template_commands, vehicle_commands),
     "The running system": (system_commands, order_command),
-    "Recordings": (recording_commands, compare_command, picture_command),
+    "Recordings": (recording_commands, compare_command, check_command, picture_command),
     "Processes, each alone": (service_commands,),
 }.items():
     for module in modules:

@@ -44,6 +44,7 @@ class SessionCheck:
         plan: Where today's plan differs from the recorded one; None if it does not, or nobody can tell.
         planned: How many plans were made again.
         part: That differs first; empty if nothing does.
+        sim_time_s: How long the session is.
         notes: What else there is to know.
     """
 
@@ -53,6 +54,7 @@ class SessionCheck:
     plan: Divergence | None = None
     planned: int = 0
     part: str = ""
+    sim_time_s: float = 0.0
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -85,6 +87,8 @@ def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done
     for number, robot in enumerate(robots):
         one = SessionCheck(robot)
         try:
+            if reader.summary.problem:
+                one.notes.append(f"compared as far as the recording goes: {reader.summary.problem}")
             _check(one, path, exact, partial(_tell, progress, number, len(robots)))
         except NotRebuilt as error:
             one.problem = str(error)
@@ -114,7 +118,8 @@ def _check(one: SessionCheck, path: Path, exact: bool, progress: Progress) -> No
         NotRebuilt: It cannot be done again.
     """
     session = RecordedSession.of(_messages(path, one.robot))
-    one.diff = SessionDiff(exact, session.from_ns, session.orders[0].tick * TICK_NS)
+    one.sim_time_s = session.last_tick / 100.0
+    one.diff = SessionDiff(exact, session.from_ns, session.orders[0].tick * TICK_NS, bool(one.notes))
     for job in session.jobs:
         if job.cause is not None:
             one.planned += 1
@@ -179,7 +184,7 @@ def _part(session: RecordedSession, first: Divergence, path: Path, robot: str) -
     short = replace(session, last_tick=last_tick)
     short.orders = [order for order in session.orders if order.tick <= last_tick]
     computer = ForcedComputer(session.setup, session.commands)
-    diff = SessionDiff(True, session.from_ns, session.orders[0].tick * TICK_NS)
+    diff = SessionDiff(True, session.from_ns, session.orders[0].tick * TICK_NS, broken_off=True)
     until_ns = last_tick * TICK_NS
     recorded = (message for message in _messages(path, robot) if message.publish_time_ns <= until_ns)
     _run(diff, Rebuild(short, computer), recorded, last_tick, lambda done: None)

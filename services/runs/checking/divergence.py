@@ -140,19 +140,24 @@ class SessionDiff:
         from_ns: Sim time at which the recording begins: nothing that is said before counts.
         ordered_ns: Sim time of the first order: how things stood until then does not count, as it is told when the
             process begins, or somebody asks.
+        broken_off: Whether the recording just stops: what is said of a topic after the last that is recorded of it
+            does not count.
         topics: By name in the topic table.
     """
 
     exact: bool = True
     from_ns: int = 0
     ordered_ns: int = -1
+    broken_off: bool = False
     topics: dict[str, TopicCheck] = field(default_factory=dict)
     _going: dict[str, Alignment] = field(default_factory=dict)
+    _newest_ns: dict[str, int] = field(default_factory=dict)
 
     def recorded(self, topic: Topic, message: Recorded) -> None:
         """Take a message of the recording."""
         if self._counts(topic, message.payload):
             timed = message if is_stamped(topic) else message._replace(publish_time_ns=0)
+            self._newest_ns[topic.name] = max(self._newest_ns.get(topic.name, -1), timed.publish_time_ns)
             self._add(topic, 0, timed)
 
     def said(self, payloads: Iterable[Payload]) -> None:
@@ -211,7 +216,9 @@ class SessionDiff:
             elif ours is not None:
                 check.only_recorded += 1
                 _keep(check, Divergence(ours.publish_time_ns / 1e9, topic.name, "", "a message", "none"))
-            elif todays is not None:
+            elif todays is not None and not (
+                self.broken_off and todays.publish_time_ns > self._newest_ns.get(topic.name, -1)
+            ):
                 check.only_today += 1
                 _keep(check, Divergence(todays.publish_time_ns / 1e9, topic.name, "", "no message", "one"))
 
