@@ -23,15 +23,12 @@ from touchline.services.bridge.losses import Losses
 from touchline.services.bridge.made_by import MADE_BY, made_by
 from touchline.services.bridge.output import RecordingError, RecordingFile
 from touchline.services.bridge.reader import read_summary
+from touchline.services.bridge.robot_time import RobotTime
 
 CHUNK_BYTES = 64 * 1024
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4  # behind the CDR header
 _STAMP_END = _STAMP_OFFSET + _STAMP.size
-#: A clock that steps back further began anew.
-ANEW_NS = 2_000_000_000
-#: A stamp further ahead of the clock is none of the robot's.
-_AHEAD_NS = 1_000_000_000
 
 
 class Existing(Enum):
@@ -69,7 +66,7 @@ class _Channel:
 
     __slots__ = ("channel_id", "last_ns", "messages", "name", "robot", "stamped")
 
-    def __init__(self, name: str, channel_id: int, stamped: bool, robot: "_RobotTime") -> None:
+    def __init__(self, name: str, channel_id: int, stamped: bool, robot: "_Robot") -> None:
         self.name = name
         self.channel_id = channel_id
         self.stamped = stamped
@@ -78,42 +75,14 @@ class _Channel:
         self.last_ns = 0
 
 
-class _RobotTime:
-    """What the recorder knows of one robot's sim time; see `Recorder`.
+class _Robot(RobotTime):
+    """A robot's time, and what came before any was known."""
 
-    Attributes:
-        now_ns: Latest sim time of the clock (of any stamp, while no clock has come).
-        latest_ns: Of the clock and of the stamps before.
-        past_ns: Log time over sim time: what passed before the clock began anew.
-        known: Whether any time has come.
-        waiting: What came before that.
-    """
-
-    __slots__ = ("clock_seen", "known", "latest_ns", "now_ns", "past_ns", "waiting")
+    __slots__ = ("waiting",)
 
     def __init__(self) -> None:
-        self.now_ns = self.latest_ns = self.past_ns = 0
-        self.known = self.clock_seen = False
+        super().__init__()
         self.waiting: list[tuple[_Channel, bytes, int]] = []
-
-    @property
-    def log_ns(self) -> int:
-        """The log time."""
-        return self.latest_ns + self.past_ns
-
-    def hear(self, stamp_ns: int, is_clock: bool) -> None:
-        """A stamp has come, the clock's or another."""
-        if is_clock:
-            self.clock_seen = True
-            self.now_ns = stamp_ns
-        elif not self.clock_seen:
-            self.now_ns = stamp_ns
-        ahead_ns = stamp_ns - self.latest_ns
-        if is_clock and ahead_ns < -ANEW_NS:
-            self.past_ns -= ahead_ns
-            self.latest_ns = stamp_ns
-        elif ahead_ns > 0 and (is_clock or not self.clock_seen or ahead_ns <= _AHEAD_NS):
-            self.latest_ns = stamp_ns
 
 
 def is_stamped(topic: Topic) -> bool:
@@ -154,7 +123,7 @@ class Recorder:
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._robots = {namespace: _RobotTime() for namespace in namespaces}
+        self._robots = {namespace: _Robot() for namespace in namespaces}
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
         self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
@@ -269,7 +238,7 @@ class Recorder:
             self._fail(error)
             raise
 
-    def _write_waiting(self, robot: _RobotTime) -> None:
+    def _write_waiting(self, robot: "_Robot") -> None:
         waiting, robot.waiting = robot.waiting, []
         for channel, payload, sequence in waiting:
             self._put(channel, robot.latest_ns, payload, sequence)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
@@ -25,8 +25,6 @@ from touchline.services.runs.checking.forced_computer import ForcedComputer
 from touchline.services.runs.checking.rebuild import Rebuild
 from touchline.services.runs.checking.recorded_session import TICK_NS, GivenJob, NotRebuilt, RecordedSession
 
-SLACK_S: Final = 0.02
-"""Truth and estimate are told every so often: a part that differs so little later than another may have been first."""
 AFTER_TICKS: Final = 100
 """For so long after the first difference the cause of it is looked for."""
 
@@ -189,19 +187,40 @@ def _part(session: RecordedSession, first: Divergence, path: Path, robot: str) -
     recorded = (message for message in _messages(path, robot) if message.publish_time_ns <= until_ns)
     _run(diff, Rebuild(short, computer), recorded, last_tick, lambda done: None)
     found = [check.first for check in diff.topics.values() if check.first is not None]
-    moments = [(each.time_s, each.part) for each in found]
-    moments += _own_decision(computer, session)
-    if not moments:
+    seen = [_Seen.of(each) for each in found] + _own_decision(computer, session)
+    if not seen:
         return first.part
-    earliest_s = min(time_s for time_s, _ in moments)
-    return min((part for time_s, part in moments if time_s <= earliest_s + SLACK_S + 1e-9), key=PARTS.index)
+    parts = {part: [each for each in seen if each.part == part] for part in PARTS}
+    until_s = min(each.until_s for each in seen)
+    may_be_first = [part for part, some in parts.items() if some and max(each.from_s for each in some) <= until_s]
+    return next(iter(may_be_first), first.part)
 
 
-def _own_decision(computer: ForcedComputer, session: RecordedSession) -> list[tuple[float, str]]:
+class _Seen(NamedTuple):
+    """A difference of a part, which began in some tick between two messages of the topic that shows it.
+
+    Attributes:
+        part: Of the robot.
+        from_s, until_s: The first and the last of these ticks, sim time.
+    """
+
+    part: str
+    from_s: float
+    until_s: float
+
+    @classmethod
+    def of(cls, found: Divergence) -> Self:
+        """What a topic shows."""
+        rate_hz = topics.TOPIC_BY_NAME[found.topic].rate_hz
+        between_s = 1.0 / rate_hz - 0.01 if rate_hz else 0.0
+        return cls(found.part, round(found.time_s - between_s, 6), round(found.time_s, 6))
+
+
+def _own_decision(computer: ForcedComputer, session: RecordedSession) -> list[_Seen]:
     """When the computer first decided otherwise than was recorded."""
     for tick, own in sorted(computer.decided.items()):
         if tick < len(session.commands):
             then = session.commands[tick]
             if not np.isnan(then).any() and tuple(then.tolist()) != own:
-                return [(tick / 100.0, FOLLOWER)]
+                return [_Seen(FOLLOWER, tick / 100.0, tick / 100.0)]
     return []

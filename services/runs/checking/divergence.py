@@ -16,6 +16,7 @@ from touchline.services.bridge.alignment import Alignment
 from touchline.services.bridge.differences import Unequal, unequal_fields
 from touchline.services.bridge.recorded import Recorded, RecordingKind
 from touchline.services.bridge.recorder import is_stamped
+from touchline.services.bridge.robot_time import RobotTime
 from touchline.services.bridge.schema_change import schema_change
 from touchline.services.robot_sim.packing import Payload
 
@@ -66,6 +67,8 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
     )
 )
 """Events of the process round the robot, which are no part of what is rebuilt."""
+_LATE: Final = (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE)
+"""Their stamps tell when they were measured; when they arrive matters, too."""
 _STANDING: Final = (topics.STATUS, topics.TRUE_COVERAGE)
 _HASH: Final = "session_hash"
 """Of a report: it follows from all the rest."""
@@ -151,6 +154,7 @@ class SessionDiff:
     broken_off: bool = False
     topics: dict[str, TopicCheck] = field(default_factory=dict)
     _going: dict[str, Alignment] = field(default_factory=dict)
+    _time: RobotTime = field(default_factory=RobotTime)
     _newest_ns: dict[str, int] = field(default_factory=dict)
 
     def recorded(self, topic: Topic, message: Recorded) -> None:
@@ -163,9 +167,11 @@ class SessionDiff:
     def said(self, payloads: Iterable[Payload]) -> None:
         """Take what is said today."""
         for topic, payload in payloads:
+            if topic.recorded and is_stamped(topic):
+                self._time.hear(_stamp_ns(payload), topic == topics.CLOCK)
             if topic.name in PART_OF and self._counts(topic, payload):
                 at_ns = _stamp_ns(payload) if is_stamped(topic) else 0
-                self._add(topic, 1, Recorded(topic.name, at_ns, at_ns, 0, payload, _kind(topic)))
+                self._add(topic, 1, Recorded(topic.name, self._time.log_ns, at_ns, 0, payload, _kind(topic)))
 
     def end(self) -> None:
         """Nothing more comes."""
@@ -223,6 +229,12 @@ class SessionDiff:
                 _keep(check, Divergence(todays.publish_time_ns / 1e9, topic.name, "", "no message", "one"))
 
     def _compare(self, topic: Topic, check: TopicCheck, ours: Recorded, todays: Recorded) -> None:
+        if topic in _LATE and ours.log_time_ns != todays.log_time_ns:
+            check.different += 1
+            then_s, now_s = ours.log_time_ns / 1e9, todays.log_time_ns / 1e9
+            late = (f"{then_s:.2f}", f"{now_s:.2f}", "s")
+            _keep(check, Divergence(min(then_s, now_s), topic.name, "arrival", *late))
+            return
         if ours.payload == todays.payload and ours.kind == todays.kind:
             return
         beyond = [item for item in _unequal(ours, todays) if self.exact or not item.size <= topic.tolerance]

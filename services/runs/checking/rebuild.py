@@ -94,7 +94,8 @@ class Rebuild:
 
     def _load(self, job: GivenJob, order: TimedOrder) -> list[Payload]:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]
-        self._emulator.load(job.trajectory, job.template, taking=taking)
+        prepared = self._emulator.prepare(job.trajectory, job.template, taking=taking)
+        self._emulator.take(prepared._replace(cause=job.cause))
         return self._telemetry.loaded(job.trajectory, job.template)
 
 
