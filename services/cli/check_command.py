@@ -12,8 +12,9 @@ import typer
 from rich import box
 from rich.table import Table
 
+from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import output, print_event, progress_bar, say
+from touchline.services.cli.display import output, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.cli.workers_choice import WorkersChoice
@@ -33,6 +34,9 @@ def check(
         typer.Argument(metavar="SESSION…", help="Recordings, folders of them, or patterns.", show_default=False),
     ],
     *,
+    update: Annotated[
+        bool, typer.Option("--update", help="Write those that differ anew, as today's code does them; exit code 0.")
+    ] = False,
     processes: WorkersChoice,
     as_json: JsonOption = False,
 ) -> None:
@@ -66,8 +70,22 @@ def check(
         _print(verdicts)
     if interrupted:
         sys.exit(ExitCode.INTERRUPTED)
-    if not all(each.passed for each in verdicts):
+    if update:
+        _update(verdicts)
+    elif not all(each.passed for each in verdicts):
         sys.exit(ExitCode.FAILED)
+
+
+def _update(verdicts: "list[Verdict]") -> None:
+    """Write those that differ anew; one that cannot be read or done is left as it is, and an error."""
+    from touchline.services.runs.checking.check_session import update_recording
+
+    for each in verdicts:
+        if each.problem:
+            raise TouchlineError(f"{each.path} is not written anew: {each.problem}")
+    for path in dict.fromkeys(each.path for each in verdicts if not each.passed):
+        update_recording(Path(path))
+        say(f"wrote {path} anew")
 
 
 def _print(verdicts: "list[Verdict]") -> None:
@@ -85,12 +103,7 @@ def _print(verdicts: "list[Verdict]") -> None:
         table.add_row(name, plain(each.robot), verdict, each.part, f"{each.messages:,}", factor)
     output().print(table)
     for each in verdicts:
-        name = f"{Path(each.path).name}{f' ({each.robot})' if each.robot else ''}"
-        if each.problem:
-            print_event(2, f"{name}: {each.problem}")
-        elif each.first is not None:
-            print_event(2, f"{name}: the {each.part} differs first: {each.first}")
-        for note in each.notes:
-            print_event(1, f"{name}: {note}")
+        for line in each.lines():
+            (output().print if line.startswith("  ") else say)(line)
     same = sum(each.passed for each in verdicts)
     output().print(f"{same} of {len(verdicts)} sessions come out the same", highlight=False)

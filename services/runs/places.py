@@ -3,6 +3,7 @@
 What all tasks have in common is handed to each process once.
 """
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -53,9 +54,16 @@ def in_processes(
     except BrokenProcessPool as error:
         raise TouchlineError("a process was killed; try fewer with --workers") from error
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.terminate()
+        _end(pool)
+        del pool, futures
+        gc.collect()  # its semaphores, which a process that ends at once would leave to be complained of
+
+
+def _end(pool: ProcessPoolExecutor) -> None:
+    """End its processes, whatever they do."""
+    for process in multiprocessing.active_children():
+        process.terminate()
+    pool.shutdown(wait=True, cancel_futures=True)
 
 
 def on_dask(

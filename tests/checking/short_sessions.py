@@ -8,11 +8,8 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.services.bridge.recorder import Recorder
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.record_again import record_again
 from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
 
 BEND = Template(
@@ -42,14 +39,7 @@ def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSess
 
 def record(path: Path, session: RecordedSession) -> Path:
     """Write what the robot says in a session."""
-    recorder, counts = Recorder(path), {}
-    setup = session.setup
-    payloads = [[Telemetry(Emulator(setup.vehicle, setup.scenario, setup.onboard)).setup()]]
-    payloads += list(Rebuild(session).said())
-    for topic, payload in (each for some in payloads for each in some):
-        counts[topic.name] = counts.get(topic.name, 0) + 1
-        recorder.write(topic.name, payload, counts[topic.name])
-    recorder.finish()
+    record_again(path, session, "tt2")
     return path
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -30,6 +30,15 @@ class TopicFigures:
     largest_field: str
     unit: str
     first: Divergence | None
+
+    def __str__(self) -> str:
+        """In a line."""
+        told = [f"{self.different:,} of {self.pairs:,} differ"] if self.different else []
+        if self.largest_field:
+            told[-1] += f" (largest {self.largest:.3g}{f' {self.unit}' if self.unit else ''} in {self.largest_field})"
+        told += [f"{self.only_recorded:,} are missing today"] if self.only_recorded else []
+        told += [f"{self.only_today:,} are new today"] if self.only_today else []
+        return ", ".join(told)
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,17 @@ class Verdict:
     wall_time_s: float = 0.0
     notes: tuple[str, ...] = ()
     topics: dict[str, TopicFigures] = field(default_factory=dict)
+
+    def lines(self) -> Iterator[str]:
+        """For a person: what differs, first of all where it does first."""
+        name = f"{Path(self.path).name}{f' ({self.robot})' if self.robot else ''}"
+        if self.problem:
+            yield f"{name}: {self.problem}"
+        elif self.first is not None:
+            yield f"{name}: differs first in the {self.part}: {self.first}"
+        for topic, figures in self.topics.items():
+            yield f"  {topic}: {figures}"
+        yield from (f"{name}: {note}" for note in self.notes)
 
 
 def recordings_in(places: Sequence[str]) -> list[Path]:

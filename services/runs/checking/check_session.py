@@ -13,17 +13,16 @@ import numpy as np
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import Trajectory
 from touchline.services.bridge.channels import namespace_at, robots_among, topic_at
 from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded, Summary
-from touchline.services.planner.goal_plan import plan_to_goal
-from touchline.services.planner.plan import plan
 from touchline.services.runs.checking.divergence import FOLLOWER, PARTS, PLAN, Divergence, SessionDiff
 from touchline.services.runs.checking.forced_computer import ForcedComputer
 from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.record_again import record_again
 from touchline.services.runs.checking.recorded_session import TICK_NS, GivenJob, NotRebuilt, RecordedSession
+from touchline.services.runs.checking.replan import planned_again
 
 AFTER_TICKS: Final = 100
 """For so long after the first difference the cause of it is looked for."""
@@ -87,6 +86,7 @@ def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done
         try:
             if reader.summary.problem:
                 one.notes.append(f"compared as far as the recording goes: {reader.summary.problem}")
+            one.diff.told = {topic.name for each in reader.summary.topics if (topic := topic_at(each)) is not None}
             _check(one, path, exact, partial(_tell, progress, number, len(robots)))
         except NotRebuilt as error:
             one.problem = str(error)
@@ -96,6 +96,27 @@ def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done
 
 def _tell(progress: Progress, number: int, of: int, done: float) -> None:
     progress((number + done) / of)
+
+
+def update_recording(path: Path) -> None:
+    """Write a recording of one robot anew, as today's code does what it holds.
+
+    Args:
+        path: Of the recording.
+
+    Raises:
+        NotRebuilt: It cannot be done again, or is of several robots.
+        PlanningError: There is no plan any more.
+        RecordingError: It cannot be read, or not be written.
+    """
+    reader = RecordingReader(path)
+    for _ in reader.messages([]):
+        pass
+    robots = robots_among(reader.summary.topics)
+    if len(robots) != 1:
+        raise NotRebuilt(f"{path}: is of {len(robots)} robots, and only that of one is written anew")
+    told = [topic for each in reader.summary.topics if (topic := topic_at(each)) is not None]
+    record_again(path, RecordedSession.of(_messages(path, robots[0])), robots[0], told)
 
 
 def _drives(summary: Summary, robot: str) -> bool:
@@ -117,7 +138,7 @@ def _check(one: SessionCheck, path: Path, exact: bool, progress: Progress) -> No
     """
     session = RecordedSession.of(_messages(path, one.robot))
     one.sim_time_s = session.last_tick / 100.0
-    one.diff = SessionDiff(exact, session.from_ns, session.orders[0].tick * TICK_NS, bool(one.notes))
+    one.diff = SessionDiff(one.diff.told, exact, session.from_ns, session.orders[0].tick * TICK_NS, bool(one.notes))
     for job in session.jobs:
         if job.cause is not None:
             one.planned += 1
@@ -130,7 +151,7 @@ def _check(one: SessionCheck, path: Path, exact: bool, progress: Progress) -> No
     if one.plan is not None:
         one.part = PLAN
     elif (first := one.diff.first) is not None:
-        one.part = _part(session, first, path, one.robot)
+        one.part = _part(session, first, path, one)
 
 
 def _run(diff: SessionDiff, rebuild: Rebuild, recorded: Iterator[Recorded], last_tick: int, progress: Progress) -> None:
@@ -157,17 +178,12 @@ def _take(diff: SessionDiff, message: Recorded) -> None:
 
 def _of_plan(job: GivenJob, session: RecordedSession) -> Divergence | None:
     """Where today's plan differs from that which was driven."""
-    assert job.cause is not None
-    vehicle, options = session.setup.vehicle, job.cause.options
     try:
-        if job.cause.goal is not None:
-            made: Trajectory = plan_to_goal(job.cause.goal, vehicle, options).trajectory
-        elif job.template is not None:
-            made = plan(job.template, vehicle, options).trajectory
-        else:
-            return None
+        made = planned_again(job, session.setup.vehicle)
     except PlanningError as error:
         return Divergence(0.0, topics.PLAN.name, "", "a plan", f"none: {error}")
+    if made is None:
+        return None
     diff = SessionDiff()
     kind = diff.kind_of(topics.PLAN)
     diff.recorded(topics.PLAN, Recorded(topics.PLAN.name, 0, 0, 0, encode(job.trajectory), kind))
@@ -176,15 +192,15 @@ def _of_plan(job: GivenJob, session: RecordedSession) -> Divergence | None:
     return diff.first
 
 
-def _part(session: RecordedSession, first: Divergence, path: Path, robot: str) -> str:
+def _part(session: RecordedSession, first: Divergence, path: Path, one: SessionCheck) -> str:
     """Which part differs first, if the actuators do what they did then."""
     last_tick = min(session.last_tick, round(100 * first.time_s) + AFTER_TICKS)
     short = replace(session, last_tick=last_tick)
     short.orders = [order for order in session.orders if order.tick <= last_tick]
     computer = ForcedComputer(session.setup, session.commands)
-    diff = SessionDiff(True, session.from_ns, session.orders[0].tick * TICK_NS, broken_off=True)
+    diff = SessionDiff(one.diff.told, True, session.from_ns, session.orders[0].tick * TICK_NS, broken_off=True)
     until_ns = last_tick * TICK_NS
-    recorded = (message for message in _messages(path, robot) if message.publish_time_ns <= until_ns)
+    recorded = (message for message in _messages(path, one.robot) if message.publish_time_ns <= until_ns)
     _run(diff, Rebuild(short, computer), recorded, last_tick, lambda done: None)
     found = [check.first for check in diff.topics.values() if check.first is not None]
     seen = [_Seen.of(each) for each in found] + _own_decision(computer, session)

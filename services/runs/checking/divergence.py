@@ -139,6 +139,7 @@ class SessionDiff:
     """Pairs what was recorded with what is said today, as both come.
 
     Attributes:
+        told: Names of the topics that are recorded: others do not count.
         exact: Whether every bit counts, else each topic's tolerance.
         from_ns: Sim time at which the recording begins: nothing that is said before counts.
         ordered_ns: Sim time of the first order: how things stood until then does not count, as it is told when the
@@ -148,6 +149,7 @@ class SessionDiff:
         topics: By name in the topic table.
     """
 
+    told: Collection[str] = frozenset(PART_OF)
     exact: bool = True
     from_ns: int = 0
     ordered_ns: int = -1
@@ -167,9 +169,9 @@ class SessionDiff:
     def said(self, payloads: Iterable[Payload]) -> None:
         """Take what is said today."""
         for topic, payload in payloads:
-            if topic.recorded and is_stamped(topic):
+            if topic.name in self.told and is_stamped(topic):
                 self._time.hear(_stamp_ns(payload), topic == topics.CLOCK)
-            if topic.name in PART_OF and self._counts(topic, payload):
+            if topic.name in self.wanted and self._counts(topic, payload):
                 at_ns = _stamp_ns(payload) if is_stamped(topic) else 0
                 self._add(topic, 1, Recorded(topic.name, self._time.log_ns, at_ns, 0, payload, _kind(topic)))
 
@@ -183,7 +185,7 @@ class SessionDiff:
     @property
     def wanted(self) -> Collection[str]:
         """Names of the topics that are compared."""
-        return PART_OF.keys()
+        return PART_OF.keys() & self.told
 
     @staticmethod
     def kind_of(topic: Topic) -> RecordingKind:

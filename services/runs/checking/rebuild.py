@@ -11,11 +11,13 @@ from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
 
 SLICE_TICKS: Final = 1000
 """Between two looks at what has been said."""
+MOST_LONGER_TICKS: Final = 360_000
+"""A session that goes on for so long after what was recorded is ended."""
 
 
 class Rebuild:
@@ -63,6 +65,14 @@ class Rebuild:
             yield from self._until(order.tick)
             yield self._obey(order)
         yield from self._until(self._session.last_tick)
+
+    def whole(self) -> Iterator[list[Payload]]:
+        """As `said`, with the setup before, and on until the robot is at rest."""
+        yield [self._telemetry.setup(), *self._telemetry.standing()]
+        yield from self.said()
+        most = self._session.last_tick + MOST_LONGER_TICKS
+        while self._emulator.active and self.tick < most:
+            yield from self._until(self.tick + MOST_TICKS)
 
     def _until(self, tick: int) -> Iterator[list[Payload]]:
         """Let sim time pass."""
