@@ -12,7 +12,9 @@ from typing import Protocol
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
 from touchline.schemas.messages.service_messages import GotoRequest, LoadRequest, SetSpeedRequest
+from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.template import Template
 from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
@@ -53,6 +55,8 @@ class Operator:
         """
         self.state = state
         self.options = PlanOptions()
+        self._planned: tuple[Trajectory, PlanOptions] | None = None
+        """The last plan that was asked for here, and with which options."""
         self._sender, self._say, self._session = sender, say, session
         self._orders = count(1)
         self.goals = GoalOrders(state, sender.send, say, self._request_id)
@@ -159,7 +163,11 @@ class Operator:
         if self.state.path is None or self.state.template is None:
             self._say(WARN, "Load: plan a template first (p)")
             return
-        self._send(orders.load(self.state.path.trajectory, self.state.template.text, self._request_id(), resume=resume))
+        trajectory, template_json = self.state.path.trajectory, self.state.template.text
+        own = self._planned is not None and self._planned[0] is trajectory
+        cause_json = PlanCause(options=self._planned[1]).model_dump_json() if self._planned and own else ""
+        order = orders.load(trajectory, template_json, self._request_id(), resume=resume, cause_json=cause_json)
+        self._send(order)
 
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
@@ -259,6 +267,7 @@ class Operator:
             if self.state.template is None or request.template_json != self.state.template.text:
                 raise TouchlineError("another template has been chosen meanwhile")
             self.state.planned(response.trajectory, response.report)
+            self._planned = (response.trajectory, request.options)
             report = response.report
             return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}"
         if isinstance(request, LoadRequest):

@@ -106,9 +106,17 @@ def plan(template_json: str, vehicle_json: str, options: PlanOptions, request_id
     return Order("plan", "Plan", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 
-def load(trajectory: Trajectory, template_json: str, request_id: str, *, resume: bool = False) -> Order:
+def load(
+    trajectory: Trajectory, template_json: str, request_id: str, *, resume: bool = False, cause_json: str = ""
+) -> Order:
     """Load a plan into the robot; with `resume`, to go on where it was in it when its process died."""
-    request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json, resume=resume)
+    request = LoadRequest(
+        request_id=request_id,
+        trajectory=trajectory,
+        template_json=template_json,
+        resume=resume,
+        cause_json=cause_json,
+    )
     return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 

@@ -19,7 +19,7 @@ KEPT: Final = frozenset((*_TEXTS, topics.ORDERS.name, topics.REPORT.name))
 _MOST_ORDERS: Final = 10_000
 
 
-class Attachment(NamedTuple):
+class AttachedFile(NamedTuple):
     """A file in a recording."""
 
     name: str
@@ -55,7 +55,7 @@ class Keepsakes:
         """Of the traversals, one after another."""
         return " ".join(self._hashes)
 
-    def attachments(self) -> Iterator[Attachment]:
+    def attachments(self) -> Iterator[AttachedFile]:
         """The causes as JSON files."""
         for topic, name in _TEXTS.items():
             if text := self._texts.get(topic):
@@ -63,6 +63,6 @@ class Keepsakes:
         if self._orders:
             yield self._json("orders.json", json.dumps(self._orders, indent=1, ensure_ascii=False))
 
-    def _json(self, name: str, text: str) -> Attachment:
+    def _json(self, name: str, text: str) -> AttachedFile:
         at = f"{self._namespace}/{name}" if self._namespace else name
-        return Attachment(at, "application/json", text.encode())
+        return AttachedFile(at, "application/json", text.encode())

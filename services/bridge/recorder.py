@@ -126,13 +126,13 @@ class Recorder:
         self._robots = {namespace: _Robot() for namespace in namespaces}
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
+        self._says_by_what = False
         self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(topics)
-            self._writer.add_metadata(MADE_BY, made_by())
             if continues:
                 part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
                 self._writer.add_metadata("touchline_part", part)
@@ -252,6 +252,7 @@ class Recorder:
         if self._problem:
             raise RecordingError(self._problem)
         try:
+            self._say_by_what()
             self._writer.flush()  # type: ignore[no-untyped-call]
         except RecordingError as error:
             self._fail(error)
@@ -283,6 +284,7 @@ class Recorder:
                 for robot in self._robots.values():
                     self._write_waiting(robot)
                 self._writer.flush()  # type: ignore[no-untyped-call]
+                self._say_by_what()
                 self._keep()
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
@@ -303,6 +305,12 @@ class Recorder:
         unknown = f"its end may be missing: {unasked} could not be asked what was sent last" if unasked else ""
         problem = self._problem or unknown
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
+
+    def _say_by_what(self) -> None:
+        """Write it once, with the first messages: an empty file is no recording that anybody needs to know that of."""
+        if not self._says_by_what:
+            self._says_by_what = True
+            self._writer.add_metadata(MADE_BY, made_by())
 
     def _keep(self) -> None:
         """Write what the sessions came from, and their hashes."""

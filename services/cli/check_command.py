@@ -20,7 +20,7 @@ from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.cli.workers_choice import WorkersChoice
 
 if TYPE_CHECKING:
-    from touchline.services.runs.checking.check_files import Verdict
+    from touchline.services.runs.checking.check_files import SessionVerdict
 
 
 def register(app: typer.Typer) -> None:
@@ -49,12 +49,12 @@ def check(
     from touchline.services.runs.checking.check_files import check_file, recordings_in
 
     files = recordings_in(places)
-    verdicts: list[Verdict] = []
+    verdicts: list[SessionVerdict] = []
     interrupted = False
     with progress_bar("Check") as advance:
         if len(files) > 1:
             warm_up(say)  # so that not every process compiles
-        done: Generator[list[Verdict], None, None] = processes.done(check_file, None, files)
+        done: Generator[list[SessionVerdict], None, None] = processes.done(check_file, None, files)
         advance(0.0, f"0 of {len(files)}")
         try:
             with closing(done):
@@ -76,7 +76,7 @@ def check(
         sys.exit(ExitCode.FAILED)
 
 
-def _update(verdicts: "list[Verdict]") -> None:
+def _update(verdicts: "list[SessionVerdict]") -> None:
     """Write those that differ anew; one that cannot be read or done is left as it is, and an error."""
     from touchline.services.runs.checking.check_session import update_recording
 
@@ -88,7 +88,7 @@ def _update(verdicts: "list[Verdict]") -> None:
         say(f"wrote {path} anew")
 
 
-def _print(verdicts: "list[Verdict]") -> None:
+def _print(verdicts: "list[SessionVerdict]") -> None:
     table = Table(box=box.SIMPLE_HEAD)
     for heading in ("session", "robot", "verdict", "first"):
         table.add_column(heading, overflow="fold")

@@ -15,7 +15,7 @@ from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.runs.arrival import ReachedPose, arrival_figures
 from touchline.services.runs.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
-from touchline.services.runs.simulation import Errand, Outcome, Products, carry_out
+from touchline.services.runs.simulation import GivenDrive, Outcome, Products, carry_out
 
 LOST_S: Final = 30.0
 """Sim time: a robot that stands for so long without knowing where will not drive."""
@@ -95,8 +95,8 @@ def drive_to_goal(
     start = emulator.onboard.estimate[:3]
     plan = plan_from(start, goal, setup.vehicle, options)
     begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
-    errand = Errand(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal))
-    outcome = carry_out(emulator, errand, products, progress)
+    drive = GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal))
+    outcome = carry_out(emulator, drive, products, progress)
     cause = goal_scenario_hash(setup, goal, options)
     believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
     return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)

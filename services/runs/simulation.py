@@ -125,7 +125,7 @@ class Products:
 _REPORT_ALONE = Products()
 
 
-class Errand(NamedTuple):
+class GivenDrive(NamedTuple):
     """What an emulated robot is to drive.
 
     Attributes:
@@ -164,14 +164,14 @@ def simulate(
         RecordingError: The recording cannot be written.
     """
     emulator = Emulator(job.vehicle, scenario, config)
-    errand = Errand(job.trajectory, job.template, Taking.CARRIED, PlanCause(options=job.options))
-    done = carry_out(emulator, errand, products, progress)
+    drive = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause(options=job.options))
+    done = carry_out(emulator, drive, products, progress)
     return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
 
 
 def carry_out(
     emulator: Emulator,
-    errand: Errand,
+    drive: GivenDrive,
     products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
@@ -179,7 +179,7 @@ def carry_out(
 
     Args:
         emulator: The robot, at rest.
-        errand: What it drives.
+        drive: What it drives.
         products: What is to be given besides the report.
         progress: As of `simulate`.
 
@@ -191,8 +191,8 @@ def carry_out(
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
     emulator.check_load()
-    prepared = emulator.prepare(errand.trajectory, errand.template, taking=errand.taking)
-    emulator.take(prepared._replace(cause=errand.cause))
+    prepared = emulator.prepare(drive.trajectory, drive.template, taking=drive.taking)
+    emulator.take(prepared._replace(cause=drive.cause))
     runner = FastRunner(emulator)
     if products.record is None and not products.hashed:
         emulator.start()
@@ -201,7 +201,7 @@ def carry_out(
     else:
         with _Listener(products.record) as listener:
             listener.hear(before)
-            listener.hear(telemetry.loaded(errand.trajectory, errand.template))
+            listener.hear(telemetry.loaded(drive.trajectory, drive.template))
             emulator.start()
             listener.hear(telemetry.news())
 

@@ -42,7 +42,7 @@ class TopicFigures:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class SessionVerdict:
     """What came of one robot's session in one recording.
 
     Attributes:
@@ -107,7 +107,7 @@ def recordings_in(places: Sequence[str]) -> list[Path]:
     return list(found)
 
 
-def check_file(_shared: None, path: Path, progress: Progress = lambda done: None) -> list[Verdict]:
+def check_file(_shared: None, path: Path, progress: Progress = lambda done: None) -> list[SessionVerdict]:
     """Check a recording; what cannot be read is a verdict, too.
 
     Args:
@@ -120,11 +120,11 @@ def check_file(_shared: None, path: Path, progress: Progress = lambda done: None
         others = _other_platform(path)
         found = check_recording(path, exact=not others, progress=progress)
     except (TouchlineError, OSError) as error:
-        return [Verdict(str(path), "", False, str(error), wall_time_s=time.perf_counter() - begun)]
+        return [SessionVerdict(str(path), "", False, str(error), wall_time_s=time.perf_counter() - begun)]
     return [_verdict(path, one, others, time.perf_counter() - begun) for one in found]
 
 
-def _verdict(path: Path, one: SessionCheck, others: list[str], wall_time_s: float) -> Verdict:
+def _verdict(path: Path, one: SessionCheck, others: list[str], wall_time_s: float) -> SessionVerdict:
     checks = one.diff.topics
     notes = list(one.notes)
     if others:
@@ -134,7 +134,7 @@ def _verdict(path: Path, one: SessionCheck, others: list[str], wall_time_s: floa
         for name, check in checks.items()
         if not check.same
     }
-    return Verdict(
+    return SessionVerdict(
         str(path),
         one.robot,
         one.passed,

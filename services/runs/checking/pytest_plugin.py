@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from touchline.services.runs.checking.check_files import Verdict
+    from touchline.services.runs.checking.check_files import SessionVerdict
 
 _MARK = "touchline_session"
 
@@ -27,7 +27,7 @@ class CheckedSession:
         verdicts: One for each of its robots.
     """
 
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[SessionVerdict, ...]
 
     @property
     def same(self) -> bool:
