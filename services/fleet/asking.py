@@ -12,8 +12,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.topics import Service
-from touchline.services.bus import Bus
-from touchline.services.bus.calls import Answer
+from touchline.services.bus import Answer, Bus
 
 GUIDED_S: Final = 60.0
 """Wall time: a robot that has never been guided compiles what it needs for that."""
@@ -21,7 +20,7 @@ _LOOK_S: Final = 0.001
 _SILENT: Final = "does not answer"
 
 
-class Asked:
+class AskedRobots:
     """Robots that have been asked for something, and what they answer.
 
     Attributes:
@@ -75,7 +74,7 @@ class Asked:
         return "" if told.success else told.message or "refuses"
 
 
-def ask_to_be_guided(buses: Mapping[str, Bus], lockstep_s: float) -> Asked:
+def ask_to_be_guided(buses: Mapping[str, Bus], lockstep_s: float) -> AskedRobots:
     """Have robots be guided from now on.
 
     Args:
@@ -83,7 +82,7 @@ def ask_to_be_guided(buses: Mapping[str, Bus], lockstep_s: float) -> Asked:
         lockstep_s: At whose multiples emulated robots wait for an answer; 0: they never do.
     """
     request = m.BeginGuidedRequest(request_id=uuid.uuid4().hex, lockstep_s=lockstep_s)
-    return Asked(buses, topics.BEGIN_GUIDED, request, GUIDED_S)
+    return AskedRobots(buses, topics.BEGIN_GUIDED, request, GUIDED_S)
 
 
 def reasons(refused: Mapping[str, str]) -> str:

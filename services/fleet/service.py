@@ -23,7 +23,7 @@ from touchline.schemas.spec import first_problem
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
-from touchline.services.fleet.asking import Asked, ask_to_be_guided, reasons
+from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
@@ -79,9 +79,9 @@ class TeamService:
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
         self._phase = _Phase.WAITING
-        self._beginning: Asked | None = None
+        self._beginning: AskedRobots | None = None
         self._invitations = Invitations()
-        self._asked: dict[str, Asked] = {}
+        self._asked: dict[str, AskedRobots] = {}
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
@@ -227,7 +227,7 @@ class TeamService:
     def _call_all(self, service: Service[m.CommandRequest, m.CommandResponse]) -> dict[str, str]:
         """Give every robot the same command, and wait; returns who refuses or is silent, and why."""
         buses = {name: self._buses[name] for name in self._lines}
-        return Asked(buses, service, m.CommandRequest(request_id=uuid.uuid4().hex), SILENT_S).wait()
+        return AskedRobots(buses, service, m.CommandRequest(request_id=uuid.uuid4().hex), SILENT_S).wait()
 
     def _look_for_robots(self, now_s: float) -> None:
         """Ask robots that have come to the bus to join, and hear what they say to that."""

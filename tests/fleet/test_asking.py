@@ -13,7 +13,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.fleet import asking
-from touchline.services.fleet.asking import Asked, ask_to_be_guided, reasons
+from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
 from touchline.services.fleet.invitations import MOST_PAUSE_S, Invitations
 
 NAMES = ("a", "b", "c", "d")
@@ -69,9 +69,9 @@ def silent(theirs: tuple[Bus, ...]) -> Callable[[], None]:
     return turn
 
 
-def ask_to_pause(buses: tuple[Bus, ...], timeout_s: float) -> Asked:
+def ask_to_pause(buses: tuple[Bus, ...], timeout_s: float) -> AskedRobots:
     named = dict(zip(NAMES, buses, strict=True))
-    return Asked(named, topics.PAUSE, m.CommandRequest(request_id=uuid.uuid4().hex), timeout_s)
+    return AskedRobots(named, topics.PAUSE, m.CommandRequest(request_id=uuid.uuid4().hex), timeout_s)
 
 
 def test_who_refuses_or_is_silent_is_named_with_the_reason(bus_config: BusConfig) -> None:
