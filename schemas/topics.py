@@ -204,6 +204,8 @@ FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepRe
 #: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
 TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)
+TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
+TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)

@@ -132,3 +132,23 @@ class TeamTaskResponse(Message):
     ros_type: ClassVar[str] = "touchline_msgs/srv/TeamTask_Response"
     success: bool = False
     message: str = ""
+
+
+class TeamRobotRequest(Message):
+    """Take a robot out of a team, or admit one again that was taken out.
+
+    Who is taken out may be no obstacle any more: unless ``force``, it is refused while the robot may drive.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamRobot_Request"
+    request_id: str = ""
+    robot: str = ""
+    force: bool = False
+
+
+class TeamRobotResponse(Message):
+    """Whether that is done, and what has to be seen to now; or why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamRobot_Response"
+    success: bool = False
+    message: str = ""

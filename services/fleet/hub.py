@@ -114,6 +114,7 @@ class _Robot:
         echo_s: The newest stamp that counts.
         sent: What it is told.
         rests_within_m: If it is at rest: how far from the newest S at most.
+        since: The last cell that was made before it joined.
     """
 
     newest: Whereabouts
@@ -122,6 +123,7 @@ class _Robot:
     echo_s: float
     sent: Guidance
     rests_within_m: float | None = None
+    since: int = FIRST_CELL - 1
 
     @property
     def segment(self) -> Floats:
@@ -191,7 +193,7 @@ class Hub:
         """
         nowhere = _MadeCell(BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
         told = _stays(there, FIRST_CELL)
-        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, rests_within_m=0.0)
+        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, 0.0, self._cells_made)
         self._robots = {each: self._robots[each] for each in sorted(self._robots)}
 
     def leave(self, name: str) -> None:
@@ -316,8 +318,9 @@ class Hub:
 
     def _is_kept_off(self, name: str) -> bool:
         """Whether every cell in which another may drive keeps off a robot: not so while one has just joined."""
+        since = self._robots[name].since  # cells from before may keep off it where it was before it was carried off
         others = (robot for other, robot in self._robots.items() if other != name)
-        return all(made.dead or name in made.planes for robot in others for made in robot.using.values())
+        return all(made.dead or number > since for robot in others for number, made in robot.using.items())
 
     def _look_for_silence(self, now_s: float) -> None:
         settings = self.settings

@@ -28,6 +28,7 @@ from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.invitations import Invitations
+from touchline.services.fleet.removals import Removals
 from touchline.services.fleet.robot_line import RobotLine, header_at
 from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.team_status import team_status
@@ -79,6 +80,7 @@ class TeamService:
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
         self._phase = _Phase.WAITING
+        self._removals = Removals(bus, self._coordination, joining=not lockstep)
         self._beginning: AskedRobots | None = None
         self._invitations = Invitations()
         self._asked: dict[str, AskedRobots] = {}
@@ -162,7 +164,8 @@ class TeamService:
         fresh = {name: line for name, line in self._lines.items() if line.fresh}
         told = self._exchanged(tick, {name: line.said for name, line in fresh.items() if line.said is not None})
         for name, messages in told.items():
-            self._lines[name].tell(messages, self._lines[name].tick)
+            if name in self._lines:  # else it has been taken out since that was sent
+                self._lines[name].tell(messages, self._lines[name].tick)
         for line in fresh.values():
             line.fresh = False
         self._next_tick = tick + self._step
@@ -198,6 +201,9 @@ class TeamService:
     def _serve(self) -> None:
         if (task := self._tasks.poll()) is not None:
             self._take_task(task)
+        if gone := self._removals.turn(self._buses):
+            del self._lines[gone]
+            self._offsets.pop(gone, None)
         if (stop := self._stops.poll()) is not None:
             refused = self._stop_all()
             stop.reply(m.CommandResponse(success=not refused, message=reasons(refused) or "all robots are paused"))
@@ -234,7 +240,8 @@ class TeamService:
         self._roster.poll()
         if now_s >= self._look_at_s and math.isfinite(self._roster.counted_s):
             self._look_at_s = now_s + _LOOK_S
-            for name in self._invitations.due(self._roster.robots((topics.ROBOT_SIM,)), now_s):
+            there = set(self._roster.robots((topics.ROBOT_SIM,))) - self._coordination.out
+            for name in self._invitations.due(sorted(there), now_s):
                 self._invite(name, now_s)
         for name in [name for name, asked in self._asked.items() if asked.done]:
             refused = self._asked.pop(name).refused

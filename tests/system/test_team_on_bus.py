@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,15 @@ from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline
 from touchline.schemas import topics
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.messages import CommandRequest, Odometry, TeamCells, TeamStatus, TeamTaskRequest
+from touchline.schemas.messages import (
+    CommandRequest,
+    Odometry,
+    TeamCells,
+    TeamRobotRequest,
+    TeamRobotResponse,
+    TeamStatus,
+    TeamTaskRequest,
+)
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
 from touchline.services.bridge.channels import namespace_at
@@ -121,6 +130,14 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
                 assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25), status.now
                 paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
                 assert paused.success, paused.message
+            assert "may drive" in remove(bus, "a").message
+            assert eventually(lambda: remove(bus, "late").success), remove(bus, "late").message
+            assert eventually(lambda: [cell.name for cell in status.cells.cells] == ["a", "b", "c"])
+            with robots(config, tmp_path, "late"):
+                assert not bus.of("late").wait_for({topics.ROBOT_SIM}, 60.0)
+                admitted = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id="admit", robot="late"), 30.0)
+                assert admitted.success, admitted.message
+                assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
             corners = TeamTaskRequest(request_id="4", task_json=json.dumps(CORNERS))
             assert bus.call(topics.TEAM_TASK, corners, 60.0).success
             for name in ("a", "b", "c"):
@@ -133,6 +150,11 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
         finally:
             coordinator.kill()
             coordinator.wait()
+
+
+def remove(bus: Bus, name: str) -> TeamRobotResponse:
+    request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name)
+    return bus.call(topics.TEAM_REMOVE, request, 30.0)
 
 
 class Newest:
