@@ -116,6 +116,8 @@ SETUP = Topic("setup", m.String, latched=True)
 TEAM_SETUP = Topic("fleet/setup", m.String, latched=True, general=False)
 TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", tolerance=1e-6, general=False)
 TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
+#: Of a task that has ended.
+TEAM_REPORT = Topic("fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -149,6 +151,7 @@ TOPICS: tuple[Topic, ...] = (
     TEAM_SETUP,
     TEAM_CELLS,
     TEAM_STATUS,
+    TEAM_REPORT,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,

@@ -156,7 +156,12 @@ class Coordination:
         if self.hub is None:
             return False
         late = now_s - self._begun_s >= self._team.duration_s - 1e-6
-        return late or len(self.arrived()) == len(self.hub.names)
+        return late or self.all_arrived
+
+    @property
+    def all_arrived(self) -> bool:
+        """Whether all believe to be at their last goals."""
+        return self.hub is not None and len(self.arrived()) == len(self.hub.names)
 
     @property
     def waits_for(self) -> tuple[str, ...]:

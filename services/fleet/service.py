@@ -31,6 +31,7 @@ from touchline.services.fleet.invitations import Invitations
 from touchline.services.fleet.removals import Removals
 from touchline.services.fleet.robot_line import RobotLine, header_at
 from touchline.services.fleet.starts import free_area
+from touchline.services.fleet.task_books import TaskBooks
 from touchline.services.fleet.team_status import team_status
 from touchline.services.fleet.warm_up_team import warm_up_team
 from touchline.services.system.shutdown import until_stopped
@@ -76,9 +77,11 @@ class TeamService:
         self._roster, self._look_at_s = bus.roster(), 0.0
         self._tasks, self._stops = bus.serve(topics.TEAM_TASK), bus.serve(topics.TEAM_STOP)
         self._cells, self._status = bus.publisher(topics.TEAM_CELLS), bus.publisher(topics.TEAM_STATUS)
+        self._reports = bus.publisher(topics.TEAM_REPORT)
         self._setup = bus.publisher(topics.TEAM_SETUP)
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
+        self._books: TaskBooks | None = None
         self._phase = _Phase.WAITING
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
         self._beginning: AskedRobots | None = None
@@ -183,8 +186,11 @@ class TeamService:
         else:
             if self._exchange.updated:
                 self._problem = ""
+        if self._books is not None:
+            self._books.count(len(said), sum(map(len, told.values())))
         if self._exchange.updated:
             self._publish(tick)
+            self._look_for_end(tick)
             if self._lockstep and self._coordination.finished(tick / 100.0):
                 self._phase = _Phase.ENDED
                 self._call_all(topics.ABORT)
@@ -197,6 +203,20 @@ class TeamService:
         status = team_status(self._coordination, self._area)
         figures = {"header": head, "task": self._task, "updates": self._updates, "robots": len(self._lines)}
         self._status.send(status.model_copy(update=figures | ({"problem": self._problem} if self._problem else {})))
+
+    def _look_for_end(self, tick: int) -> None:
+        """Account for the update, and report once the task has come to its end."""
+        if self._books is None:
+            return
+        self._books.update(tick / 100.0)
+        coordination = self._coordination
+        ended = coordination.finished(tick / 100.0) if self._lockstep else coordination.all_arrived
+        if ended and (report := self._books.report(finished=True)) is not None:
+            self._send_report(report)
+            self._books = None
+
+    def _send_report(self, report: m.TeamReport) -> None:
+        self._reports.send(report.model_copy(update={"header": header_at(self._next_tick)}))
 
     def _serve(self) -> None:
         if (task := self._tasks.poll()) is not None:
@@ -213,7 +233,7 @@ class TeamService:
         try:
             spec = parse_task(call.request.task_json)
             if self._phase is _Phase.GUIDING:
-                self._coordination.set_task(spec)
+                self._replace_task(spec)
             elif self._phase is not _Phase.WAITING:
                 raise SpecError("team", "task", f"comes while the team {self._phase.value}", "send it later, or anew")
         except SpecError as error:
@@ -222,9 +242,22 @@ class TeamService:
         self._task = spec.kind
         if self._phase is _Phase.WAITING:
             self._coordination.set_first_task(spec)
+            self._books = TaskBooks(self._coordination, spec.kind)
             self._begin(call)
             return
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {spec.kind}"))
+
+    def _replace_task(self, spec: TaskSpec) -> None:
+        """Go on with another task, and report what has become of the one before.
+
+        Raises:
+            SpecError: It cannot be had.
+        """
+        ended = self._books.report(finished=False) if self._books is not None else None
+        self._coordination.set_task(spec)
+        if ended is not None:
+            self._send_report(ended)
+        self._books = TaskBooks(self._coordination, spec.kind)
 
     def _stop_all(self) -> dict[str, str]:
         """Pause every robot; returns who is not paused by that, and why."""

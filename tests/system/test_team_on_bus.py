@@ -19,6 +19,7 @@ from touchline.schemas.messages import (
     CommandRequest,
     Odometry,
     TeamCells,
+    TeamReport,
     TeamRobotRequest,
     TeamRobotResponse,
     TeamStatus,
@@ -123,10 +124,13 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
             done = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="1", task_json=json.dumps(CORNERS)), 60.0)
             assert done.success, done.message
             assert eventually(lambda: status.now.arrived == 3), status.now
+            assert eventually(lambda: status.report.finished), status.report
+            assert (status.report.robots, status.report.missing) == (("a", "b", "c"), ())
             with robots(config, tmp_path, "late"):
                 assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
                 deploy = TeamTaskRequest(request_id="2", task_json='{"kind": "deploy"}')
                 assert bus.call(topics.TEAM_TASK, deploy, 60.0).success
+                assert status.report.task == "goals"
                 assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25), status.now
                 paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
                 assert paused.success, paused.message
@@ -140,6 +144,8 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
                 assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
             corners = TeamTaskRequest(request_id="4", task_json=json.dumps(CORNERS))
             assert bus.call(topics.TEAM_TASK, corners, 60.0).success
+            assert eventually(lambda: status.report.task == "deploy"), status.report
+            assert not status.report.finished
             for name in ("a", "b", "c"):
                 assert bus.of(name).call(topics.RESUME, CommandRequest(request_id="5")).success
             assert eventually(lambda: any(abs(v) > 0.3 for _, _, v in look().values())), look()
@@ -161,8 +167,8 @@ class Newest:
     """What the coordinator has told last."""
 
     def __init__(self, bus: Bus) -> None:
-        self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS], keep="latest")
-        self._status, self._cells = TeamStatus(), TeamCells()
+        self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS, topics.TEAM_REPORT], keep="latest")
+        self._status, self._cells, self._report = TeamStatus(), TeamCells(), TeamReport()
 
     def _look(self) -> None:
         for _, message in self._inbox.messages():
@@ -170,6 +176,8 @@ class Newest:
                 self._status = message
             elif isinstance(message, TeamCells):
                 self._cells = message
+            elif isinstance(message, TeamReport):
+                self._report = message
 
     @property
     def now(self) -> TeamStatus:
@@ -180,3 +188,8 @@ class Newest:
     def cells(self) -> TeamCells:
         self._look()
         return self._cells
+
+    @property
+    def report(self) -> TeamReport:
+        self._look()
+        return self._report
