@@ -154,10 +154,25 @@ def buffered_cells(
     n = len(segments)
     rows = np.zeros((n, n + len(area.sides) + len(area.walls), 3))
     called = list(names) or [str(number) for number in range(n)]
+    keep_robots_apart(segments, radius_m, rows, called)
+    return within_area(segments, area, radius_m, rows, called)
+
+
+def keep_robots_apart(segments: Floats, radius_m: float, rows: Floats, names: Sequence[str]) -> None:
+    """The half-planes that keep every two robots apart.
+
+    Args:
+        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
+        radius_m: r_s.
+        rows: (n, n or more, 3) row j of robot i is filled with the half-plane that keeps i from j; row i stays.
+        names: Of the robots, for errors.
+
+    Raises:
+        SegmentsMeet: Two segments touch or cross.
+    """
     first, second = keep_apart(segments, radius_m, rows)
     if first >= 0:
-        raise SegmentsMeet(called[first], called[second])
-    return within_area(segments, area, radius_m, rows, called)
+        raise SegmentsMeet(names[first], names[second])
 
 
 def within_area(
