@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
 from touchline.services.core.arcs import unit
-from touchline.services.fleet.cells import buffered_cells, stopping_segments
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub
 from touchline.services.fleet.lloyd import deployment

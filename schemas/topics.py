@@ -120,6 +120,8 @@ SETUP = Topic("setup", m.String, latched=True)
 TEAM_SETUP = Topic("fleet/setup", m.String, latched=True, general=False)
 TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", tolerance=1e-6, general=False)
 TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
+#: Of a task that has ended.
+TEAM_REPORT = Topic("fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -154,6 +156,7 @@ TOPICS: tuple[Topic, ...] = (
     TEAM_SETUP,
     TEAM_CELLS,
     TEAM_STATUS,
+    TEAM_REPORT,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,
@@ -209,6 +212,8 @@ FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepRe
 #: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
 TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)
+TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
+TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)

@@ -99,6 +99,28 @@ class TeamStatus(Message):
     problem: str = ""
 
 
+class TeamReport(Message):
+    """What became of a team's task that has ended, as its coordinator believes.
+
+    ``finished``: its time is up or all have arrived; else another task took its place. ``missing`` are those that have
+    goals and are not there, each with the reason: "tb3: it is not heard". ``nearest_m`` is the least distance of two
+    stopping segments at any of its ``updates``; ``heard`` and ``told`` count messages.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TeamReport"
+    header: Header = Header()
+    task: str = ""
+    finished: bool = False
+    robots: tuple[str, ...] = ()
+    arrived: UInt32 = 0
+    missing: tuple[str, ...] = ()
+    time_s: float = 0.0
+    nearest_m: float = 0.0
+    updates: UInt32 = 0
+    heard: UInt32 = 0
+    told: UInt32 = 0
+
+
 class BeginGuidedRequest(Message):
     """Drive where a coordinator guides the robot from now on.
 
@@ -130,5 +152,25 @@ class TeamTaskResponse(Message):
     """Whether the team goes on with that task, or why not."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/TeamTask_Response"
+    success: bool = False
+    message: str = ""
+
+
+class TeamRobotRequest(Message):
+    """Take a robot out of a team, or admit one again that was taken out.
+
+    Who is taken out may be no obstacle any more: unless ``force``, it is refused while the robot may drive.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamRobot_Request"
+    request_id: str = ""
+    robot: str = ""
+    force: bool = False
+
+
+class TeamRobotResponse(Message):
+    """Whether that is done, and what has to be seen to now; or why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/TeamRobot_Response"
     success: bool = False
     message: str = ""

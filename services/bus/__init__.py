@@ -1,7 +1,7 @@
 """The bus: typed topics and services over Eclipse Zenoh. The only package that imports zenoh."""
 
 from touchline.services.bus.bus import Bus
-from touchline.services.bus.calls import CallError, ServedCall, Server
+from touchline.services.bus.calls import Answer, CallError, ServedCall, Server
 from touchline.services.bus.config import BusConfig
 from touchline.services.bus.health import HealthReporter
 from touchline.services.bus.inbox import Inbox, Sample
@@ -9,6 +9,7 @@ from touchline.services.bus.insist import UrgentOrder, insist
 from touchline.services.bus.publisher import Publisher
 
 __all__ = [
+    "Answer",
     "Bus",
     "BusConfig",
     "CallError",

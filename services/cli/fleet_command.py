@@ -13,7 +13,7 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.messages import CommandRequest, TeamTaskRequest
+from touchline.schemas.messages import CommandRequest, TeamRobotRequest, TeamTaskRequest
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
@@ -34,7 +34,11 @@ from touchline.services.runs.writing import check_recordable
 from touchline.services.system.temporary_system import ProcessOptions, local_system
 
 _TASK_S: Final = 120.0
-"""All robots are asked one by one."""
+"""Robots that have never been guided compile what they need for that."""
+_ROBOT_S: Final = 10.0
+
+TeamNameOption = Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")]
+RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Its name.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -47,6 +51,8 @@ def register(app: typer.Typer) -> None:
     fleet.command("sweep")(with_groups(sweep))
     fleet.command("task")(task)
     fleet.command("stop")(stop)
+    fleet.command("remove")(remove)
+    fleet.command("admit")(admit)
     app.add_typer(fleet, name="fleet")
 
 
@@ -186,7 +192,7 @@ def _sizes(text: str) -> list[int]:
 
 def task(
     what: Annotated[str, typer.Argument(metavar="KIND|FILE", help="deploy, swap, or a JSON file of a task.")],
-    robot: Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")] = TEAM_NAMESPACE,
+    robot: TeamNameOption = TEAM_NAMESPACE,
 ) -> None:
     """Give a team on the bus a task: its coordinator sets it in motion, or has it go on with that."""
     text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
@@ -197,11 +203,32 @@ def task(
 
 
 def stop(
-    robot: Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")] = TEAM_NAMESPACE,
+    robot: TeamNameOption = TEAM_NAMESPACE,
 ) -> None:
     """Pause every robot of a team on the bus; `touchline order resume` lets them go on."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
+    _told(response.success, response.message)
+
+
+def remove(
+    name: RobotArgument,
+    force: Annotated[
+        bool, typer.Option("--force", help="Though it may still drive: you answer for it that it does not.")
+    ] = False,
+    robot: TeamNameOption = TEAM_NAMESPACE,
+) -> None:
+    """Take a robot that has been carried away out of a team on the bus: nobody keeps off it any more."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
+        response = bus.call(topics.TEAM_REMOVE, request, _ROBOT_S)
+    _told(response.success, response.message)
+
+
+def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE) -> None:
+    """Have a robot join a team on the bus again that was taken out; it may stand elsewhere."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        response = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S)
     _told(response.success, response.message)
 
 

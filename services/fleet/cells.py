@@ -107,21 +107,6 @@ class BufferedCell(NamedTuple):
         return np.array((found.real, found.imag))
 
 
-def stopping_segments(poses: Floats, deceleration_mps2: float) -> Floats:
-    """From where robots are to where they would stand if they braked straight ahead: v²/(2a) on.
-
-    Args:
-        poses: (n, 4) x, y (m), heading (rad) and speed (m/s, negative backward).
-        deceleration_mps2: a.
-
-    Returns:
-        (n, 4) x₁ y₁ x₂ y₂ (m).
-    """
-    here, heading, speed = poses[:, :2], poses[:, 2], poses[:, 3]
-    way = speed * np.abs(speed) / (2.0 * deceleration_mps2)
-    return np.column_stack((here, here + way[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))))
-
-
 def voronoi(points: Floats, area: FreeArea) -> VoronoiParts:
     """The Voronoi cells of points in an area, exact for any polygon with obstacles.
 
@@ -137,27 +122,21 @@ def voronoi(points: Floats, area: FreeArea) -> VoronoiParts:
     return VoronoiParts(*bisecting(np.ascontiguousarray(points), area.pieces, area.sizes))
 
 
-def buffered_cells(
-    segments: Floats, area: FreeArea, radius_m: float = ROBOT_RADIUS_M, names: Sequence[str] = ()
-) -> list[BufferedCell]:
-    """The buffered cells of robots.
+def keep_robots_apart(segments: Floats, radius_m: float, rows: Floats, names: Sequence[str]) -> None:
+    """The half-planes that keep every two robots apart.
 
     Args:
-        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m); a segment may be a point.
-        area: Where they drive.
+        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
         radius_m: r_s.
-        names: Of the robots, for errors; else their numbers.
+        rows: (n, n or more, 3) row j of robot i is filled with the half-plane that keeps i from j; row i stays.
+        names: Of the robots, for errors.
 
     Raises:
-        SegmentsMeet: Two segments touch or cross, or one touches a wall.
+        SegmentsMeet: Two segments touch or cross.
     """
-    n = len(segments)
-    rows = np.zeros((n, n + len(area.sides) + len(area.walls), 3))
-    called = list(names) or [str(number) for number in range(n)]
     first, second = keep_apart(segments, radius_m, rows)
     if first >= 0:
-        raise SegmentsMeet(called[first], called[second])
-    return within_area(segments, area, radius_m, rows, called)
+        raise SegmentsMeet(names[first], names[second])
 
 
 def within_area(

@@ -43,6 +43,7 @@ class Coordination:
         self._team, self._area = team, area
         self._first: dict[str, Whereabouts] = {}
         self._begun_s = math.inf
+        self._out: set[str] = set()
         self.hub: Hub | None = None
         self.task: TeamTask | None = None
 
@@ -54,6 +55,8 @@ class Coordination:
             said: By it.
             now_s: Sim time.
         """
+        if name in self._out:
+            return
         if self.hub is None:
             self._first[name] = said
         elif name in self.hub.names and not self._begins_anew(self.hub, name, said):
@@ -62,6 +65,40 @@ class Coordination:
             if name in self.hub.names:
                 self.hub.leave(name)
             self.hub.join(name, said, now_s)
+
+    def remove(self, name: str) -> None:
+        """Take a robot out that has been carried away: nobody keeps off it, and it is not heard before `admit`."""
+        if self.hub is not None and name in self.hub.names:
+            self.hub.leave(name)
+        self._out.add(name)
+
+    def admit(self, name: str) -> None:
+        """Take a robot in again that was taken out, once it stands and has no cell; it may be elsewhere by then."""
+        self._out.discard(name)
+
+    @property
+    def out(self) -> frozenset[str]:
+        """Who has been taken out."""
+        return frozenset(self._out)
+
+    def check_removal(self, name: str, forced: bool) -> None:
+        """See whether a robot may be taken out.
+
+        Args:
+            name: The robot's.
+            forced: Whether somebody answers for it that it does not drive.
+
+        Raises:
+            SpecError: It may not; the reason.
+        """
+        names = self.hub.names if self.hub is not None else ()
+        if name not in names:
+            raise SpecError("team", "robot", f"{name} is not in the team", f"use {', '.join(names) or 'it later'}")
+        if len(names) == 1:
+            raise SpecError("team", "robot", f"{name} is all of the team", "stop the team")
+        if self.hub is not None and not forced and name not in self.hub.resting:
+            remedy = f"switch it off and ask again {self.hub.settings.resting_s + 1.0:g} s later, or use --force"
+            raise SpecError("team", "robot", f"{name} is heard, or was a moment ago: it may drive", remedy)
 
     @staticmethod
     def _begins_anew(hub: Hub, name: str, said: Whereabouts) -> bool:
@@ -119,7 +156,12 @@ class Coordination:
         if self.hub is None:
             return False
         late = now_s - self._begun_s >= self._team.duration_s - 1e-6
-        return late or len(self.arrived()) == len(self.hub.names)
+        return late or self.all_arrived
+
+    @property
+    def all_arrived(self) -> bool:
+        """Whether all believe to be at their last goals."""
+        return self.hub is not None and len(self.arrived()) == len(self.hub.names)
 
     @property
     def waits_for(self) -> tuple[str, ...]:

@@ -32,9 +32,10 @@ which it has the other's S.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,8 @@ from touchline.services.fleet.aiming import Aiming
 from touchline.services.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.kernels.nearest import nearest_in
-from touchline.services.fleet.kernels.partition import between, least_apart_m
+from touchline.services.fleet.kernels.partition import least_apart_m
+from touchline.services.fleet.planes import MadeCell, Plane, PlaneRound
 from touchline.services.fleet.resting import strip_off, where_it_rests
 from touchline.services.fleet.tasks import TeamTask
 
@@ -80,29 +82,6 @@ class TeamSettings:
         return self.lease_s + self.speed_max_mps / self.deceleration_mps2
 
 
-class _Plane(NamedTuple):
-    """A strip between two robots, numbered; `sides` are the half-planes (3,) of either, by its name."""
-
-    number: int
-    sides: Mapping[str, Floats]
-
-
-@dataclass
-class _MadeCell:
-    """A cell that a robot may be using, and the planes that it is made of, by the other robot's name."""
-
-    cell: BufferedCell
-    planes: Mapping[str, Sequence[_Plane]]
-    dead: bool = False
-    """Whether the robot does not drive in it any more, but rests somewhere in it."""
-
-    def shared(self, other: _MadeCell, name: str, others_name: str) -> _Plane | None:
-        """The newest plane that robot `name` keeps to with this cell, and `others_name` with that."""
-        numbers = {plane.number for plane in other.planes[name]}
-        common = [plane for plane in self.planes[others_name] if plane.number in numbers]
-        return max(common, key=lambda plane: plane.number, default=None)
-
-
 @dataclass
 class _Robot:
     """What the hub knows of one robot.
@@ -114,14 +93,16 @@ class _Robot:
         echo_s: The newest stamp that counts.
         sent: What it is told.
         rests_within_m: If it is at rest: how far from the newest S at most.
+        since: The last cell that was made before it joined.
     """
 
     newest: Whereabouts
     heard_s: float
-    using: dict[int, _MadeCell]
+    using: dict[int, MadeCell]
     echo_s: float
     sent: Guidance
     rests_within_m: float | None = None
+    since: int = FIRST_CELL - 1
 
     @property
     def segment(self) -> Floats:
@@ -134,9 +115,13 @@ class _Robot:
         return len(self.using) < CELLS_MOST
 
     @property
-    def adopted(self) -> _MadeCell:
+    def adopted(self) -> MadeCell:
         """The cell that it has last said to keep to."""
         return self.using[self.newest.adopted]
+
+    def uses_only(self, last: PlaneRound) -> bool:
+        """Whether the only cell that it may be using was made with these planes, and it drives in that."""
+        return len(self.using) == 1 and not self.adopted.dead and last in self.adopted.rounds[-1:]
 
 
 class Hub:
@@ -169,10 +154,11 @@ class Hub:
         self._area, self._aiming, self.settings = area, Aiming(task), settings or TeamSettings()
         self._planes_made, self._cells_made = 0, FIRST_CELL
         known = {name: starts[name] for name in sorted(starts)}
-        planes = self._new_planes(known)
+        self._round, mates = self._new_round(known), frozenset(known)
         self._robots: dict[str, _Robot] = {}
-        for name, each in known.items():
-            made = self._cell(name, each, {o: [planes[frozenset((name, o))]] for o in known if o != name})
+        for place, (name, each) in enumerate(known.items()):
+            cell = self._cell(name, each, np.delete(self._round.rows[place], place, axis=0))
+            made = MadeCell(name, cell, {}, (self._round,), mates)
             self._robots[name] = _Robot(each, now_s, {FIRST_CELL: made}, each.stamp_s, _stays(each, FIRST_CELL))
 
     def set_task(self, task: TeamTask) -> None:
@@ -189,9 +175,9 @@ class Hub:
             there: Where it stands.
             now_s: Of the hub's clock.
         """
-        nowhere = _MadeCell(BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
+        nowhere = MadeCell(name, BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
         told = _stays(there, FIRST_CELL)
-        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, rests_within_m=0.0)
+        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, 0.0, self._cells_made)
         self._robots = {each: self._robots[each] for each in sorted(self._robots)}
 
     def leave(self, name: str) -> None:
@@ -237,8 +223,7 @@ class Hub:
             for name, robot in self._robots.items()
             if now_s - robot.heard_s <= SILENT_S and robot.listened_to and self._is_kept_off(name)
         }
-        new = self._new_planes(told)
-        made = {name: self._cell(name, each, self._planes_of(name, new)) for name, each in told.items()}
+        made = self._new_cells(told)
         names = list(self._robots)
         places = self.places
         cells = [(made.get(name) or robot.adopted).cell for name, robot in self._robots.items()]
@@ -316,8 +301,11 @@ class Hub:
 
     def _is_kept_off(self, name: str) -> bool:
         """Whether every cell in which another may drive keeps off a robot: not so while one has just joined."""
+        since = self._robots[name].since  # cells from before may keep off it where it was before it was carried off
+        if since < FIRST_CELL:
+            return True
         others = (robot for other, robot in self._robots.items() if other != name)
-        return all(made.dead or name in made.planes for robot in others for made in robot.using.values())
+        return all(made.dead or number > since for robot in others for number, made in robot.using.items())
 
     def _look_for_silence(self, now_s: float) -> None:
         settings = self.settings
@@ -328,62 +316,104 @@ class Hub:
                 for made in robot.using.values():
                     made.dead = True
 
-    def _new_planes(self, told: Mapping[str, Whereabouts]) -> dict[frozenset[str], _Plane]:
-        """A new plane for every two of some robots."""
-        names, found = list(told), {}
-        segments = {name: _segment(each) for name, each in told.items()}
-        for k, first in enumerate(names):
-            for second in names[k + 1 :]:
-                strip = between(segments[first], segments[second], self.settings.radius_m)
-                found[frozenset((first, second))] = self._numbered(first, second, strip)
-        return found
+    def _new_round(self, told: Mapping[str, Whereabouts]) -> PlaneRound:
+        """A new plane for every two of some robots.
 
-    def _numbered(self, first: str, second: str, strip: tuple[float, float, float, float]) -> _Plane:
-        """The plane of a strip.
+        Raises:
+            SegmentsMeet: Nothing keeps two of them apart.
+        """
+        self._planes_made += 1
+        segments = {name: _segment(each) for name, each in told.items()}
+        return PlaneRound(self._planes_made, segments, self.settings.radius_m)
+
+    def _new_cells(self, told: Mapping[str, Whereabouts]) -> dict[str, MadeCell]:
+        """A new cell for each of some robots.
+
+        Who has adopted the last cell that it was told, and may be using no other, has a plane of the last round with
+        all others of whom that is true. It is the newest that they share, so for these it is no matter of each two.
+
+        Raises:
+            SegmentsMeet: Nothing keeps two of them apart, or one from where another rests, or from a wall.
+        """
+        last, new = self._round, self._new_round(told)
+        mates = [name for name in told if self._robots[name].uses_only(last)]
+        rows = np.stack((last.among(mates), new.among(mates)), axis=2)
+        places, known = {name: place for place, name in enumerate(mates)}, frozenset(mates)
+        apart = [(bisect_left(mates, name), name) for name in self._robots if name not in known]
+        made = {}
+        for name, each in told.items():
+            if name in known:
+                stops, near = sorted((*apart, (places[name], name))), rows[places[name]]
+            else:
+                stops, near = [(0, other) for other in self._robots if other != name], np.zeros((0, 2, 3))
+            own = {other: self._planes_of(name, other, new) for _, other in stops if other != name}
+            cell = self._cell(name, each, _in_order(name, near, own, stops))
+            rounds = (last, new) if name in known else (new,)
+            made[name] = MadeCell(name, cell, own, rounds, known if name in known else frozenset())
+        self._round = new
+        return made
+
+    def _planes_of(self, name: str, other: str, new: PlaneRound) -> list[Plane]:
+        """What a robot's new cell is made of: a plane with each cell that another may be using, and the new one."""
+        bonds = (self._bond(name, other, each) for each in self._robots[other].using.values())
+        planes = {bond.number: bond for bond in bonds}
+        if other in new.places:
+            planes[new.number] = new.plane(name, other)
+        return list(planes.values())
+
+    def _bond(self, name: str, other: str, made: MadeCell) -> Plane:
+        """What keeps a robot off another that may be using this cell."""
+        robot = self._robots[name]
+        if made.dead:
+            return self._beside(name, other, made)
+        # Only a robot that comes back may have no plane in common with it, but was kept off by one of that cell's.
+        if not robot.adopted.dead and (common := robot.adopted.shared(made)):
+            return common
+        return max(made.planes(name), key=lambda plane: plane.number)
+
+    def _beside(self, name: str, other: str, made: MadeCell) -> Plane:
+        """A new plane that keeps a robot off another that rests in a cell.
 
         Raises:
             SegmentsMeet: It has no normal: nothing keeps the two apart.
         """
-        x, y, mine, others = strip
+        resting = self._robots[other]
+        there = where_it_rests(made.cell, resting.segment, resting.rests_within_m or 0.0)
+        x, y, mine, others = strip_off(self._robots[name].segment, there, 2.0 * self.settings.radius_m)
         if x == 0.0 and y == 0.0:
-            raise SegmentsMeet(first, second)
+            raise SegmentsMeet(name, other)
         self._planes_made += 1
-        sides = {first: np.array((x, y, mine)), second: np.array((-x, -y, -others))}
-        return _Plane(self._planes_made, sides)
+        return Plane(self._planes_made, {name: np.array((x, y, mine)), other: np.array((-x, -y, -others))})
 
-    def _planes_of(self, name: str, new: Mapping[frozenset[str], _Plane]) -> dict[str, list[_Plane]]:
-        """What a robot's new cell is made of: a plane with each cell that another may be using, and the new ones."""
-        found = {}
-        for other, robot in self._robots.items():
-            if other != name:
-                planes = {
-                    bond.number: bond for bond in (self._bond(name, other, each) for each in robot.using.values())
-                }
-                if fresh := new.get(frozenset((name, other))):
-                    planes[fresh.number] = fresh
-                found[other] = list(planes.values())
-        return found
-
-    def _bond(self, name: str, other: str, made: _MadeCell) -> _Plane:
-        """What keeps a robot off another that may be using this cell."""
-        robot = self._robots[name]
-        if made.dead:
-            resting = self._robots[other]
-            there = where_it_rests(made.cell, resting.segment, resting.rests_within_m or 0.0)
-            strip = strip_off(robot.segment, there, 2.0 * self.settings.radius_m)
-            return self._numbered(name, other, strip)
-        # Only a robot that comes back may have no plane in common with it, but was kept off by one of that cell's.
-        if not robot.adopted.dead and (common := robot.adopted.shared(made, name, other)):
-            return common
-        return max(made.planes[name], key=lambda plane: plane.number)
-
-    def _cell(self, name: str, told: Whereabouts, planes: Mapping[str, Sequence[_Plane]]) -> _MadeCell:
-        sides = [plane.sides[name] for some in planes.values() for plane in some]
-        rows = np.zeros((1, len(sides) + len(self._area.sides) + len(self._area.walls), 3))
-        if sides:
-            rows[0, : len(sides)] = sides
+    def _cell(self, name: str, told: Whereabouts, given: Floats) -> BufferedCell:
+        """Of the half-planes (k, 3) that keep a robot off the others, and those of the area."""
+        rows = np.zeros((1, len(given) + len(self._area.sides) + len(self._area.walls), 3))
+        rows[0, : len(given)] = given
         (cell,) = within_area(_segment(told)[None], self._area, self.settings.radius_m, rows, [name])
-        return _MadeCell(cell, planes)
+        return cell
+
+
+def _in_order(name: str, rows: Floats, own: Mapping[str, Sequence[Plane]], stops: Sequence[tuple[int, str]]) -> Floats:
+    """(k, 3) the half-planes of a robot, by the names of those that they keep it off.
+
+    Args:
+        name: Of the robot.
+        rows: (m, 2, 3) those with its mates, itself among them, by their names.
+        own: Planes with all others.
+        stops: Who is no mate, and the robot itself if it is one, in the order of names, each with the place among the
+            mates before which it comes.
+    """
+    pieces: list[Floats] = []
+    singly: list[Floats] = []
+    at = 0
+    for place, other in (*stops, (len(rows), name)):
+        if place > at:
+            pieces += [np.array(singly).reshape(-1, 3), rows[at:place].reshape(-1, 3)]
+            singly = []
+        at = place + 1 if other == name else place
+        singly += [plane.sides[name] for plane in own.get(other, ())]
+    pieces.append(np.array(singly).reshape(-1, 3))
+    return np.concatenate(pieces)
 
 
 def _segment(told: Whereabouts) -> Floats:

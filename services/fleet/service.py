@@ -7,10 +7,10 @@ machine. Who says nothing for a second of wall time is waited for no more.
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 import uuid
-from collections.abc import Sequence
 from enum import Enum
 from typing import Final
 
@@ -18,18 +18,20 @@ from pydantic import TypeAdapter, ValidationError
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 from touchline.schemas.spec import first_problem
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.muster import Muster
+from touchline.services.fleet.invitations import Invitations
+from touchline.services.fleet.removals import Removals
+from touchline.services.fleet.robot_line import RobotLine, header_at
 from touchline.services.fleet.starts import free_area
+from touchline.services.fleet.task_books import TaskBooks
 from touchline.services.fleet.team_status import team_status
 from touchline.services.fleet.warm_up_team import warm_up_team
 from touchline.services.system.shutdown import until_stopped
@@ -40,10 +42,8 @@ SILENT_S: Final = 1.0
 """Wall time: in lockstep a robot that has said nothing for so long is not waited for."""
 _FIRST_S: Final = 30.0
 """The same, before it has said anything."""
-_CALL_S: Final = 10.0
 _LOOK_S: Final = 1.0
 """Wall time between two looks for robots that have come."""
-_MAP: Final = "map"
 
 
 class _Phase(Enum):
@@ -53,42 +53,6 @@ class _Phase(Enum):
     BEGINNING = "is being asked to begin"
     GUIDING = "is guided"
     ENDED = "has ended its task"
-
-
-class RobotLine:
-    """The line to one robot.
-
-    Attributes:
-        bus: Of the robot.
-        said: What it has said last.
-        said_at_s: When, wall time (monotonic).
-        fresh: Whether it has said something since it was asked last.
-    """
-
-    def __init__(self, bus: Bus) -> None:
-        self.bus = bus
-        self._inbox = bus.inbox([topics.WHEREABOUTS], keep="recent")
-        self._guidance = bus.publisher(topics.GUIDANCE)
-        self.said: m.Whereabouts | None = None
-        self.said_at_s, self.fresh = time.monotonic(), False
-
-    @property
-    def tick(self) -> int:
-        """Of what it has said last; −1 before."""
-        return round(100 * self.said.stamp_s) if self.said is not None else -1
-
-    def listen(self, now_s: float) -> None:
-        """Take what it has said."""
-        for _, message in self._inbox.messages():
-            if isinstance(message, m.Whereabouts):
-                self.said, self.said_at_s, self.fresh = message, now_s, True
-
-    def tell(self, told: Sequence[m.Guidance], tick: int) -> None:
-        """Tell it something, at least that it is answered; `tick` is that of its whereabouts."""
-        stamp = m.Time(sec=tick // 100, nanosec=tick % 100 * 10_000_000)
-        head = m.Header(stamp=stamp, frame_id=_MAP)
-        for message in told or [m.Guidance(echo_s=NOTHING_HEARD_S)]:
-            self._guidance.send(message.model_copy(update={"header": head}))
 
 
 class TeamService:
@@ -105,50 +69,52 @@ class TeamService:
         self._area = area
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
-        self._lines = {name: RobotLine(bus.of(name)) for name in team.names}
+        self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been asked to join
+        self._lines = {name: RobotLine(each) for name, each in self._buses.items()}
         self._step = self._exchange.step_ticks if lockstep else SAYING_TICKS
         self._next_tick = self._step
         self._offsets: dict[str, int] = {}
         self._roster, self._look_at_s = bus.roster(), 0.0
         self._tasks, self._stops = bus.serve(topics.TEAM_TASK), bus.serve(topics.TEAM_STOP)
         self._cells, self._status = bus.publisher(topics.TEAM_CELLS), bus.publisher(topics.TEAM_STATUS)
+        self._reports = bus.publisher(topics.TEAM_REPORT)
         self._setup = bus.publisher(topics.TEAM_SETUP)
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
+        self._books: TaskBooks | None = None
         self._phase = _Phase.WAITING
-        self._muster: Muster | None = None
-        self._absent: set[str] = set()
+        self._removals = Removals(bus, self._coordination, joining=not lockstep)
+        self._beginning: AskedRobots | None = None
+        self._invitations = Invitations()
+        self._asked: dict[str, AskedRobots] = {}
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """Have all robots be guided from now on; the call is answered when all have answered."""
-        self._muster = Muster({name: line.bus for name, line in self._lines.items()}, self._lockstep_s)
+        buses = {name: self._buses[name] for name in self._lines}
+        self._beginning = ask_to_be_guided(buses, self._lockstep_s)
         self._call, self._phase = call, _Phase.BEGINNING
 
     @property
     def _lockstep_s(self) -> float:
         return self._step / 100.0 if self._lockstep else 0.0
 
-    def _look_at_muster(self) -> None:
-        """Begin, or wait for another task, once all robots have answered; or take in those that have come."""
-        muster, call = self._muster, self._call
-        if muster is None or not muster.done:
+    def _look_at_beginning(self) -> None:
+        """Begin, or wait for another task, once all robots have answered."""
+        asked, call = self._beginning, self._call
+        if asked is None or call is None or not asked.done:
             return
-        self._muster = None
-        if call is None:
-            for name, reason in muster.refused.items():
-                sys.stderr.write(f"warning: {name} does not join yet: {reason}\n")
-            self._absent = set(muster.refused)  # one that has just come to the bus does not serve before it is ready
-            return
-        self._call = None
-        if muster.refused:
+        self._beginning = self._call = None
+        if asked.refused:
             self._phase = _Phase.WAITING
             self._call_all(topics.ABORT)
-            call.reply(m.TeamTaskResponse(success=False, message=str(muster)))
+            problem = f"not all robots are guided: {reasons(asked.refused)}"
+            call.reply(m.TeamTaskResponse(success=False, message=problem))
             return
         self._phase, now_s = _Phase.GUIDING, time.monotonic()
-        for line in self._lines.values():
+        for name, line in self._lines.items():
             line.said_at_s = now_s
+            self._invitations.joins(name)
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {self._task}"))
 
     def turn(self) -> bool:
@@ -157,7 +123,7 @@ class TeamService:
         for line in self._lines.values():
             line.listen(now_s)
         self._serve()
-        self._look_at_muster()
+        self._look_at_beginning()
         if self._phase is not _Phase.GUIDING:
             return False
         if self._lockstep:
@@ -201,7 +167,8 @@ class TeamService:
         fresh = {name: line for name, line in self._lines.items() if line.fresh}
         told = self._exchanged(tick, {name: line.said for name, line in fresh.items() if line.said is not None})
         for name, messages in told.items():
-            self._lines[name].tell(messages, self._lines[name].tick)
+            if name in self._lines:  # else it has been taken out since that was sent
+                self._lines[name].tell(messages, self._lines[name].tick)
         for line in fresh.values():
             line.fresh = False
         self._next_tick = tick + self._step
@@ -219,8 +186,11 @@ class TeamService:
         else:
             if self._exchange.updated:
                 self._problem = ""
+        if self._books is not None:
+            self._books.count(len(said), sum(map(len, told.values())))
         if self._exchange.updated:
             self._publish(tick)
+            self._look_for_end(tick)
             if self._lockstep and self._coordination.finished(tick / 100.0):
                 self._phase = _Phase.ENDED
                 self._call_all(topics.ABORT)
@@ -228,26 +198,42 @@ class TeamService:
 
     def _publish(self, tick: int) -> None:
         self._updates += 1
-        stamp = m.Time(sec=tick // 100, nanosec=tick % 100 * 10_000_000)
-        head = m.Header(stamp=stamp, frame_id=_MAP)
+        head = header_at(tick)
         self._cells.send(m.TeamCells(header=head, cells=tuple(self._coordination.cells())))
         status = team_status(self._coordination, self._area)
         figures = {"header": head, "task": self._task, "updates": self._updates, "robots": len(self._lines)}
         self._status.send(status.model_copy(update=figures | ({"problem": self._problem} if self._problem else {})))
 
+    def _look_for_end(self, tick: int) -> None:
+        """Account for the update, and report once the task has come to its end."""
+        if self._books is None:
+            return
+        self._books.update(tick / 100.0)
+        coordination = self._coordination
+        ended = coordination.finished(tick / 100.0) if self._lockstep else coordination.all_arrived
+        if ended and (report := self._books.report(finished=True)) is not None:
+            self._send_report(report)
+            self._books = None
+
+    def _send_report(self, report: m.TeamReport) -> None:
+        self._reports.send(report.model_copy(update={"header": header_at(self._next_tick)}))
+
     def _serve(self) -> None:
         if (task := self._tasks.poll()) is not None:
             self._take_task(task)
+        if gone := self._removals.turn(self._buses):
+            del self._lines[gone]
+            self._offsets.pop(gone, None)
         if (stop := self._stops.poll()) is not None:
             refused = self._stop_all()
-            stop.reply(m.CommandResponse(success=not refused, message="; ".join(refused) or "all robots are paused"))
+            stop.reply(m.CommandResponse(success=not refused, message=reasons(refused) or "all robots are paused"))
 
     def _take_task(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """The first task sets the team in motion; later ones replace it."""
         try:
             spec = parse_task(call.request.task_json)
             if self._phase is _Phase.GUIDING:
-                self._coordination.set_task(spec)
+                self._replace_task(spec)
             elif self._phase is not _Phase.WAITING:
                 raise SpecError("team", "task", f"comes while the team {self._phase.value}", "send it later, or anew")
         except SpecError as error:
@@ -256,40 +242,64 @@ class TeamService:
         self._task = spec.kind
         if self._phase is _Phase.WAITING:
             self._coordination.set_first_task(spec)
+            self._books = TaskBooks(self._coordination, spec.kind)
             self._begin(call)
             return
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {spec.kind}"))
 
-    def _stop_all(self) -> list[str]:
-        """Pause every robot; returns who does not answer."""
+    def _replace_task(self, spec: TaskSpec) -> None:
+        """Go on with another task, and report what has become of the one before.
+
+        Raises:
+            SpecError: It cannot be had.
+        """
+        ended = self._books.report(finished=False) if self._books is not None else None
+        self._coordination.set_task(spec)
+        if ended is not None:
+            self._send_report(ended)
+        self._books = TaskBooks(self._coordination, spec.kind)
+
+    def _stop_all(self) -> dict[str, str]:
+        """Pause every robot; returns who is not paused by that, and why."""
         return self._call_all(topics.PAUSE)
 
-    def _call_all(self, service: Service[m.CommandRequest, m.CommandResponse]) -> list[str]:
-        """Give every robot the same command; returns who does not answer."""
-        request = encode(m.CommandRequest(request_id=uuid.uuid4().hex))
-        asked = {name: line.bus.ask(service, request, SILENT_S) for name, line in self._lines.items()}
-        found = []
-        for name, question in asked.items():
-            deadline = time.monotonic() + SILENT_S
-            while (answer := question.poll()) is None and time.monotonic() < deadline:
-                time.sleep(IDLE_S)
-            if answer is None or answer.payload is None:
-                found.append(f"{name} does not answer")
-        return found
+    def _call_all(self, service: Service[m.CommandRequest, m.CommandResponse]) -> dict[str, str]:
+        """Give every robot the same command, and wait; returns who refuses or is silent, and why."""
+        buses = {name: self._buses[name] for name in self._lines}
+        return AskedRobots(buses, service, m.CommandRequest(request_id=uuid.uuid4().hex), SILENT_S).wait()
 
     def _look_for_robots(self, now_s: float) -> None:
-        """Take in robots that have come to the bus."""
+        """Ask robots that have come to the bus to join, and hear what they say to that."""
         self._roster.poll()
-        if now_s < self._look_at_s:
+        if now_s >= self._look_at_s and math.isfinite(self._roster.counted_s):
+            self._look_at_s = now_s + _LOOK_S
+            there = set(self._roster.robots((topics.ROBOT_SIM,))) - self._coordination.out
+            for name in self._invitations.due(sorted(there), now_s):
+                self._invite(name, now_s)
+        for name in [name for name, asked in self._asked.items() if asked.done]:
+            refused = self._asked.pop(name).refused
+            if not refused:
+                self._take_in(name)
+            elif self._invitations.refuses(name, refused[name], now_s):
+                sys.stderr.write(f"warning: {name} does not join yet: {refused[name]}\n")
+
+    def _invite(self, name: str, now_s: float) -> None:
+        """Ask a robot to join, unless it is guided: then it tells where it is."""
+        line = self._lines.get(name)
+        if line is not None and line.said is not None and now_s - line.said_at_s <= SILENT_S:
+            self._invitations.joins(name)
             return
-        self._look_at_s = now_s + _LOOK_S
-        there = self._roster.robots((topics.ROBOT_SIM,))
-        new = [name for name in there if name not in self._lines or name in self._absent]
-        if new and self._muster is None:
-            for name in new:
-                if name not in self._lines:
-                    self._lines[name] = RobotLine(self._bus.of(name))
-            self._muster = Muster({name: self._lines[name].bus for name in new}, self._lockstep_s)
+        if name not in self._buses:
+            self._buses[name] = self._bus.of(name)
+        self._asked[name] = ask_to_be_guided({name: self._buses[name]}, self._lockstep_s)
+
+    def _take_in(self, name: str) -> None:
+        """It is guided from now on; if it was before, its process is another one, and so is its clock."""
+        self._invitations.joins(name)
+        self._offsets.pop(name, None)
+        if name not in self._lines:
+            self._lines[name] = RobotLine(self._buses[name])
+        self._lines[name].said = None
 
     @property
     def figures(self) -> dict[str, object]:

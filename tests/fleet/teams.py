@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.fleet.all_at_once import stopping_segments
 from tests.fleet.unicycles import LIMITS, drive
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
-from touchline.services.fleet.cells import stopping_segments
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub
 from touchline.services.fleet.kernels.clipping import clip_all

@@ -8,16 +8,10 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import square
 from touchline.schemas.errors import SpecError
-from touchline.services.fleet.cells import (
-    BufferedCell,
-    CoincidentPoints,
-    SegmentsMeet,
-    buffered_cells,
-    stopping_segments,
-    voronoi,
-)
+from touchline.services.fleet.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.kernels.nearest import nearest_in, nearest_pair
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, corner_grid, square
 from tests.fleet.unicycles import LIMITS, drive
-from touchline.services.fleet.cells import buffered_cells, stopping_segments
 
 RADIUS_M = 0.2
 TEAMS, UPDATES = 50, 200

@@ -142,3 +142,22 @@ def test_a_team_drives_on_when_one_of_it_leaves(weather: Weather, seed: int) -> 
     team.run(40.0 if weather is FAIR else 150.0)
     assert np.hypot(*(team.states[:, :2] - np.delete(goals, 3, axis=0)).T).max() < 0.1
     assert team.closest_m >= APART_M - 1e-6
+
+
+def test_who_is_carried_elsewhere_gets_no_cell_before_all_others_keep_off_its_new_place() -> None:
+    there, elsewhere = (3.0, 1.0), (1.0, 3.0)
+    hub = Hub(square(6.0), GoalLists({}), {"tb01": whereabouts((1.0, 1.0)), NEW: whereabouts(there)})
+    hub.update(0.0)
+    hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=0.1, adopted=1, decided=1), 0.1)
+    hub.leave(NEW)
+    hub.join(NEW, whereabouts(elsewhere, stamp_s=50.0), 0.2)
+    hub.receive(NEW, whereabouts(elsewhere, stamp_s=53.1), 3.3)
+    hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=3.3, adopted=1, decided=1), 3.3)
+    hub.update(3.4)
+    assert hub.say()[NEW].number == 0
+    hub.receive(NEW, whereabouts(elsewhere, stamp_s=53.6), 3.7)
+    number = hub.say()["tb01"].number
+    hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=3.7, adopted=number, decided=number), 3.7)
+    assert hub.cells["tb01"].excess_m(np.array((*elsewhere, *elsewhere))) == pytest.approx(APART_M)
+    hub.update(3.8)
+    assert hub.say()[NEW].number > number

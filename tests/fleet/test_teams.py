@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, Team, corner_grid, driven, names_of, on_circle, square, swapped, whereabouts
 from tests.fleet.unicycles import LIMITS
-from touchline.services.fleet.cells import SegmentsMeet, buffered_cells, stopping_segments
+from touchline.services.fleet.cells import SegmentsMeet
 from touchline.services.fleet.deadlock import PATIENCE_UPDATES, RightHand, rightmost
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub

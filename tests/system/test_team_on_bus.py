@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,16 @@ from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline
 from touchline.schemas import topics
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.messages import CommandRequest, Odometry, TeamCells, TeamStatus, TeamTaskRequest
+from touchline.schemas.messages import (
+    CommandRequest,
+    Odometry,
+    TeamCells,
+    TeamReport,
+    TeamRobotRequest,
+    TeamRobotResponse,
+    TeamStatus,
+    TeamTaskRequest,
+)
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
 from touchline.services.bridge.channels import namespace_at
@@ -114,15 +124,28 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
             done = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="1", task_json=json.dumps(CORNERS)), 60.0)
             assert done.success, done.message
             assert eventually(lambda: status.now.arrived == 3), status.now
+            assert eventually(lambda: status.report.finished), status.report
+            assert (status.report.robots, status.report.missing) == (("a", "b", "c"), ())
             with robots(config, tmp_path, "late"):
                 assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
                 deploy = TeamTaskRequest(request_id="2", task_json='{"kind": "deploy"}')
                 assert bus.call(topics.TEAM_TASK, deploy, 60.0).success
+                assert status.report.task == "goals"
                 assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25), status.now
                 paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
                 assert paused.success, paused.message
+            assert "may drive" in remove(bus, "a").message
+            assert eventually(lambda: remove(bus, "late").success), remove(bus, "late").message
+            assert eventually(lambda: [cell.name for cell in status.cells.cells] == ["a", "b", "c"])
+            with robots(config, tmp_path, "late"):
+                assert not bus.of("late").wait_for({topics.ROBOT_SIM}, 60.0)
+                admitted = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id="admit", robot="late"), 30.0)
+                assert admitted.success, admitted.message
+                assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
             corners = TeamTaskRequest(request_id="4", task_json=json.dumps(CORNERS))
             assert bus.call(topics.TEAM_TASK, corners, 60.0).success
+            assert eventually(lambda: status.report.task == "deploy"), status.report
+            assert not status.report.finished
             for name in ("a", "b", "c"):
                 assert bus.of(name).call(topics.RESUME, CommandRequest(request_id="5")).success
             assert eventually(lambda: any(abs(v) > 0.3 for _, _, v in look().values())), look()
@@ -135,12 +158,17 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
             coordinator.wait()
 
 
+def remove(bus: Bus, name: str) -> TeamRobotResponse:
+    request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name)
+    return bus.call(topics.TEAM_REMOVE, request, 30.0)
+
+
 class Newest:
     """What the coordinator has told last."""
 
     def __init__(self, bus: Bus) -> None:
-        self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS], keep="latest")
-        self._status, self._cells = TeamStatus(), TeamCells()
+        self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS, topics.TEAM_REPORT], keep="latest")
+        self._status, self._cells, self._report = TeamStatus(), TeamCells(), TeamReport()
 
     def _look(self) -> None:
         for _, message in self._inbox.messages():
@@ -148,6 +176,8 @@ class Newest:
                 self._status = message
             elif isinstance(message, TeamCells):
                 self._cells = message
+            elif isinstance(message, TeamReport):
+                self._report = message
 
     @property
     def now(self) -> TeamStatus:
@@ -158,3 +188,8 @@ class Newest:
     def cells(self) -> TeamCells:
         self._look()
         return self._cells
+
+    @property
+    def report(self) -> TeamReport:
+        self._look()
+        return self._report

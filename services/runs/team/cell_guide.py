@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from typing import Final
-
-import numpy as np
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.team import TeamScenario
@@ -14,12 +11,10 @@ from touchline.services.fleet.cells import SegmentsMeet
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import Exchange
 from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.tasks import GoalLists, TeamTask
+from touchline.services.fleet.hindrances import Hindrances
+from touchline.services.fleet.tasks import TeamTask
 from touchline.services.runs.team.team_guide import BelievedApart
 from touchline.services.runs.team.team_robot import TeamRobot
-
-LATELY_TICKS: Final = 3000
-"""Who has been sent round others so lately is still looking for a way: it tries again and again."""
 
 
 class CellGuide:
@@ -35,8 +30,7 @@ class CellGuide:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self.believed, self.problem = BelievedApart(), ""
-        self._tick = 0
-        self._stuck_tick: dict[str, int] = {}
+        self._hindrances = Hindrances(self._coordination)
         for robot in robots.values():
             robot.begin_guided()
 
@@ -70,8 +64,7 @@ class CellGuide:
         hub = self._coordination.hub
         if hub is None or not self._exchange.updated:
             return False
-        self._tick = tick
-        self._stuck_tick |= dict.fromkeys(hub.stuck, tick)
+        self._hindrances.update(tick / 100.0)
         believed = self.believed
         believed.nearest_segments_m = min(believed.nearest_segments_m, hub.nearest_segments_m)
         believed.outside_cell_m = max(believed.outside_cell_m, *hub.strays_m.values())
@@ -90,12 +83,4 @@ class CellGuide:
 
     def hindrance(self, name: str) -> str:
         """See `TeamGuide`."""
-        hub, task = self._coordination.hub, self.task
-        if hub is None or not isinstance(task, GoalLists):
-            return ""
-        if name in hub.resting:
-            return "it is not heard"
-        if name in task.last and (taken := hub.taken_by(np.array(task.last[name]))):
-            return f"{taken}, which is not heard, may stand at its goal"
-        lately = self._tick - self._stuck_tick.get(name, -LATELY_TICKS) < LATELY_TICKS
-        return "it is sent round others, and has found no way yet" if lately else ""
+        return self._hindrances.of(name)

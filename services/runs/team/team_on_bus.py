@@ -48,6 +48,7 @@ class TeamOnBus:
     _reports: dict[str, m.TraversalReport] = field(default_factory=dict, init=False)
     _stopped: dict[str, str] = field(default_factory=dict, init=False)
     _status: m.TeamStatus = field(default=m.TeamStatus(), init=False)
+    _report: m.TeamReport = field(default=m.TeamReport(), init=False)
 
     def run(self) -> dict[str, Any]:
         """Do all of it.
@@ -64,7 +65,7 @@ class TeamOnBus:
         setup = coordinator.inbox([topics.TEAM_SETUP], keep="latest")
         self._wait_for(setup)
         inboxes = [bus.inbox([topics.REPORT, topics.EVENTS]) for bus in self.buses.values()]
-        statuses = coordinator.inbox([topics.TEAM_STATUS], keep="latest")
+        statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT], keep="latest")
         self._start_recording(first)
         for bus in self.buses.values():
             self._set_speed(bus)
@@ -115,6 +116,8 @@ class TeamOnBus:
             for _, message in statuses.messages():
                 if isinstance(message, m.TeamStatus):
                     self._status = message
+                elif isinstance(message, m.TeamReport):
+                    self._report = message
             if self._status.updates != updates:
                 updates, moved_at = self._status.updates, time.monotonic()
                 self._tell()
@@ -172,6 +175,7 @@ class TeamOnBus:
             **truth,
             "updates": self._status.updates,
             "arrived": self._status.arrived,
+            "missing": list(self._report.missing),
             "cost_of_squares": self._status.cost_of_squares,
             "stopped": stopped,
             "bus": {"received": bus.counters.received, "lost": bus.counters.lost},

@@ -1,0 +1,53 @@
+"""The line to one robot of a team: what it says, and what it is told."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Final
+
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
+from touchline.services.bus import Bus
+
+_MAP: Final = "map"
+
+
+def header_at(tick: int) -> m.Header:
+    """Of a message of the coordinator's at a tick of sim time."""
+    return m.Header(stamp=m.Time(sec=tick // 100, nanosec=tick % 100 * 10_000_000), frame_id=_MAP)
+
+
+class RobotLine:
+    """See the module.
+
+    Attributes:
+        said: What it has said last.
+        said_at_s: When, wall time (monotonic).
+        fresh: Whether it has said something since it was asked last.
+    """
+
+    def __init__(self, bus: Bus) -> None:
+        """By the robot's own bus."""
+        self._inbox = bus.inbox([topics.WHEREABOUTS], keep="recent")
+        self._guidance = bus.publisher(topics.GUIDANCE)
+        self.said: m.Whereabouts | None = None
+        self.said_at_s, self.fresh = time.monotonic(), False
+
+    @property
+    def tick(self) -> int:
+        """Of what it has said last; −1 before."""
+        return round(100 * self.said.stamp_s) if self.said is not None else -1
+
+    def listen(self, now_s: float) -> None:
+        """Take what it has said."""
+        for _, message in self._inbox.messages():
+            if isinstance(message, m.Whereabouts):
+                self.said, self.said_at_s, self.fresh = message, now_s, True
+
+    def tell(self, told: Sequence[m.Guidance], tick: int) -> None:
+        """Tell it something, at least that it is answered; `tick` is that of its whereabouts."""
+        head = header_at(tick)
+        for message in told or [m.Guidance(echo_s=NOTHING_HEARD_S)]:
+            self._guidance.send(message.model_copy(update={"header": head}))

@@ -1,0 +1,47 @@
+"""The cells of robots that all tell where they are at once, without a hub."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.fleet.cells import ROBOT_RADIUS_M, BufferedCell, keep_robots_apart, within_area
+from touchline.services.fleet.free_area import FreeArea
+
+Floats = NDArray[np.float64]
+
+
+def stopping_segments(poses: Floats, deceleration_mps2: float) -> Floats:
+    """From where robots are to where they would stand if they braked straight ahead: v²/(2a) on.
+
+    Args:
+        poses: (n, 4) x, y (m), heading (rad) and speed (m/s, negative backward).
+        deceleration_mps2: a.
+
+    Returns:
+        (n, 4) x₁ y₁ x₂ y₂ (m).
+    """
+    here, heading, speed = poses[:, :2], poses[:, 2], poses[:, 3]
+    way = speed * np.abs(speed) / (2.0 * deceleration_mps2)
+    return np.column_stack((here, here + way[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))))
+
+
+def buffered_cells(
+    segments: Floats, area: FreeArea, radius_m: float = ROBOT_RADIUS_M, names: Sequence[str] = ()
+) -> list[BufferedCell]:
+    """The buffered cells of robots.
+
+    Args:
+        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m); a segment may be a point.
+        area: Where they drive.
+        radius_m: r_s.
+        names: Of the robots, for errors; else their numbers.
+
+    Raises:
+        SegmentsMeet: Two segments touch or cross, or one touches a wall.
+    """
+    n = len(segments)
+    rows = np.zeros((n, n + len(area.sides) + len(area.walls), 3))
+    called = list(names) or [str(number) for number in range(n)]
+    keep_robots_apart(segments, radius_m, rows, called)
+    return within_area(segments, area, radius_m, rows, called)

@@ -1,0 +1,75 @@
+"""Robots that are taken out of a team: only such as cannot drive, and for as long as nobody admits them again."""
+
+import pytest
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import Whereabouts
+from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.coordination import Coordination
+from touchline.services.fleet.starts import free_area
+
+PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
+
+
+def says(team: Coordination, name: str, now_s: float) -> None:
+    """The robot, which stands, has adopted what it was told."""
+    x, y = PLACES[name]
+    number = team.say()[name].number if name in team.say() else 0
+    said = Whereabouts(stamp_s=now_s, x_m=x, y_m=y, stop_x_m=x, stop_y_m=y, adopted=number, decided=number)
+    team.hear(name, said, now_s)
+
+
+def run(team: Coordination, names: str, since_s: float, until_s: float) -> None:
+    """These robots are heard, ten times a second."""
+    for tick in range(round(10 * since_s), round(10 * until_s)):
+        for name in names:
+            says(team, name, tick / 10.0)
+        if tick % 4 == 0:
+            team.update(tick / 10.0)
+
+
+@pytest.fixture
+def team() -> Coordination:
+    places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items()}
+    area = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
+    scenario = TeamScenario.model_validate({"places": places, "area": area, "task": {"kind": "goals", "goals": {}}})
+    found = Coordination(scenario, free_area(scenario))
+    run(found, "abc", 0.0, 4.0)
+    return found
+
+
+def test_who_may_drive_is_taken_out_only_if_somebody_answers_for_it(team: Coordination) -> None:
+    with pytest.raises(SpecError, match="c is heard, or was a moment ago: it may drive"):
+        team.check_removal("c", forced=False)
+    team.check_removal("c", forced=True)
+    run(team, "ab", 4.0, 6.0)
+    with pytest.raises(SpecError, match="may drive"):
+        team.check_removal("c", forced=False)
+    run(team, "ab", 6.0, 8.0)
+    team.check_removal("c", forced=False)
+
+
+def test_who_is_no_robot_of_the_team_or_all_of_it_is_not_taken_out(team: Coordination) -> None:
+    with pytest.raises(SpecError, match="d is not in the team"):
+        team.check_removal("d", forced=True)
+    team.remove("b")
+    with pytest.raises(SpecError, match="b is not in the team"):
+        team.check_removal("b", forced=True)
+    team.remove("c")
+    with pytest.raises(SpecError, match="a is all of the team"):
+        team.check_removal("a", forced=True)
+
+
+def test_who_is_out_is_neither_told_nor_taken_in_before_it_is_admitted(team: Coordination) -> None:
+    team.remove("c")
+    assert team.out == {"c"}
+    run(team, "abc", 4.0, 8.0)
+    assert set(team.say()) == {"a", "b"}
+    assert [cell.name for cell in team.cells()] == ["a", "b"]
+    team.admit("c")
+    assert team.out == frozenset()
+    run(team, "abc", 8.0, 14.0)
+    assert set(team.say()) == {"a", "b", "c"}
+    assert team.hub is not None
+    assert not team.hub.resting
+    assert team.say()["c"].number > 0
