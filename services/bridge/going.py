@@ -66,9 +66,3 @@ class GoingRecording:
             with os.fdopen(open_private(part, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
                 file.write(text)
             part.replace(path)
-
-
-def next_part(parts: Sequence[Path]) -> Path:
-    """Name of the next file of a recording: ``session.mcap``, ``session.part2.mcap``, ``session.part3.mcap``."""
-    first = parts[0]
-    return first.with_name(f"{first.stem}.part{len(parts) + 1}{first.suffix}")

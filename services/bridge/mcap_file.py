@@ -1,6 +1,5 @@
 """Sequential reader of one MCAP file that skips damaged parts."""
 
-import os
 import re
 import struct
 from collections import Counter
@@ -16,6 +15,7 @@ from mcap.records import Channel, Chunk, Footer, Metadata, Schema, Statistics
 from mcap.records import Header as FileHeader
 from mcap.writer import MCAP0_MAGIC
 
+from touchline.services.bridge.attachments import LONGEST_ATTACHMENT_HEAD_BYTES, attachment_at
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.record_search import next_record
 from touchline.services.bridge.recorded import NO_END, Damage, Loss, Recorded, RecordingKind, Summary
@@ -76,7 +76,7 @@ class McapFile:
         self._channels: dict[int, tuple[str, RecordingKind]] = {}
         self._unknown: Counter[int] = Counter()
         self._summary_searched = False
-        self._complete = False
+        self.complete = False
         self._from_zero = False
         """Whether a publish time of 0 is the beginning of sim time, and not one that was never set."""
         self._unpacked_bytes = 0
@@ -112,16 +112,15 @@ class McapFile:
                 try:
                     record = self._next()
                 except Damage as damage:
-                    self._complete = False
+                    self.complete = False
                     going = self._go_on_after(damage)
                 else:
                     going = record is not None
                     if record is not None:
                         yield from self._taken(*record, topics)
-            self._summary.complete &= self._complete
             self._check_count()
             behind = self._size_bytes - self._stream.tell()
-            if self._complete and behind:
+            if self.complete and behind:
                 self._summary.lose(Loss(f"{behind:,} bytes behind the end of {self._path.name}"))
             for channel, count in sorted(self._unknown.items()):
                 self._summary.lose(Loss(f"of the unknown channel {channel}, which the file does not describe", count))
@@ -143,7 +142,9 @@ class McapFile:
                     raise Damage
                 if opcode not in _KNOWN and opcode < _PRIVATE:
                     self._pass_over(opcode)
-                self._stream.seek(length, os.SEEK_CUR)
+                if opcode == Opcode.ATTACHMENT:
+                    self._note_attachment(length)
+                self._stream.seek(self._record_at + _RECORD_HEAD.size + length)
                 continue
             if length > LARGEST_RECORD_BYTES:
                 raise Damage(f"a record of {length:,} bytes; at most {LARGEST_RECORD_BYTES:,} are read")
@@ -152,10 +153,19 @@ class McapFile:
                 raise Damage
             if opcode != Opcode.FOOTER:
                 return opcode, content
-            self._complete = self._parsed(Footer, content).summary_start > 0
+            self.complete = self._parsed(Footer, content).summary_start > 0
             if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise Damage
             return None
+
+    def _note_attachment(self, length: int) -> None:
+        """Take up an attached file, whose data stay where they are."""
+        begin = self._stream.tell()
+        head = self._stream.read(min(length, LONGEST_ATTACHMENT_HEAD_BYTES))
+        try:
+            self._summary.attachments.append(attachment_at(self._path, begin, head, length))
+        except Damage as damage:
+            self._lose(damage, 0)
 
     def _pass_over(self, opcode: int) -> None:
         """Tell of a record that is of no kind; if it was a chunk, the indexes behind it have its messages."""
@@ -228,7 +238,7 @@ class McapFile:
                 self._from_zero = header.library.startswith("touchline")
             elif opcode == Opcode.METADATA:
                 record = self._parsed(Metadata, content)
-                self._summary.metadata[record.name] = dict(record.metadata)
+                self._summary.note(record.name, dict(record.metadata), self._path.name)
             elif opcode == Opcode.STATISTICS:
                 told = self._parsed(Statistics, content)
                 if sum(told.channel_message_counts.values()) == told.message_count:

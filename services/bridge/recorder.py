@@ -20,6 +20,7 @@ from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
 from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
 from touchline.services.bridge.losses import Losses
 from touchline.services.bridge.output import RecordingError, RecordingFile
+from touchline.services.bridge.parts import renamed_parts, with_followers
 from touchline.services.bridge.reader import read_summary
 
 CHUNK_BYTES = 64 * 1024
@@ -268,6 +269,15 @@ class Recorder:
         for channel, payload, sequence in waiting:
             self._put(channel, robot.latest_ns, payload, sequence)
 
+    def note(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a metadata record. If that fails, it is the recording's `problem`."""
+        if self._problem:
+            return
+        try:
+            self._writer.add_metadata(name, dict(values))
+        except RecordingError as error:
+            self._fail(error)
+
     def flush(self) -> None:
         """End the chunk in progress, so that all taken until now survives the process.
 
@@ -335,7 +345,7 @@ class Recorder:
 
 
 def _make_room(path: Path, existing: Existing) -> None:
-    """See to it that nothing is at ``path``; only a recording is ever moved or replaced.
+    """See to it that neither a recording nor the next parts of an older one are at ``path``; nothing else is touched.
 
     Raises:
         RecordingError: No recording can be there.
@@ -345,16 +355,22 @@ def _make_room(path: Path, existing: Existing) -> None:
     try:
         if not path.parent.is_dir():
             raise RecordingError(f"{path}: its folder does not exist")
-        if not os.path.lexists(path):
+        parts = with_followers(path)
+        there = [each for each in parts if os.path.lexists(each)]
+        if not there:
             return
         if existing is Existing.REFUSE:
-            raise RecordingError(f"{path}: is there already; choose another name")
-        if not _is_recording(path):
-            raise RecordingError(f"{path}: is there already and is no recording; choose another name")
+            raise RecordingError(f"{there[0]}: is there already; choose another name")
+        for each in there:
+            if not _is_recording(each):
+                raise RecordingError(f"{each}: is there already and is no recording; choose another name")
         if existing is Existing.REPLACE:
-            path.unlink()
-        else:
-            path.rename(_free_name(path))
+            for each in there:
+                each.unlink()
+            return
+        for before, after in zip(parts, renamed_parts(parts, _free_name(path)), strict=True):
+            if before in there:
+                before.rename(after)
     except (OSError, ValueError) as error:  # ValueError: a path with a null byte
         reason = error.strerror if isinstance(error, OSError) else error
         raise RecordingError(f"{path}: cannot be recorded to: {reason}") from error
@@ -373,6 +389,6 @@ def _is_recording(path: Path) -> bool:
 
 def _free_name(path: Path) -> Path:
     number = 1
-    while os.path.lexists(candidate := path.with_name(f"{path.stem}.{number}.mcap")):
+    while any(os.path.lexists(each) for each in with_followers(path.with_name(f"{path.stem}.{number}.mcap"))):
         number += 1
-    return candidate
+    return path.with_name(f"{path.stem}.{number}.mcap")

@@ -20,9 +20,10 @@ from touchline.schemas.messages import (
 )
 from touchline.services.bridge.folder import RecordingFolder
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
-from touchline.services.bridge.going import GoingRecording, next_part
+from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
 from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.parts import next_part
 from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
 from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
 from touchline.services.bridge.steadiness import Steadiness

@@ -7,6 +7,7 @@ from typing import Protocol
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorder import Recorder, RecordingReport
 from touchline.services.bridge.sequencer import Arrived, Sequencer
+from touchline.services.bridge.wall_times import BEGUN, ENDED, wall_time_note
 from touchline.services.bus.inbox import MOST_WAITING
 from touchline.services.bus.last_sent import LastSent
 
@@ -57,6 +58,7 @@ class RecordingSession:
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
         self.behind = False
+        recorder.note(*wall_time_note(BEGUN))
 
     @property
     def rejected(self) -> int:
@@ -109,6 +111,7 @@ class RecordingSession:
             with suppress(RecordingError):  # the report tells
                 self._take()
                 self._write(self._sequencer.rest())
+        self.recorder.note(*wall_time_note(ENDED))
         return self.recorder.finish(self._rejected(), unasked)
 
     def _write(self, messages: Iterable[Arrived]) -> None:

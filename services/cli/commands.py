@@ -13,6 +13,7 @@ from touchline.services.cli import (
     demo_command,
     fleet_command,
     goto_command,
+    info_command,
     order_command,
     picture_command,
     plan_command,
@@ -53,7 +54,7 @@ for name, modules in {
     ),
     "Drawings and robots": (template_commands, vehicle_commands),
     "The running system": (system_commands, order_command),
-    "Recordings": (recording_commands, compare_command, picture_command),
+    "Recordings": (recording_commands, info_command, compare_command, picture_command),
     "Processes, each alone": (service_commands,),
 }.items():
     for module in modules:
