@@ -18,7 +18,7 @@ from mcap.writer import MCAP0_MAGIC
 from touchline.services.bridge.attachments import LONGEST_ATTACHMENT_HEAD_BYTES, attachment_at
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.record_search import next_record
-from touchline.services.bridge.recorded import NO_END, Damage, Loss, Recorded, RecordingKind, Summary
+from touchline.services.bridge.recorded import NO_END, SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
 
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel, Statistics)
@@ -193,6 +193,7 @@ class McapFile:
             found = next_record(self._stream, self._record_at + 1, self._size_bytes)
         said = f"{damage}, " if str(damage) else ""
         if found is None:
+            self._summary.cut_bytes += self._size_bytes - self._record_at
             self._summary.ending = f"{NO_END}{f' ({damage})' if str(damage) else ''}"
             return False
         where = f"{said}bytes {self._record_at:,} to {found:,} of {self._path.name}"
@@ -309,7 +310,7 @@ class McapFile:
         schema_of = self._schemas.get(channel.schema_id)
         kind = RecordingKind(channel.message_encoding)
         if schema_of is not None:
-            text = schema_of.data.decode(errors="backslashreplace")
+            text = schema_of.data.decode(errors=SCHEMA_ERRORS)
             kind = RecordingKind(channel.message_encoding, schema_of.name, schema_of.encoding, text)
         self._channels[channel.id] = channel.topic, kind
         self._summary.define(channel.topic, kind, dict(channel.metadata))

@@ -5,11 +5,11 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Protocol
 
+from touchline.services.bridge.latched_repeats import LatchedRepeats
 from touchline.services.bridge.mcap_file import McapFile
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.parts import with_followers
 from touchline.services.bridge.recorded import FileSummary, Loss, Recorded, Summary
-from touchline.services.bridge.repeats import Repeats
 from touchline.services.bridge.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
 
 
@@ -74,7 +74,7 @@ class RecordingReader:
         Raises:
             RecordingError: It is no recording. Damage further on is passed over and told in the summary.
         """
-        repeats, in_parts = Repeats(), len(self._files) > 1
+        repeats, in_parts = LatchedRepeats(), len(self._files) > 1
         for path, file, size_bytes in self._files:
             self._now = file
             held, lost, ending = self.summary.messages, len(self.summary.losses), self.summary.ending

@@ -11,6 +11,9 @@ MOST_LOSSES = 1000
 #: What is said of a file that just stops.
 NO_END = "broken off, or still being written"
 
+#: How bytes of a schema that are no UTF-8, as Protobuf's, become text and bytes again.
+SCHEMA_ERRORS = "surrogateescape"
+
 
 class Damage(ValueError):
     """Why a part of a recording cannot be read."""
@@ -24,7 +27,7 @@ class RecordingKind:
         encoding: Of the messages: ``cdr``, ``json``, ``protobuf`` …
         type: Name of the schema, for ROS the type: ``sensor_msgs/msg/Imu``; empty if there is none.
         schema_encoding: ``ros2msg``, ``jsonschema`` …
-        schema: The definition; empty if there is none.
+        schema: The definition, bytes that are no text as in `SCHEMA_ERRORS`; empty if there is none.
     """
 
     encoding: str = ""
@@ -120,14 +123,22 @@ class FileSummary:
 class TopicSummary:
     """What a recording holds of one topic."""
 
-    ros_type: str
-    encoding: str
-    schema: str
+    kind: RecordingKind
     metadata: dict[str, str]
     messages: int = 0
     bytes: int = 0
     first_ns: int = 0
     last_ns: int = 0
+
+    @property
+    def ros_type(self) -> str:
+        """Name of the type; empty if there is none."""
+        return self.kind.type
+
+    @property
+    def schema(self) -> str:
+        """The definition; empty if there is none."""
+        return self.kind.schema
 
 
 @dataclass
@@ -137,6 +148,7 @@ class Summary:
     Attributes:
         complete: Whether it was finished with its index; a recording broken off by kill -9 or a full disk was not.
         ending: Why reading ended early; empty if it did not.
+        cut_bytes: Bytes of the records with which files end early, and that are not whole.
         losses: Parts that could not be read, and were passed over.
         topics: By topic name, in the order of their channels.
         files: What was read of each file, in their order, as far as they have been read.
@@ -149,6 +161,7 @@ class Summary:
     profile: str = ""
     complete: bool = False
     ending: str = ""
+    cut_bytes: int = 0
     losses: list[Loss] = field(default_factory=list)
     topics: dict[str, TopicSummary] = field(default_factory=dict)
     files: list[FileSummary] = field(default_factory=list)
@@ -195,7 +208,7 @@ class Summary:
 
     def define(self, topic: str, kind: RecordingKind, metadata: dict[str, str]) -> None:
         """Take up a topic, unless it is known."""
-        self.topics.setdefault(topic, TopicSummary(kind.type, kind.encoding, kind.schema, metadata))
+        self.topics.setdefault(topic, TopicSummary(kind, metadata))
 
     def count(self, topic: str, log_time_ns: int, size_bytes: int) -> None:
         """Add a message of a topic that is known."""

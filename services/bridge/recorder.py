@@ -148,7 +148,7 @@ class Recorder:
         existing: Existing = Existing.RENAME,
         continues: Sequence[Path] = (),
     ) -> None:
-        _make_room(path, existing)
+        make_room(path, existing)
         self.path = path
         self._file = RecordingFile(path)
         self._problem = ""
@@ -344,7 +344,7 @@ class Recorder:
         return {"total": str(sum(rejected.values())), **per_topic}
 
 
-def _make_room(path: Path, existing: Existing) -> None:
+def make_room(path: Path, existing: Existing) -> None:
     """See to it that neither a recording nor the next parts of an older one are at ``path``; nothing else is touched.
 
     Raises:

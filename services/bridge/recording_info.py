@@ -72,7 +72,7 @@ def _topic(topic: TopicSummary) -> dict[str, Any]:
     span_s = (topic.last_ns - topic.first_ns) / 1e9
     return {
         "type": topic.ros_type,
-        "encoding": topic.encoding,
+        "encoding": topic.kind.encoding,
         "messages": topic.messages,
         "bytes": topic.bytes,
         "rate_hz": (topic.messages - 1) / span_s if span_s > 0 else None,

@@ -19,6 +19,7 @@ from touchline.services.cli import (
     plan_command,
     recording_commands,
     run_command,
+    salvage_command,
     service_commands,
     simulate_command,
     study_command,
@@ -54,7 +55,7 @@ for name, modules in {
     ),
     "Drawings and robots": (template_commands, vehicle_commands),
     "The running system": (system_commands, order_command),
-    "Recordings": (recording_commands, info_command, compare_command, picture_command),
+    "Recordings": (recording_commands, info_command, salvage_command, compare_command, picture_command),
     "Processes, each alone": (service_commands,),
 }.items():
     for module in modules:

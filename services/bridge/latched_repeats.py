@@ -4,7 +4,7 @@ from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorded import Recorded
 
 
-class Repeats:
+class LatchedRepeats:
     """What the parts of a recording have said last of each latched topic."""
 
     def __init__(self) -> None:
