@@ -11,8 +11,10 @@ from touchline.schemas.plain_text import plain_lines
 from touchline.services.cli import (
     compare_command,
     demo_command,
+    echo_command,
     fleet_command,
     goto_command,
+    hz_command,
     info_command,
     order_command,
     picture_command,
@@ -55,7 +57,15 @@ for name, modules in {
     ),
     "Drawings and robots": (template_commands, vehicle_commands),
     "The running system": (system_commands, order_command),
-    "Recordings": (recording_commands, info_command, salvage_command, compare_command, picture_command),
+    "Recordings": (
+        recording_commands,
+        info_command,
+        echo_command,
+        hz_command,
+        salvage_command,
+        compare_command,
+        picture_command,
+    ),
     "Processes, each alone": (service_commands,),
 }.items():
     for module in modules:
