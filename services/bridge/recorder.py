@@ -7,6 +7,7 @@ found where it was asked for. A file that is there already is never overwritten 
 import os
 import stat
 import struct
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -61,6 +62,24 @@ class RecordingReport:
     per_topic: dict[str, int] = field(default_factory=dict)
     rejected: int = 0
     problem: str = ""
+
+
+def joined(reports: Sequence[RecordingReport], problem: str = "") -> RecordingReport:
+    """The report of files that follow one another, under the name of the first; ``problem`` is another one."""
+    if len(reports) == 1 and not problem:
+        return reports[0]
+    per_topic: Counter[str] = Counter()
+    for report in reports:
+        per_topic.update(report.per_topic)
+    return RecordingReport(
+        reports[0].path,
+        sum(report.messages for report in reports),
+        sum(report.bytes for report in reports),
+        sum(report.lost for report in reports),
+        dict(per_topic),
+        sum(report.rejected for report in reports),
+        "; ".join(filter(None, (*(report.problem for report in reports), problem))),
+    )
 
 
 class _Channel:
@@ -135,6 +154,7 @@ class Recorder:
         topics: Rows of the topic table to record.
         existing: What to do when the file is there already.
         continues: The files of the same recording before this one.
+        before: The recorder of the file before this one, if it was in this process: its robots' time goes on here.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -147,13 +167,17 @@ class Recorder:
         topics: Sequence[Topic] = RECORDED,
         existing: Existing = Existing.RENAME,
         continues: Sequence[Path] = (),
+        before: "Recorder | None" = None,
     ) -> None:
         make_room(path, existing)
         self.path = path
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._robots = {namespace: _RobotTime() for namespace in namespaces}
+        self._robots: dict[str, _RobotTime] = {namespace: _RobotTime() for namespace in namespaces}
+        if before is not None:
+            self._robots = before._robots
+        self._span_ns: tuple[int, int] | None = None
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
         self._losses = Losses()
@@ -199,6 +223,11 @@ class Recorder:
     def size_bytes(self) -> int:
         """Bytes in the file so far."""
         return self._file.tell()
+
+    @property
+    def span_s(self) -> float:
+        """Log time from the earliest to the latest message in the file."""
+        return (self._span_ns[1] - self._span_ns[0]) / 1e9 if self._span_ns is not None else 0.0
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -259,6 +288,8 @@ class Recorder:
             raise RecordingError(self._problem)
         try:
             log_ns = channel.robot.log_ns
+            first_ns, last_ns = self._span_ns or (log_ns, log_ns)
+            self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
             self._writer.add_message(channel.channel_id, log_ns, payload, time_ns, sequence & 0xFFFFFFFF)
         except RecordingError as error:
             self._fail(error)

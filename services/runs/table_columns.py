@@ -20,7 +20,7 @@ _MOST_COLUMNS = 5000
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """One column.
 
     Attributes:
@@ -58,7 +58,7 @@ class TableRows:
 
     path: Path
     topics: Sequence[str]
-    columns: list[Column]
+    columns: list[TableColumn]
     damaged: int = 0
     problem: str = ""
 
@@ -84,7 +84,7 @@ def table_of(path: Path, topics: Sequence[str]) -> TableRows:
         RecordingError: It cannot be read, or has not one of the topics.
         SpecError: Nothing in it can be decoded, or it has too many fields.
     """
-    columns: dict[str, Column] = {}
+    columns: dict[str, TableColumn] = {}
     known: set[RecordingKind] = set()
     for message in RecordedTopics(path, topics).messages():
         if message.kind not in known:
@@ -99,30 +99,30 @@ def table_of(path: Path, topics: Sequence[str]) -> TableRows:
     return TableRows(path, topics, list(columns.values()))
 
 
-def _columns(message: Recorded) -> list[Column]:
+def _columns(message: Recorded) -> list[TableColumn]:
     fields = layout(message.kind)
     if fields is None:
         try:
-            return [Column(path, JSON_FORM) for path, _ in flat(values_of(message))]
+            return [TableColumn(path, JSON_FORM) for path, _ in flat(values_of(message))]
         except Damage:
             return []
     return list(dict.fromkeys(column for path, form in fields.items() for column in _of_field(path, form)))
 
 
-def _of_field(path: str, form: str) -> Iterator[Column]:
+def _of_field(path: str, form: str) -> Iterator[TableColumn]:
     outer, bracket, _ = path.partition("[")
     many = _ARRAY.search(path)
     if not bracket:
-        yield Column(path, form)
+        yield TableColumn(path, form)
     elif many is None or many.start() != len(outer):  # a list of messages
-        yield Column(outer, JSON_FORM)
+        yield TableColumn(outer, JSON_FORM)
     elif many[1]:
-        yield from (Column(f"{outer}[{number}]", form) for number in range(int(many[1])))
+        yield from (TableColumn(f"{outer}[{number}]", form) for number in range(int(many[1])))
     else:
-        yield Column(outer, form, listed=True)
+        yield TableColumn(outer, form, listed=True)
 
 
-def _cell(values: object, column: Column) -> object:
+def _cell(values: object, column: TableColumn) -> object:
     try:
         found = at_path(values, column.path)
     except SpecError:  # of another topic, or an older version of this one

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.runs.table_columns import JSON_FORM, Column, TableRows
+from touchline.services.runs.table_columns import JSON_FORM, TableColumn, TableRows
 from touchline.services.runs.writing import replacing
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _time_fields() -> "Iterator[pa.Field]":
     yield pa.field(_TIMES[2], pa.string())
 
 
-def _field(column: Column) -> "pa.Field":
+def _field(column: TableColumn) -> "pa.Field":
     import pyarrow as pa
 
     numbers = {"bool": "bool_", "byte": "uint8", "octet": "uint8", "char": "uint8", "float": "float32"}
