@@ -54,18 +54,19 @@ class _Waiting(NamedTuple):
 class SessionDigest:
     """Running session hash over published payloads.
 
-    Every recorded topic has a hash of its own over its payloads in order; the session's is that of these. So it does
-    not matter how topics interleave, and a topic without payloads counts too, if it is one of every session.
+    Every recorded topic that is `hashed` has a hash of its own over its payloads in order; the session's is that of
+    these. So it does not matter how topics interleave, and a topic without payloads counts too, if it is one of every
+    session.
     """
 
     def __init__(self) -> None:
         """Nothing said yet."""
-        self._digests = {topic.name: _blake() for topic in RECORDED}
-        self._waiting = {topic.name: _Waiting([], bytearray()) for topic in RECORDED}
-        self._hashed = {topic.name for topic in RECORDED if topic.general}
+        self._digests = {topic.name: _blake() for topic in RECORDED if topic.hashed}
+        self._waiting = {topic.name: _Waiting([], bytearray()) for topic in RECORDED if topic.hashed}
+        self._hashed = {topic.name for topic in RECORDED if topic.hashed and topic.general}
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
-        """Add payloads in order of publication; topics that are not recorded are ignored."""
+        """Add payloads in order of publication; others than the hashed ones are ignored."""
         for topic, payload in said:
             self.add_of(topic, [len(payload)], payload)
 

@@ -37,6 +37,7 @@ class Topic:
         block: Whether a full queue blocks the publisher (nothing is lost) or drops.
         units: Units of its main values.
         tolerance: Largest difference that a regression check accepts, per number, in those units.
+        hashed: Whether it counts in a session's hash; what has caused a session does not.
         general: Whether it belongs to every session; any other counts in a session's hash only where it is sent.
     """
 
@@ -49,6 +50,7 @@ class Topic:
     units: str = ""
     tolerance: float = 0.0
     general: bool = True
+    hashed: bool = True
 
     @property
     def reliable(self) -> bool:
@@ -104,6 +106,8 @@ STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
 EVENTS = Topic("events", m.Event)
+#: What the robot was told to do, and when it obeyed.
+ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
 #: From the coordinator to a robot.
@@ -141,6 +145,7 @@ TOPICS: tuple[Topic, ...] = (
     REPORT,
     BATTERY,
     EVENTS,
+    ORDERS,
     WHEREABOUTS,
     GUIDANCE,
     PLAN,

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from rich.segment import Segment
 from rich.style import Style
+from textual import events
 from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
@@ -71,6 +72,24 @@ class CellsView(Widget):
     @abstractmethod
     def compose_cells(self) -> Cells:
         """What there is to see through `view`."""
+
+    @abstractmethod
+    def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
+        """Zoom in by so many steps, about a cell or the middle."""
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Zoom in at the pointer."""
+        self._wheel(event, 1)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Zoom out at the pointer."""
+        self._wheel(event, -1)
+
+    def _wheel(self, event: events.MouseEvent, steps: float) -> None:
+        event.stop()
+        offset = event.get_content_offset(self)
+        if offset is not None:
+            self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
 
     def restyle(self, styles: list[Style]) -> None:
         """Show the same in other colours."""

@@ -94,25 +94,11 @@ class FleetMap(CellsView):
         self.redraw()
 
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
-        """Zoom in by so many steps, about a cell or the middle."""
+        """See `CellsView`."""
         self._fitted = False
         self.view = self.view.zoomed(ZOOM_STEP**steps, column, row)
         self._move_view()
         self.redraw()
-
-    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Zoom in at the pointer."""
-        self._wheel(event, 1)
-
-    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Zoom out at the pointer."""
-        self._wheel(event, -1)
-
-    def _wheel(self, event: events.MouseEvent, steps: float) -> None:
-        event.stop()
-        offset = event.get_content_offset(self)
-        if offset is not None:
-            self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Begin to drag."""

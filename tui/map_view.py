@@ -178,7 +178,7 @@ class MapView(CellsView, can_focus=True):
         self.redraw()
 
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
-        """Zoom in by so many steps, about a cell or the middle."""
+        """See `CellsView`."""
         if self.follow and self._scene.robot:
             view = self.view.zoomed(ZOOM_STEP**steps)
             self._look(view.centered(self._scene.robot.x_m, self._scene.robot.y_m))
@@ -219,20 +219,6 @@ class MapView(CellsView, can_focus=True):
         if self._fitted:
             self.view = self._fit()
         self.redraw()
-
-    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Zoom in at the pointer."""
-        self._wheel(event, 1)
-
-    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Zoom out at the pointer."""
-        self._wheel(event, -1)
-
-    def _wheel(self, event: events.MouseEvent, steps: float) -> None:
-        event.stop()
-        offset = event.get_content_offset(self)
-        if offset is not None:
-            self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Begin to drag: the field, or, while the operator aims, the goal's heading."""

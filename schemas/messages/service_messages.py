@@ -14,7 +14,8 @@ class LoadRequest(Message):
 
     ``resume``: go on where the robot was in this very trajectory when its process died. ``here``: the robot stands
     where it begins, and is not carried there. ``replace``: the robot is driving, and goes on along this one without a
-    stop. At most one of the three.
+    stop. At most one of the three. ``cause_json``: what the plan was made from (``touchline.schemas.plan_cause``), for
+    the recording; may be empty.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"
@@ -24,6 +25,7 @@ class LoadRequest(Message):
     resume: bool = False
     here: bool = False
     replace: bool = False
+    cause_json: str = ""
 
 
 class LoadResponse(Message):

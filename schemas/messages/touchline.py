@@ -234,6 +234,18 @@ class Event(Message):
     text: str = ""
 
 
+class RobotOrder(Message):
+    """A command that the robot has obeyed, as it counts for its session: the stamp is of the tick after which it came.
+
+    ``details_json`` is a JSON object with what belongs to the command, as docs/recording.md tells.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/RobotOrder"
+    header: Header = Header()
+    name: str = ""
+    details_json: str = ""
+
+
 class Progress(Message):
     """How far a long request has come; ``fraction`` is 0…1."""
 

@@ -6,9 +6,8 @@ from itertools import islice, takewhile
 from typing import NamedTuple
 
 from touchline.services.bridge.recorded import Recorded
+from touchline.services.bridge.robot_time import ANEW_NS
 
-#: A step back in time further than this is a clock that began anew, and no late measurement.
-ANEW_NS = 2_000_000_000
 #: Messages of a topic that are looked at together where it is not plain which belong together.
 SIGHT = 32
 

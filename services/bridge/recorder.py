@@ -19,19 +19,18 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from touchline.schemas.messages import Header, Time
 from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
 from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
+from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
+from touchline.services.bridge.made_by import MADE_BY, made_by
 from touchline.services.bridge.output import RecordingError, RecordingFile
 from touchline.services.bridge.parts import renamed_parts, with_followers
 from touchline.services.bridge.reader import read_summary
+from touchline.services.bridge.robot_time import RobotTime
 
 CHUNK_BYTES = 64 * 1024
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4  # behind the CDR header
 _STAMP_END = _STAMP_OFFSET + _STAMP.size
-#: A clock that steps back further began anew.
-ANEW_NS = 2_000_000_000
-#: A stamp further ahead of the clock is none of the robot's.
-_AHEAD_NS = 1_000_000_000
 
 
 class Existing(Enum):
@@ -87,7 +86,7 @@ class _Channel:
 
     __slots__ = ("channel_id", "last_ns", "messages", "name", "robot", "stamped")
 
-    def __init__(self, name: str, channel_id: int, stamped: bool, robot: "_RobotTime") -> None:
+    def __init__(self, name: str, channel_id: int, stamped: bool, robot: "_Robot") -> None:
         self.name = name
         self.channel_id = channel_id
         self.stamped = stamped
@@ -96,42 +95,14 @@ class _Channel:
         self.last_ns = 0
 
 
-class _RobotTime:
-    """What the recorder knows of one robot's sim time; see `Recorder`.
+class _Robot(RobotTime):
+    """A robot's time, and what came before any was known."""
 
-    Attributes:
-        now_ns: Latest sim time of the clock (of any stamp, while no clock has come).
-        latest_ns: Of the clock and of the stamps before.
-        past_ns: Log time over sim time: what passed before the clock began anew.
-        known: Whether any time has come.
-        waiting: What came before that.
-    """
-
-    __slots__ = ("clock_seen", "known", "latest_ns", "now_ns", "past_ns", "waiting")
+    __slots__ = ("waiting",)
 
     def __init__(self) -> None:
-        self.now_ns = self.latest_ns = self.past_ns = 0
-        self.known = self.clock_seen = False
+        super().__init__()
         self.waiting: list[tuple[_Channel, bytes, int]] = []
-
-    @property
-    def log_ns(self) -> int:
-        """The log time."""
-        return self.latest_ns + self.past_ns
-
-    def hear(self, stamp_ns: int, is_clock: bool) -> None:
-        """A stamp has come, the clock's or another."""
-        if is_clock:
-            self.clock_seen = True
-            self.now_ns = stamp_ns
-        elif not self.clock_seen:
-            self.now_ns = stamp_ns
-        ahead_ns = stamp_ns - self.latest_ns
-        if is_clock and ahead_ns < -ANEW_NS:
-            self.past_ns -= ahead_ns
-            self.latest_ns = stamp_ns
-        elif ahead_ns > 0 and (is_clock or not self.clock_seen or ahead_ns <= _AHEAD_NS):
-            self.latest_ns = stamp_ns
 
 
 def is_stamped(topic: Topic) -> bool:
@@ -174,24 +145,26 @@ class Recorder:
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._robots: dict[str, _RobotTime] = {namespace: _RobotTime() for namespace in namespaces}
+        self._robots: dict[str, _Robot] = {namespace: _Robot() for namespace in namespaces}
         if before is not None:
             self._robots = before._robots
         self._span_ns: tuple[int, int] | None = None
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
+        self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(topics)
-            if continues:
-                part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
-                self._writer.add_metadata("touchline_part", part)
         except RecordingError:
             self._file.close()
             path.unlink(missing_ok=True)
             raise
+        self.note(MADE_BY, made_by())
+        if continues:
+            part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
+            self.note("touchline_part", part)
 
     def _register(self, topics: Sequence[Topic]) -> None:
         schemas: dict[str, int] = {}
@@ -261,6 +234,8 @@ class Recorder:
         channel = self._channels[namespace or self._first, topic]
         robot = channel.robot
         channel.messages += 1
+        if topic in KEPT:
+            self._keepsakes[namespace or self._first].take(topic, payload)
         if channel.stamped and len(payload) >= _STAMP_END:
             seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_OFFSET)
             time_ns = max(seconds * 1_000_000_000 + nanoseconds, 0)
@@ -295,7 +270,7 @@ class Recorder:
             self._fail(error)
             raise
 
-    def _write_waiting(self, robot: _RobotTime) -> None:
+    def _write_waiting(self, robot: "_Robot") -> None:
         waiting, robot.waiting = robot.waiting, []
         for channel, payload, sequence in waiting:
             self._put(channel, robot.latest_ns, payload, sequence)
@@ -349,6 +324,7 @@ class Recorder:
                 for robot in self._robots.values():
                     self._write_waiting(robot)
                 self._writer.flush()  # type: ignore[no-untyped-call]
+                self._keep()
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
                 if rejected:
@@ -368,6 +344,15 @@ class Recorder:
         unknown = f"its end may be missing: {unasked} could not be asked what was sent last" if unasked else ""
         problem = self._problem or unknown
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
+
+    def _keep(self) -> None:
+        """Write what the sessions came from, and their hashes."""
+        hashes = {name: kept.session_hashes for name, kept in self._keepsakes.items() if kept.session_hashes}
+        if hashes:
+            self._writer.add_metadata(SESSIONS, hashes)
+        for kept in self._keepsakes.values():
+            for each in kept.attachments():
+                self._writer.add_attachment(0, 0, each.name, each.media_type, each.data)
 
     def _told(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
         """Rejected payloads in all and by topic."""

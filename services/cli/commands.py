@@ -9,6 +9,7 @@ import typer
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
 from touchline.services.cli import (
+    check_command,
     compare_command,
     demo_command,
     echo_command,
@@ -66,6 +67,7 @@ for name, modules in {
         export_command,
         salvage_command,
         compare_command,
+        check_command,
         picture_command,
     ),
     "Processes, each alone": (service_commands,),

@@ -26,9 +26,10 @@ from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.cli.number_list import numbers_of
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
 from touchline.services.cli.output_choice import deliver
-from touchline.services.cli.sweep_command import WorkersChoice, collect
+from touchline.services.cli.sweep_command import collect
 from touchline.services.cli.sweep_output import SweepOutput
 from touchline.services.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
+from touchline.services.cli.workers_choice import WorkersChoice
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.temporary_system import ProcessOptions, local_system
 
@@ -158,7 +159,7 @@ def sweep(
     """Simulate teams of several sizes with many seeds on all cores; exit code 1 if any two robots touch."""
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.sweep.combinations import team_cases
-    from touchline.services.runs.sweep.task import prepare
+    from touchline.services.runs.sweep.task import perform, prepare
 
     teams = {size: choice.chosen(size, seed) for size in _sizes(robots)}
     cases = team_cases(teams, random_faults=random_faults)
@@ -166,7 +167,7 @@ def sweep(
         jobs, tasks = prepare(cases, seeds)
         first = next(iter(teams.values()))
         warm_up(say, Setup(vehicle=first.vehicle, onboard=first.onboard))  # so that not every process compiles
-        swept = collect(processes.runs(jobs, tasks), len(tasks), advance)
+        swept = collect(processes.done(perform, jobs, tasks), len(tasks), advance)
     results.conclude(swept, cases)
 
 

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from touchline.services.cli.coverage_study_output import coverage_study
 from touchline.services.cli.display import output, progress_bar, say
+from touchline.services.cli.judged_output import StudyPlaces
 from touchline.services.cli.network_study_output import network_study
 from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.cli.tracking_study_output import tracking_study
@@ -62,10 +63,10 @@ def study(
 ) -> None:
     """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
     if subject == "tracking":
-        tracking_study(out, plots, quick=quick, as_json=as_json)
+        tracking_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)
         return
     if subject == "network":
-        network_study(seeds, out, plots, quick=quick, as_json=as_json)
+        network_study(seeds, StudyPlaces(out, plots), quick=quick, as_json=as_json)
         return
     if subject == "coverage":
         coverage_study(1 if quick else seeds, out, as_json=as_json)

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,36 +16,15 @@ from touchline.services.cli.display import Advance, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.sweep_output import SweepOutput, Swept
 from touchline.services.cli.sweep_subject import SubjectChoice
+from touchline.services.cli.workers_choice import WorkersChoice
 
 if TYPE_CHECKING:
-    from touchline.services.runs.sweep.task import SweepJob, SweepRun, Task
+    from touchline.services.runs.sweep.task import SweepRun
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
     app.command("sweep")(with_groups(sweep))
-
-
-@dataclass(frozen=True)
-class WorkersChoice:
-    """Which processes do the runs."""
-
-    workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.", min=0)] = 0
-    dask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS", help="Address of a Dask scheduler, to use its workers instead.", show_default=False
-        ),
-    ] = None
-
-    def runs(self, jobs: "list[SweepJob]", tasks: "list[Task]") -> Generator["SweepRun", None, None]:
-        """Every run as it is done; closing the iterator early stops the others."""
-        from touchline.services.runs.sweep.places import cores, here, in_processes, on_dask
-
-        if self.dask is not None:
-            return on_dask(jobs, tasks, self.dask)
-        count = min(self.workers or cores(), len(tasks))
-        return in_processes(jobs, tasks, count) if count > 1 else here(jobs, tasks)
 
 
 def sweep(
@@ -76,7 +54,7 @@ def sweep(
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.sweep.combinations import cases as all_cases
     from touchline.services.runs.sweep.combinations import parse_settings
-    from touchline.services.runs.sweep.task import prepare
+    from touchline.services.runs.sweep.task import perform, prepare
 
     work, options, scenario = subject.chosen()
     vehicle = body.chosen()
@@ -88,7 +66,7 @@ def sweep(
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
         warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
-        swept = collect(processes.runs(jobs, tasks), len(tasks), advance)
+        swept = collect(processes.done(perform, jobs, tasks), len(tasks), advance)
     results.conclude(swept, cases)
 
 

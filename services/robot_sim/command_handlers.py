@@ -14,6 +14,8 @@ from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import describe, parse_fault
 from touchline.schemas.messages.base import Message
 from touchline.schemas.placement import same_place
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
 from touchline.services.onboard.interface import OnboardEvent
@@ -142,6 +144,8 @@ class Commands:
         resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
         job = self._emulator.prepare(request.trajectory, template, resume, remains, taking)
+        if request.cause_json:
+            job = job._replace(cause=parse(PlanCause, request.cause_json, "cause_json"))
         return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template), request.trajectory)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
@@ -260,7 +264,7 @@ class Commands:
         if math.isnan(request.until_m):
             return m.AuthorizeResponse(success=False, message="until_m is nan; give an arc length in m, or inf")
         try:
-            self._emulator.onboard.authorize(request.until_m)
+            self._emulator.authorize(request.until_m)
         except CommandRefused as error:
             return m.AuthorizeResponse(success=False, message=str(error))
         return m.AuthorizeResponse(success=True, message="done")

@@ -7,14 +7,14 @@ same session to the bit, whatever the pace.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from enum import Enum, auto
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
-from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
+from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
@@ -27,18 +27,15 @@ from touchline.services.onboard.interface import (
     STANDSTILL,
     TICKS_PER_S,
     Checkpoint,
-    Command,
-    Consistency,
-    Estimate,
     OnboardEvent,
-    PaintBelief,
     SensorFrame,
-    Status,
 )
 from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
+from touchline.services.robot_sim.onboard_computer import OnboardComputer
+from touchline.services.robot_sim.order_log import OrderLog
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
@@ -90,104 +87,7 @@ class LoadedJob(NamedTuple):
     resume: Checkpoint | None
     remains: Remains | None
     taking: Taking = Taking.CARRIED
-
-
-class OnboardComputer(Protocol):
-    """What the emulator needs of the robot's own computer; commands raise `CommandRefused`."""
-
-    @property
-    def estimate(self) -> Estimate:
-        """Where it believes the robot is."""
-
-    @property
-    def status(self) -> Status:
-        """Where the traversal stands."""
-
-    @property
-    def state(self) -> int:
-        """The state of `status`."""
-
-    @property
-    def consistency(self) -> Consistency:
-        """How consistent the estimate is."""
-
-    @property
-    def lateral_error_m(self) -> float:
-        """How far it believes the nozzle is to the left of its path."""
-
-    @property
-    def spraying(self) -> bool:
-        """Whether it commands the valve open."""
-
-    @property
-    def painted(self) -> PaintBelief:
-        """What it believes it has painted."""
-
-    @property
-    def aligned(self) -> bool:
-        """Whether it knows where it stands well enough to drive off."""
-
-    @property
-    def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on."""
-
-    def check_load(self) -> None:
-        """Whether a trajectory would be taken now."""
-
-    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Any:
-        """Check a trajectory, not to be left beyond the boundary; changes nothing."""
-
-    def take(self, course: Any, resume: Checkpoint | None = None) -> float:
-        """Take what `prepare` gave; returns its planned duration [s]."""
-
-    def take_here(self, course: Any) -> float:
-        """As `take`, if it begins where the robot stands."""
-
-    def take_over(self, course: Any) -> float:
-        """As `take`, under way and without a stop."""
-
-    def begin_guided(self) -> None:
-        """Drive where a coordinator guides the robot from now on."""
-
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if the robot is not guided."""
-
-    @property
-    def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator; None if it is not guided."""
-
-    def start(self) -> None:
-        """Begin the traversal."""
-
-    def pause(self) -> None:
-        """Brake and close the valve."""
-
-    def resume(self) -> None:
-        """Go on after a pause."""
-
-    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Brake and give the traversal up."""
-
-    def estop(self, reason: str = EMERGENCY_STOP) -> None:
-        """Stop at once and latch."""
-
-    def reset(self) -> None:
-        """Release the latch."""
-
-    def authorize(self, until_m: float) -> None:
-        """Drive up to this arc length only [m], and on when it is moved on."""
-
-    def link_lost(self) -> None:
-        """The operator cannot be heard any more: pause if under way."""
-
-    def step(self, frame: SensorFrame) -> Command:
-        """One tick."""
-
-    def decide(self, tick: int) -> Command:
-        """The last part of a tick that has been perceived already."""
-
-    def take_events(self) -> list[OnboardEvent]:
-        """Events since the last call."""
+    cause: PlanCause | None = None
 
 
 def _check_receiver(vehicle: Vehicle, scenario: Scenario, config: OnboardConfig) -> None:
@@ -236,6 +136,7 @@ class Emulator:
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
         world, sensors, faults, onboard: The parts.
+        orders: Commands that were obeyed.
         ledger, account, track: Of the loaded traversal; the account only if a covering tool works on areas in it.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
         frame: What the onboard computer saw in the last tick of which all or the end was done here.
@@ -260,6 +161,7 @@ class Emulator:
         self.ledger = self._no_paint()
         self.account: AreaAccount | None = None
         self.track = Track()
+        self.orders = OrderLog()
         self.estimator_error = EstimatorError()
         self.tick_count = 0
         self.frame: SensorFrame | None = None
@@ -351,6 +253,8 @@ class Emulator:
         """
         resume, remains = job.resume, job.remains
         duration_s = self._hand_to_onboard(job)
+        cause = job.cause.model_dump(mode="json") if job.cause is not None else None
+        self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
         if remains is not None:
@@ -387,6 +291,7 @@ class Emulator:
         """
         self.check_load()
         self.onboard.begin_guided()
+        self._note("begin-guided")
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
         self.estimator_error = EstimatorError()
         self._ended_ticks = 0
@@ -394,27 +299,38 @@ class Emulator:
     def start(self) -> None:
         """Begin the loaded traversal."""
         self.onboard.start()
+        self._note("start")
         self._ended_ticks = 0
 
     def pause(self) -> None:
         """Brake, with the valve closed."""
         self.onboard.pause()
+        self._note("pause")
 
     def resume(self) -> None:
         """Go on after a pause."""
         self.onboard.resume()
+        self._note("resume")
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Brake and give the traversal up."""
         self.onboard.abort(reason)
+        self._note("abort", reason=reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop at once; only a reset gets it going again."""
         self.onboard.estop(reason)
+        self._note("estop", reason=reason)
 
     def reset(self) -> None:
         """Release an emergency stop."""
         self.onboard.reset()
+        self._note("reset")
+
+    def authorize(self, until_m: float) -> None:
+        """Let the robot drive up to this arc length only [m], and on when it is moved on."""
+        self.onboard.authorize(until_m)
+        self._note("authorize", until_m=until_m if math.isfinite(until_m) else None)
 
     def refill_tank(self) -> tuple[float, float]:
         """Fill the tank; the paint in it before and after [l].
@@ -427,6 +343,7 @@ class Emulator:
         self._require_rest("refill the tank")
         before_l = self.world.supplies[0]
         self.world.refill_tank()
+        self._note("refill-tank")
         return before_l, self.world.supplies[0]
 
     def replace_battery(self) -> tuple[float, float]:
@@ -438,6 +355,7 @@ class Emulator:
         self._require_rest("replace the battery")
         before_wh = self.world.supplies[1]
         self.world.replace_battery()
+        self._note("replace-battery")
         return before_wh, self.world.supplies[1]
 
     def _require_rest(self, command: str) -> None:
@@ -449,6 +367,7 @@ class Emulator:
     def link_lost(self) -> None:
         """Nobody who could stop the robot is there any more: it pauses by itself."""
         self.onboard.link_lost()
+        self._note("link-lost")
 
     def inject_fault(self, fault: Fault) -> None:
         """Let something go wrong from the next tick on, or `start_s` later.
@@ -457,6 +376,10 @@ class Emulator:
             CommandRefused: There are too many faults already.
         """
         self.faults.inject(fault, self.tick_count)
+        self._note("inject-fault", fault=fault.model_dump(mode="json", exclude_none=True))
+
+    def _note(self, name: str, **details: Any) -> None:
+        self.orders.note(self.tick_count, name, **details)
 
     def take_events(self) -> list[OnboardEvent]:
         """Faults that came and went, then what the onboard computer has to say."""

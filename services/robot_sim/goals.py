@@ -15,6 +15,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.way_start import WayStart, hindrance
 from touchline.services.bus import Bus, ServedCall
 from touchline.services.bus.calls import Question
@@ -46,7 +47,9 @@ class AskedGoal:
         stops: How often the robot had been told to stop by then.
         retry_s: Not looked at before.
         question: To the planner, if that is asked.
+        under_way: Whether it is planned from amid a drive.
         reason: Why it has not been answered.
+        cause_json: What the way is made from, if that begins at rest.
     """
 
     call: GoalCall
@@ -56,6 +59,7 @@ class AskedGoal:
     question: Question | None = None
     under_way: bool = False
     reason: str = ""
+    cause_json: str = ""
 
 
 class Goals:
@@ -130,6 +134,8 @@ class Goals:
         asked.under_way = start.under_way
         if asked.under_way or (emulator.onboard.aligned and not emulator.active):
             plan = start.request(request.goal, request.options, self._vehicle_json, uuid.uuid4().hex)
+            if not asked.under_way:
+                asked.cause_json = PlanCause(options=plan.options, goal=request.goal).model_dump_json()
             asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return
         asked.reason = asked.reason or _LOST
@@ -167,7 +173,9 @@ class Goals:
             raise CommandRefused(planned.message)
         self._asked = None
         under_way = asked.under_way
-        load = m.LoadRequest(trajectory=planned.trajectory, here=not under_way, replace=under_way)
+        load = m.LoadRequest(
+            trajectory=planned.trajectory, here=not under_way, replace=under_way, cause_json=asked.cause_json
+        )
         self._prepare(
             asked.call,
             Load(

@@ -23,6 +23,7 @@ from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.packing import Payload, Stamp, battery, header, positions, stamp, whereabouts
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
@@ -212,7 +213,7 @@ class Telemetry:
             due += self._paint(time)
         if tick % _BATTERY_TICKS == 0:
             due.append((topics.BATTERY, battery(time, emulator)))
-        due += self._events()
+        due += [*self._orders(), *self._events()]
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
             due += self._standing(time, float(row[tick_log.SPEED]))
         if emulator.settled:
@@ -277,7 +278,7 @@ class Telemetry:
 
     def news(self) -> list[Payload]:
         """What a command has changed: events, the status and the truth beside it."""
-        told = [*self._events(), *self.standing()]
+        told = [*self._orders(), *self._events(), *self.standing()]
         self.digest.add(told)
         return told
 
@@ -388,6 +389,9 @@ class Telemetry:
     def _events(self) -> list[Payload]:
         return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
 
+    def _orders(self) -> list[Payload]:
+        return [_order(order) for order in self._emulator.orders.take()]
+
     @property
     def _flowing(self) -> bool:
         return self._emulator.world.state.flow_lps > 0.0
@@ -451,6 +455,11 @@ def _smear(smear: SmearPrint, ids: Sequence[str]) -> m.Smear:
         x_m=smear.points[:, 0],
         y_m=smear.points[:, 1],
     )
+
+
+def _order(order: ObeyedOrder) -> Payload:
+    message = m.RobotOrder(header=header(order.tick), name=order.name, details_json=order.details_json)
+    return topics.ORDERS, encode(message)
 
 
 def _event(event: OnboardEvent, tick: int) -> Payload:

@@ -26,6 +26,7 @@ from touchline.schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.supplies import full
 from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
@@ -153,7 +154,12 @@ class BusRun:
 
     def _load_and_start(self, plan: PlanResponse) -> None:
         self.watcher.stage("Painting")
-        load = LoadRequest(request_id=_new_id(), trajectory=plan.trajectory, template_json=self.options.template_json)
+        load = LoadRequest(
+            request_id=_new_id(),
+            trajectory=plan.trajectory,
+            template_json=self.options.template_json,
+            cause_json=PlanCause(options=self.options.plan).model_dump_json(),
+        )
         loaded = self._ask(topics.LOAD, load)
         if not loaded.success:
             raise JobFailed(f"the robot refused the plan: {loaded.message}")

@@ -7,6 +7,7 @@ from typing import Any, Final
 from touchline.schemas.digest import goal_scenario_hash
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
@@ -14,7 +15,7 @@ from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.runs.arrival import ReachedPose, arrival_figures
 from touchline.services.runs.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
-from touchline.services.runs.simulation import Outcome, Products, carry_out
+from touchline.services.runs.simulation import Errand, Outcome, Products, carry_out
 
 LOST_S: Final = 30.0
 """Sim time: a robot that stands for so long without knowing where will not drive."""
@@ -91,8 +92,11 @@ def drive_to_goal(
                 f"the robot does not find out where it stands within {LOST_S:g} s: give a scenario with a position fix"
             )
         emulator.tick()
-    plan = plan_from(emulator.onboard.estimate[:3], goal, setup.vehicle, options)
-    outcome = carry_out(emulator, plan.trajectory, None, Taking.HERE, products, progress)
+    start = emulator.onboard.estimate[:3]
+    plan = plan_from(start, goal, setup.vehicle, options)
+    begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
+    errand = Errand(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal))
+    outcome = carry_out(emulator, errand, products, progress)
     cause = goal_scenario_hash(setup, goal, options)
     believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
     return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)

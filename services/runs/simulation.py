@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.messages import (
@@ -18,6 +18,7 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -124,6 +125,22 @@ class Products:
 _REPORT_ALONE = Products()
 
 
+class Errand(NamedTuple):
+    """What an emulated robot is to drive.
+
+    Attributes:
+        trajectory: The plan.
+        template: By which its paint is judged, if it has one.
+        taking: How the robot gets to the start.
+        cause: What the plan was made from, for the recording.
+    """
+
+    trajectory: Trajectory
+    template: Template | None
+    taking: Taking
+    cause: PlanCause | None = None
+
+
 def simulate(
     job: Job,
     scenario: Scenario,
@@ -147,15 +164,14 @@ def simulate(
         RecordingError: The recording cannot be written.
     """
     emulator = Emulator(job.vehicle, scenario, config)
-    done = carry_out(emulator, job.trajectory, job.template, Taking.CARRIED, products, progress)
+    errand = Errand(job.trajectory, job.template, Taking.CARRIED, PlanCause(options=job.options))
+    done = carry_out(emulator, errand, products, progress)
     return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
 
 
 def carry_out(
     emulator: Emulator,
-    trajectory: Trajectory,
-    template: Template | None,
-    taking: Taking,
+    errand: Errand,
     products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
@@ -163,9 +179,7 @@ def carry_out(
 
     Args:
         emulator: The robot, at rest.
-        trajectory: What it drives.
-        template: By which its paint is judged, if it has one.
-        taking: How it gets to the start.
+        errand: What it drives.
         products: What is to be given besides the report.
         progress: As of `simulate`.
 
@@ -176,7 +190,9 @@ def carry_out(
     begun = time.perf_counter()
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
-    emulator.load(trajectory, template, taking=taking)
+    emulator.check_load()
+    prepared = emulator.prepare(errand.trajectory, errand.template, taking=errand.taking)
+    emulator.take(prepared._replace(cause=errand.cause))
     runner = FastRunner(emulator)
     if products.record is None and not products.hashed:
         emulator.start()
@@ -185,7 +201,7 @@ def carry_out(
     else:
         with _Listener(products.record) as listener:
             listener.hear(before)
-            listener.hear(telemetry.loaded(trajectory, template))
+            listener.hear(telemetry.loaded(errand.trajectory, errand.template))
             emulator.start()
             listener.hear(telemetry.news())
 

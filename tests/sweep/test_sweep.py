@@ -11,10 +11,10 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.runs.places import here, in_processes, on_dask
 from touchline.services.runs.sweep.combinations import SweepCase
-from touchline.services.runs.sweep.places import here, in_processes, on_dask
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import SweepRun, prepare
+from touchline.services.runs.sweep.task import SweepRun, perform, prepare
 
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 
@@ -70,19 +70,19 @@ def test_a_plan_is_made_once_per_template_and_options():
 def ran():
     wanted = combined("follower=mpc,pure-pursuit", scenario=Scenario(seed=7))
     jobs, tasks = prepare(wanted, 2, parse(Vehicle, read_text(SMALL_ROBOT), SMALL_ROBOT.name))
-    return wanted, jobs, tasks, list(here(jobs, tasks))
+    return wanted, jobs, tasks, list(here(perform, jobs, tasks))
 
 
 def test_processes_give_the_same_figures(ran):
     wanted, jobs, tasks, alone = ran
-    spread = list(in_processes(jobs, tasks, 2))
+    spread = list(in_processes(perform, jobs, tasks, 2))
     assert summarise(wanted, spread) == summarise(wanted, alone)
     assert len({run.scenario_hash for run in alone}) == 4
 
 
 def test_what_is_done_so_far_can_be_had(ran):
     wanted, jobs, tasks, alone = ran
-    place = in_processes(jobs, tasks, 1)
+    place = in_processes(perform, jobs, tasks, 1)
     first = next(place)
     place.close()
     assert first in alone
@@ -131,4 +131,4 @@ def test_without_dask_its_absence_is_told(ran, monkeypatch):
     _, jobs, tasks, _ = ran
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(TouchlineError, match=r"touchline\[sweep\]"):
-        next(on_dask(jobs, tasks, "tcp://127.0.0.1:1"))
+        next(on_dask(perform, jobs, tasks, "tcp://127.0.0.1:1"))

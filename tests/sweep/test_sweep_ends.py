@@ -21,9 +21,10 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.cli.commands import app
 from touchline.services.cli.options import ExitCode
+from touchline.services.runs import places
+from touchline.services.runs.places import here, in_processes
 from touchline.services.runs.simulation import Job, simulate
 from touchline.services.runs.sweep import task as sweep_task
-from touchline.services.runs.sweep.places import here, in_processes
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
 from touchline.services.runs.sweep.task import SweepRun, Task, prepare, run_figures
 
@@ -36,7 +37,7 @@ def job():
 def test_a_run_that_the_robot_refuses_fails_alone(job):
     nothing = dataclasses.replace(job, trajectory=Trajectory())
     refused = [Task(0, 0, Scenario(seed=seed), OnboardConfig()) for seed in (3, 4)]
-    first, second = here([nothing], refused)
+    first, second = here(sweep_task.perform, [nothing], refused)
     assert (first.seed, first.success, first.figures) == (3, False, {})
     assert "no segment" in first.reason
     assert (second.seed, second.success) == (4, False)
@@ -90,7 +91,7 @@ def sweep(monkeypatch):
             return dataclasses.replace(perform(task.scenario.seed), case=task.case, seed=task.scenario.seed)
 
         monkeypatch.setattr("touchline.services.robot_sim.warm_up.warm_up", lambda *_: None)
-        monkeypatch.setattr("touchline.services.runs.sweep.places.perform", performed)
+        monkeypatch.setattr("touchline.services.runs.sweep.task.perform", performed)
         return CliRunner().invoke(app, ["sweep", "study-square", "--seeds", "4", "--workers", "1", *options])
 
     return begin
@@ -133,7 +134,7 @@ def test_ctrl_c_in_the_only_process_gives_what_is_done(sweep):
 
 def test_a_worker_leaves_ctrl_c_to_its_parent(job):
     """A terminal sends it to all of them; a worker that dies of it would break the pool that is told to end."""
-    with ProcessPoolExecutor(1, get_context("spawn"), sweep_task.begin_worker, ([job],)) as pool:
+    with ProcessPoolExecutor(1, get_context("spawn"), places.begin_worker, (sweep_task.perform, [job])) as pool:
         assert pool.submit(_interrupt_itself, signal.SIGINT).exception() is None
         assert pool.submit(_jobs_here).result() == 1
 
@@ -154,7 +155,7 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
     other = threading.Thread(target=over.wait)  # gets the signal, if that is blocked in this one
     other.start()
     with pytest.raises(KeyboardInterrupt):
-        list(in_processes([job], [Task(0, 0, Scenario(), OnboardConfig())] * 2, 2))
+        list(in_processes(sweep_task.perform, [job], [Task(0, 0, Scenario(), OnboardConfig())] * 2, 2))
     over.set()
     other.join()
     with suppress(ChildProcessError):  # its end has been noted already
@@ -168,4 +169,4 @@ def _interrupt_itself(number):
 
 
 def _jobs_here():
-    return len(sweep_task._jobs)
+    return len(places._work[0][1])

@@ -1,11 +1,7 @@
 """Tasks of a sweep: preparing them, and performing one in any process."""
 
-import signal
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
@@ -19,7 +15,6 @@ from touchline.services.runs.simulation import Job, Progress, simulate
 from touchline.services.runs.sweep.combinations import RANDOM_FAULTS, SweepCase
 from touchline.services.runs.sweep.goal_job import GoalJob, arrival_run_figures
 from touchline.services.runs.sweep.team_job import TeamJob, swept_figures
-from touchline.services.system.shutdown import ENDS
 
 SweepJob = Job | GoalJob | TeamJob
 
@@ -157,41 +152,3 @@ def _paint_figures(report: TraversalReport) -> dict[str, float]:
         "overspray_m2": report.overspray_m2,
         "double_paint_m2": report.double_paint_m2,
     }
-
-
-_jobs: list[Any] = []
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Defer termination signals here, and in a process started meanwhile until its :func:`begin_worker`.
-
-    A process of a pool gets what it needs through a pipe, and would complain of what is missing.
-    """
-    came: list[int] = []
-    handlers: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
-        handlers = {number: signal.getsignal(number) for number in ENDS if callable(signal.getsignal(number))}
-    for number in handlers:
-        signal.signal(number, lambda number, _frame: came.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)  # for the new process, which takes this over
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    for number in came:
-        signal.raise_signal(number)
-
-
-def begin_worker(jobs: list[SweepJob]) -> None:
-    """Initialise a process of a pool, which leaves Ctrl-C to its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
-    _jobs[:] = jobs
-
-
-def perform_in_worker(task: Task) -> SweepRun:
-    """As :func:`perform`, with the jobs that the process was given at its beginning."""
-    return perform(_jobs, task)

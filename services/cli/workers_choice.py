@@ -1,0 +1,34 @@
+"""The options of commands that do many independent tasks: how many processes, or whose."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from touchline.services.runs.places import Done, Shared, Task, Work
+
+
+@dataclass(frozen=True)
+class WorkersChoice:
+    """Which processes do the tasks."""
+
+    workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.", min=0)] = 0
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Address of a Dask scheduler, to use its workers instead.", show_default=False
+        ),
+    ] = None
+
+    def done(
+        self, work: "Work[Shared, Task, Done]", shared: "Shared", tasks: "Sequence[Task]"
+    ) -> Generator["Done", None, None]:
+        """What came of each task as it is done; closing the iterator early stops the others."""
+        from touchline.services.runs.places import cores, here, in_processes, on_dask
+
+        if self.dask is not None:
+            return on_dask(work, shared, tasks, self.dask)
+        count = min(self.workers or cores(), len(tasks))
+        return in_processes(work, shared, tasks, count) if count > 1 else here(work, shared, tasks)

@@ -1,0 +1,177 @@
+"""What a recording says of the cause of one robot's session: who it was, what it was given and told, and when."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError, SpecError, TouchlineError
+from touchline.schemas.messages import ActuatorCommand, Header, RobotOrder, String, Trajectory
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.recorded import Recorded
+from touchline.services.bridge.recorder import is_stamped
+from touchline.services.onboard.interface import ACTUATORS
+
+TICK_NS = 10_000_000
+
+
+class NotRebuilt(TouchlineError):
+    """A session that cannot be rebuilt from its recording; it says why."""
+
+
+class GivenJob(NamedTuple):
+    """What the robot was given to drive.
+
+    Attributes:
+        trajectory: The plan.
+        template: By which its paint is judged, if there is one.
+        cause: What the plan was made from; None if the recording does not say.
+    """
+
+    trajectory: Trajectory
+    template: Template | None
+    cause: PlanCause | None
+
+
+class TimedOrder(NamedTuple):
+    """A command that the robot obeyed.
+
+    Attributes:
+        tick: The last one before it.
+        name: Of the command.
+        details: What belongs to it.
+    """
+
+    tick: int
+    name: str
+    details: Mapping[str, Any]
+
+
+@dataclass
+class RecordedSession:
+    """The cause of a session, and how long it took.
+
+    Attributes:
+        setup: The robot and its world.
+        orders: What it was told.
+        jobs: One for each order to load, in their order.
+        last_tick: The last one of which anything is recorded.
+        from_ns: Sim time of the first stamp that is recorded.
+        commands: (last_tick + 1, ACTUATORS) what the actuators were told in each tick; NaN where nothing is recorded.
+    """
+
+    setup: Setup = field(default_factory=Setup)
+    orders: list[TimedOrder] = field(default_factory=list)
+    jobs: list[GivenJob] = field(default_factory=list)
+    last_tick: int = 0
+    from_ns: int = 0
+    commands: NDArray[np.float64] = field(default_factory=lambda: np.full((1, ACTUATORS), np.nan))
+
+    @classmethod
+    def of(cls, messages: Iterable[Recorded]) -> Self:
+        """From all messages of one robot, as they were recorded.
+
+        Raises:
+            NotRebuilt: Something is missing, or cannot be done again.
+        """
+        found = _Finder()
+        for message in messages:
+            found.take(message)
+        if found.setup is None:
+            raise NotRebuilt("its setup is not in the recording: begin to record before the robot is told anything")
+        jobs, orders = found.jobs(), found.orders
+        if not orders:
+            raise NotRebuilt("no order is in the recording: it is older than these, or begins after them")
+        if orders[0].name != "load" or not jobs:
+            raise NotRebuilt(f"the recording begins amid a session, with the order {orders[0].name}")
+        if any(order.name == "begin-guided" for order in orders):
+            raise NotRebuilt("the robot was guided by a team's coordinator; `touchline fleet simulate` does that again")
+        if any(order.details.get("resumed") for order in orders):
+            raise NotRebuilt("the session goes on from that of a process that died; check the recording of that one")
+        if len(jobs) != sum(order.name == "load" for order in orders):
+            raise NotRebuilt("the recording lacks a plan that was loaded")
+        return cls(found.setup, orders, jobs, found.last_tick, found.from_ns or 0, found.commands())
+
+
+class _Finder:
+    """Collects what matters as the messages come."""
+
+    def __init__(self) -> None:
+        self.setup: Setup | None = None
+        self.orders: list[TimedOrder] = []
+        self.last_tick = 0
+        self.from_ns: int | None = None
+        self._plans: list[Trajectory] = []
+        self._templates: list[Template | None] = []
+        self._commands: list[tuple[int, tuple[float, ...]]] = []
+        self._takers = {
+            topics.SETUP.name: self._take_setup,
+            topics.PLAN.name: lambda payload: self._plans.append(decode(Trajectory, payload)),
+            topics.TEMPLATE.name: self._take_template,
+            topics.ORDERS.name: self._take_order,
+            topics.ACTUATOR_COMMAND.name: self._take_command,
+        }
+
+    def take(self, message: Recorded) -> None:
+        """Take what is of interest."""
+        topic = topic_at(message.topic)
+        if topic is None:
+            return
+        if self.from_ns is None and is_stamped(topic):
+            self.from_ns = message.publish_time_ns
+        if topic == topics.CLOCK:
+            self.last_tick = max(self.last_tick, message.publish_time_ns // TICK_NS)
+        if (taker := self._takers.get(topic.name)) is None:
+            return
+        try:
+            taker(message.payload)
+        except (PayloadError, SpecError, json.JSONDecodeError) as error:
+            raise NotRebuilt(f"{message.topic} cannot be read today: {error}") from error
+
+    def jobs(self) -> list[GivenJob]:
+        """What was loaded, each with its cause."""
+        causes = [order.details.get("plan") for order in self.orders if order.name == "load"]
+        made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
+        return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
+
+    def commands(self) -> NDArray[np.float64]:
+        """See `RecordedSession`."""
+        found = np.full((self.last_tick + 1, ACTUATORS), np.nan)
+        for tick, values in self._commands:
+            if 0 <= tick <= self.last_tick:
+                found[tick] = 0.0
+                found[tick, : len(values)] = values
+        return found
+
+    def _take_setup(self, payload: bytes) -> None:
+        self.setup = parse(Setup, decode(String, payload).data, "the recording's setup")
+
+    def _take_template(self, payload: bytes) -> None:
+        text = decode(String, payload).data
+        self._templates.append(parse(Template, text, "the recording's template") if text else None)
+
+    def _take_order(self, payload: bytes) -> None:
+        order = decode(RobotOrder, payload)
+        self.orders.append(TimedOrder(tick_of(order.header), order.name, json.loads(order.details_json or "{}")))
+
+    def _take_command(self, payload: bytes) -> None:
+        told = decode(ActuatorCommand, payload)
+        tick = tick_of(told.header)
+        self.last_tick = max(self.last_tick, tick)
+        self._commands.append((tick, tuple(told.values.tolist())))
+
+
+def tick_of(header: Header) -> int:
+    """The tick after which something was said."""
+    return int(header.stamp.sec * 100 + header.stamp.nanosec // TICK_NS)

@@ -1,0 +1,48 @@
+"""Short sessions with everything in them, as recordings."""
+
+from pathlib import Path
+
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
+from touchline.services.planner.plan import plan
+from touchline.services.runs.checking.record_again import record_again
+from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
+
+BEND = Template(
+    name="bend",
+    segments=[
+        {"id": "side", "line": {"start": (0.0, 0.0), "end": (3.0, 0.0)}},
+        {"id": "bow", "arc": {"center": (3.0, 1.5), "start": (3.0, 0.0), "sweep_angle": 1.5}},
+    ],
+)
+FAULT = parse_fault('{"kind": "corrections-lost", "start_s": 0.0, "duration_s": 1.0}')
+ORDERS = (
+    TimedOrder(0, "start", {}),
+    TimedOrder(660, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
+    TimedOrder(700, "pause", {}),
+    TimedOrder(803, "resume", {}),
+)
+LAST_TICK = 1700
+
+
+def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSession:
+    """A session with a pause and a fault that an operator has injected."""
+    options = PlanOptions()
+    job = GivenJob(plan(BEND, setup.vehicle, options).trajectory, BEND, PlanCause(options=options))
+    load = TimedOrder(0, "load", {"taking": "carried"})
+    return RecordedSession(setup, [load, *orders], [job], LAST_TICK)
+
+
+def record(path: Path, session: RecordedSession) -> Path:
+    """Write what the robot says in a session."""
+    record_again(path, session, "tt2")
+    return path
+
+
+def bend(path: Path, **scenario: object) -> Path:
+    """A recording of the session."""
+    return record(path, given(Setup(scenario=Scenario.model_validate({"seed": 3, **scenario}))))

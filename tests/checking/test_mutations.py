@@ -1,0 +1,150 @@
+"""What has changed in the code is found, and the part in which it has changed is named first."""
+
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from tests.checking.short_sessions import bend
+from touchline.schemas import topics
+from touchline.schemas.messages import PlanOptions
+from touchline.services.onboard import computer
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim import emulator
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.checking import replan
+from touchline.services.runs.checking.check_session import check_recording
+from touchline.services.runs.checking.recorded_session import RecordedSession
+
+pytestmark = pytest.mark.xdist_group("checking")
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return bend(tmp_path_factory.mktemp("checking") / "bend.mcap")
+
+
+def changed(model, place, value):
+    """The model with one field changed: a number is the factor to it."""
+    name, _, rest = place.partition(".")
+    old = getattr(model, name)
+    new = changed(old, rest, value) if rest else value(old)
+    return model.model_validate({**dict(model), name: new})
+
+
+def world(monkeypatch, place, value):
+    kind, _, field = place.partition(".")
+    real = emulator.World
+
+    def made(vehicle, scenario):
+        vehicle = changed(vehicle, field, value) if kind == "vehicle" else vehicle
+        return real(vehicle, changed(scenario, field, value) if kind == "scenario" else scenario)
+
+    monkeypatch.setattr(emulator, "World", made)
+
+
+def sensors(monkeypatch, place, value):
+    real = emulator.Sensors
+    monkeypatch.setattr(emulator, "Sensors", lambda vehicle, scenario: real(vehicle, changed(scenario, place, value)))
+
+
+def estimator(monkeypatch, place, value):
+    real = computer.Estimator
+    monkeypatch.setattr(
+        computer, "Estimator", lambda vehicle, config, state: real(vehicle, changed(config, place, value), state)
+    )
+
+
+def follower(monkeypatch, name):
+    real = computer.make_follower
+    monkeypatch.setattr(computer, "make_follower", lambda _, *others: real(name, *others))
+
+
+def believing(monkeypatch, place, value):
+    real = computer.make_follower
+
+    def made(name, vehicle, *others):
+        return real(name, changed(vehicle, place, value), *others)
+
+    monkeypatch.setattr(computer, "make_follower", made)
+
+
+def planner(monkeypatch, **options):
+    other = PlanOptions(**options)
+    monkeypatch.setattr(replan, "plan", lambda template, vehicle, _: plan(template, vehicle, other))
+
+
+def ledger(monkeypatch, factor):
+    real = emulator.PaintLedger
+    monkeypatch.setattr(
+        emulator,
+        "PaintLedger",
+        lambda wanted, line_m, width_m, *others, **named: real(wanted, line_m, factor * width_m, *others, **named),
+    )
+
+
+def order_later(monkeypatch, name, ticks):
+    real = RecordedSession.of.__func__
+
+    def of(cls, messages):
+        session = real(cls, messages)
+        moved = [each._replace(tick=each.tick + ticks) if each.name == name else each for each in session.orders]
+        return replace(session, orders=moved)
+
+    monkeypatch.setattr(RecordedSession, "of", classmethod(of))
+
+
+def silent(monkeypatch, topic):
+    real = Telemetry.told
+    monkeypatch.setattr(Telemetry, "told", lambda self: [each for each in real(self) if each[0] is not topic])
+
+
+def more(old):
+    return 1.01 * old
+
+
+MUTATIONS = {
+    "a motor 1 % weaker": (partial(world, place="vehicle.drive.motor.constant_nm_per_a", value=more), "world"),
+    "wheels that slip otherwise": (partial(world, place="scenario.drive.slip_relative", value=more), "world"),
+    "half of the side slip": (
+        partial(believing, place="drive.side_slip_rad_per_mps2", value=lambda old: 0.5 * old),
+        "follower",
+    ),
+    "a heavier body": (partial(world, place="vehicle.body.mass_empty_kg", value=more), "world"),
+    "another soil": (partial(world, place="scenario.ground.surface", value=lambda _: "wet-grass"), "world"),
+    # At rest the accelerometers feel a slope that moves nothing, so that they differ before what is true does.
+    "a slope": (partial(world, place="scenario.ground.grade", value=lambda _: 0.01), "sensors"),
+    "a noisier gyro": (partial(sensors, place="imu.gyro_density_radps_rthz", value=more), "sensors"),
+    "an accelerometer that drifts": (partial(sensors, place="imu.accel_bias_walk_mps2_rts", value=more), "sensors"),
+    "a late fix": (partial(sensors, place="gnss.latency_s", value=lambda old: old + 0.01), "sensors"),
+    "whiter fixes": (partial(sensors, place="gnss.white_m", value=more), "sensors"),
+    "a magnetometer that is turned": (partial(sensors, place="magnetometer.bias_rad", value=more), "sensors"),
+    "another gain of the filter": (partial(estimator, place="gnss.white_m", value=more), "estimator"),
+    "a filter that trusts its gyro": (partial(estimator, place="imu.gyro_density_radps_rthz", value=more), "estimator"),
+    "a filter with slip": (partial(estimator, place="drive.slip_relative", value=more), "estimator"),
+    "another follower": (partial(follower, name="pure-pursuit"), "follower"),
+    "a plan with another σ_max": (partial(planner, sigma_max_1pm2=1.5), "plan"),
+    "a plan that paints slower": (partial(planner, paint_speed_mps=0.9), "plan"),
+    "paint judged by another width": (partial(ledger, factor=0.9), "paint"),
+    "valve delay": (partial(world, place="vehicle.tool.valve_on_delay_s", value=lambda old: old + 0.01), "world"),
+    "a nozzle 1 cm off": (partial(world, place="vehicle.tool.nozzle_y_m", value=lambda old: old + 0.01), "paint"),
+    "a pause one tick later": (partial(order_later, name="pause", ticks=1), "executive"),
+    "a topic that is not told": (partial(silent, topic=topics.ESTIMATOR), "estimator"),
+}
+
+
+def test_the_code_of_today_does_the_same(recording):
+    (found,) = check_recording(recording, exact=True)
+    assert found.passed, (found.problem, found.first)
+    assert found.planned == 1
+    assert found.diff.topics[topics.IMU.name].pairs >= 1700
+    assert found.diff.topics[topics.EVENTS.name].pairs >= 3
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_change_is_found_and_its_part_named(monkeypatch, recording, name):
+    mutate, part = MUTATIONS[name]
+    mutate(monkeypatch)
+    (found,) = check_recording(recording, exact=True)
+    assert not found.passed
+    assert found.part == part, str(found.first)

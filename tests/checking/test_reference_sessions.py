@@ -1,0 +1,99 @@
+"""The sessions that are shipped come out the same, through the plugin that anybody's tests use."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from touchline.services.runs.checking.check_files import check_file
+from touchline.services.runs.checking.check_session import update_recording
+
+pytest_plugins = ["pytester"]
+SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
+pytestmark = pytest.mark.xdist_group("checking")
+
+
+@pytest.mark.touchline_session("examples/sessions/square.mcap")
+def test_a_square(touchline_session):
+    touchline_session.require_same()
+
+
+@pytest.mark.touchline_session("examples/sessions/quarter-pitch.mcap")
+def test_a_quarter_of_a_pitch(touchline_session):
+    touchline_session.require_same()
+
+
+@pytest.mark.touchline_session("examples/sessions/corrections-lost.mcap")
+def test_corrections_that_are_lost(touchline_session):
+    touchline_session.require_same()
+
+
+@pytest.mark.touchline_session("examples/sessions/stop-and-resume.mcap")
+def test_an_emergency_stop_and_what_comes_after(touchline_session):
+    touchline_session.require_same()
+
+
+def test_every_shipped_session_is_tested_and_small():
+    shipped = sorted(SESSIONS.glob("*.mcap"))
+    text = Path(__file__).read_text()
+    assert [path.name for path in shipped if f"examples/sessions/{path.name}" in text] == [
+        path.name for path in shipped
+    ]
+    assert len(shipped) >= 4
+    assert max(path.stat().st_size for path in shipped) <= 1_000_000
+
+
+def test_a_difference_is_told_by_the_assertion(pytester, tmp_path):
+    shutil.copy(SESSIONS / "square.mcap", pytester.path / "square.mcap")
+    pytester.makepyfile(
+        """
+        import pytest
+        from touchline.services.robot_sim import emulator
+
+        @pytest.mark.touchline_session("square.mcap")
+        def test_square(touchline_session):
+            touchline_session.require_same()
+
+        @pytest.mark.touchline_session("nowhere.mcap")
+        def test_nothing(touchline_session):
+            pass
+        """
+    )
+    pytester.makeconftest(
+        """
+        from touchline.services.robot_sim import emulator
+        real = emulator.World
+
+        def lighter(vehicle, scenario):
+            body = vehicle.body.model_copy(update={"mass_empty_kg": 50.0})
+            return real(vehicle.model_copy(update={"body": body}), scenario)
+
+        emulator.World = lighter
+        """
+    )
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(failed=1, errors=1)
+    result.stdout.fnmatch_lines(["*square.mcap (tt2): differs first in the world: at * s *recorded *, today *"])
+    result.stdout.fnmatch_lines(["*nowhere.mcap is neither in the test's folder nor in*"])
+
+
+def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
+    path = tmp_path / "square.mcap"
+    shutil.copy(SESSIONS / "square.mcap", path)
+    from touchline.services.robot_sim import emulator
+
+    real = emulator.World
+    monkeypatch.setattr(
+        emulator,
+        "World",
+        lambda vehicle, scenario: real(
+            vehicle.model_copy(update={"body": vehicle.body.model_copy(update={"mass_empty_kg": 50.0})}), scenario
+        ),
+    )
+    (before,) = check_file(None, path)
+    assert not before.passed
+    assert before.part == "world"
+    update_recording(path)
+    (after,) = check_file(None, path)
+    assert after.passed
+    assert [each.name for each in tmp_path.iterdir()] == ["square.mcap"]
