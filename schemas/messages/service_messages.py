@@ -159,11 +159,16 @@ class FollowerStepResponse(Message):
 
 
 class RecordRequest(Message):
-    """Start recording to ``path`` (on the bridge's machine)."""
+    """Start recording to ``path`` (on the bridge's machine).
+
+    A file that has ``max_bytes``, or ``max_s`` of sim time, goes on in a next part; 0 for no limit.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Request"
     request_id: str = ""
     path: str = ""
+    max_bytes: UInt64 = 0
+    max_s: float = 0.0
 
 
 class RecordResponse(Message):

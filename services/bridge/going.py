@@ -7,9 +7,11 @@ import re
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 
 from touchline.schemas.errors import TouchlineError
+from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
 from touchline.services.bus import BusConfig
 from touchline.services.system.private_folder import open_private, run_folder
 
@@ -35,9 +37,9 @@ class GoingRecording:
         self._folder = folder
         self._supervisor = supervisor
 
-    def note(self, parts: Sequence[Path]) -> None:
-        """Note the recording's files so far; the last one is being written."""
-        found = {"supervisor": self._supervisor, "parts": [str(part) for part in parts]}
+    def note(self, parts: Sequence[Path], limits: PartLimits) -> None:
+        """Note the recording's files so far, of which the last one is being written, and when the next one begins."""
+        found = {"supervisor": self._supervisor, "parts": [str(part) for part in parts], "limits": asdict(limits)}
         self._write(json.dumps(found))
 
     def forget(self) -> None:
@@ -45,19 +47,21 @@ class GoingRecording:
         with suppress(TouchlineError, OSError):
             (run_folder() / self._name).unlink(missing_ok=True)
 
-    def left_behind(self) -> list[Path]:
-        """Files of the recording that was active when the previous bridge was killed; empty if there was none."""
+    def left_behind(self) -> tuple[list[Path], PartLimits]:
+        """Files and limits of the recording that was active when the previous bridge was killed; no files of none."""
+        nothing: tuple[list[Path], PartLimits] = [], UNLIMITED
         try:
             with os.fdopen(open_private(run_folder() / self._name, os.O_RDWR), encoding="utf-8") as file:
                 found = json.loads(file.read(_LARGEST_NOTE_BYTES) or "{}")
             parts = [Path(part) for part in found.get("parts", ())]
             ours = bool(parts) and found.get("supervisor") == self._supervisor
             if not ours or any(not part.is_relative_to(self._folder) for part in parts):
-                return []
+                return nothing
+            limits = PartLimits(**found.get("limits", {}))
             age_s = time.time() - parts[-1].stat().st_mtime
         except (TouchlineError, OSError, ValueError, TypeError, AttributeError):
-            return []
-        return parts if self._supervisor is not None or age_s < _RECENT_S else []
+            return nothing
+        return (parts, limits) if self._supervisor is not None or age_s < _RECENT_S else nothing
 
     def _write(self, text: str) -> None:
         with suppress(TouchlineError, OSError):
@@ -66,9 +70,3 @@ class GoingRecording:
             with os.fdopen(open_private(part, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
                 file.write(text)
             part.replace(path)
-
-
-def next_part(parts: Sequence[Path]) -> Path:
-    """Name of the next file of a recording: ``session.mcap``, ``session.part2.mcap``, ``session.part3.mcap``."""
-    first = parts[0]
-    return first.with_name(f"{first.stem}.part{len(parts) + 1}{first.suffix}")

@@ -1,6 +1,5 @@
 """Sequential reader of one MCAP file that skips damaged parts."""
 
-import os
 import re
 import struct
 from collections import Counter
@@ -12,15 +11,17 @@ from typing import BinaryIO, TypeVar
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Footer, Metadata, Schema
+from mcap.records import Channel, Chunk, Footer, Metadata, Schema, Statistics
 from mcap.records import Header as FileHeader
 from mcap.writer import MCAP0_MAGIC
 
+from touchline.services.bridge.attachments import LONGEST_ATTACHMENT_HEAD_BYTES, attachment_at
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorded import NO_END, Damage, Loss, Recorded, RecordingKind, Summary
+from touchline.services.bridge.record_search import next_record
+from touchline.services.bridge.recorded import NO_END, SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
 
-R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel)
+R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel, Statistics)
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
@@ -36,8 +37,12 @@ _READ = frozenset(
         Opcode.MESSAGE,
         Opcode.CHUNK,
         Opcode.METADATA,
+        Opcode.STATISTICS,
     )
 )
+#: From here on opcodes are anybody's own; below, those that the format does not have are damage.
+_PRIVATE = 0x80
+_KNOWN = frozenset(Opcode)
 #: A record longer than this is taken for damage, not allocated.
 LARGEST_RECORD_BYTES = 64 * 1024 * 1024
 #: What all chunks of a file may unpack to, over its size; the indexes of the messages keep honest ones far below.
@@ -71,10 +76,14 @@ class McapFile:
         self._channels: dict[int, tuple[str, RecordingKind]] = {}
         self._unknown: Counter[int] = Counter()
         self._summary_searched = False
-        self._complete = False
+        self.complete = False
         self._from_zero = False
         """Whether a publish time of 0 is the beginning of sim time, and not one that was never set."""
         self._unpacked_bytes = 0
+        self._seen = 0
+        self._stated: int | None = None
+        """How many messages the file says it has; None if it does not."""
+        self._losses_before = len(summary.losses)
         self._record_at = 0
         self._indexed: tuple[Loss, Counter[int]] | None = None
         """A loss in the last chunk, and its messages that could be read by channel: their indexes tell how many not."""
@@ -103,13 +112,16 @@ class McapFile:
                 try:
                     record = self._next()
                 except Damage as damage:
-                    self._complete = False
+                    self.complete = False
                     going = self._go_on_after(damage)
                 else:
                     going = record is not None
                     if record is not None:
                         yield from self._taken(*record, topics)
-            self._summary.complete &= self._complete
+            self._check_count()
+            behind = self._size_bytes - self._stream.tell()
+            if self.complete and behind:
+                self._summary.lose(Loss(f"{behind:,} bytes behind the end of {self._path.name}"))
             for channel, count in sorted(self._unknown.items()):
                 self._summary.lose(Loss(f"of the unknown channel {channel}, which the file does not describe", count))
 
@@ -128,7 +140,11 @@ class McapFile:
             if opcode not in _READ:
                 if length > left:
                     raise Damage
-                self._stream.seek(length, os.SEEK_CUR)
+                if opcode not in _KNOWN and opcode < _PRIVATE:
+                    self._pass_over(opcode)
+                if opcode == Opcode.ATTACHMENT:
+                    self._note_attachment(length)
+                self._stream.seek(self._record_at + _RECORD_HEAD.size + length)
                 continue
             if length > LARGEST_RECORD_BYTES:
                 raise Damage(f"a record of {length:,} bytes; at most {LARGEST_RECORD_BYTES:,} are read")
@@ -137,16 +153,47 @@ class McapFile:
                 raise Damage
             if opcode != Opcode.FOOTER:
                 return opcode, content
-            self._complete = self._parsed(Footer, content).summary_start > 0
+            self.complete = self._parsed(Footer, content).summary_start > 0
             if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise Damage
             return None
 
+    def _note_attachment(self, length: int) -> None:
+        """Take up an attached file, whose data stay where they are."""
+        begin = self._stream.tell()
+        head = self._stream.read(min(length, LONGEST_ATTACHMENT_HEAD_BYTES))
+        try:
+            self._summary.attachments.append(attachment_at(self._path, begin, head, length))
+        except Damage as damage:
+            self._lose(damage, 0)
+
+    def _pass_over(self, opcode: int) -> None:
+        """Tell of a record that is of no kind; if it was a chunk, the indexes behind it have its messages."""
+        loss = Loss(f"a record of no known kind ({opcode:#04x}), at byte {self._record_at:,} of {self._path.name}")
+        self._summary.lose(loss)
+        self._indexed = loss, Counter()
+
+    def _check_count(self) -> None:
+        """See how many of the messages that the file says it has were neither read nor told as lost."""
+        if self._stated is None:
+            return
+        losses = self._summary.losses[self._losses_before :]
+        missing = max(self._stated - self._seen - sum(loss.messages or 0 for loss in losses), 0)
+        uncounted = [loss for loss in losses if loss.messages is None]
+        if missing == 0 or len(uncounted) == 1:
+            for loss in uncounted:
+                loss.messages = missing
+        elif not uncounted:
+            self._summary.lose(Loss(f"{self._path.name} says that it has {self._stated:,}", missing))
+
     def _go_on_after(self, damage: Damage) -> bool:
-        """Pass over what cannot be read, up to the next chunk; False if there is none, and the file ends here."""
+        """Pass over what cannot be read, up to the next chunk or, without chunks, the next record; False at the end."""
         found = self._next_chunk_after(self._record_at)
+        if found is None:
+            found = next_record(self._stream, self._record_at + 1, self._size_bytes)
         said = f"{damage}, " if str(damage) else ""
         if found is None:
+            self._summary.cut_bytes += self._size_bytes - self._record_at
             self._summary.ending = f"{NO_END}{f' ({damage})' if str(damage) else ''}"
             return False
         where = f"{said}bytes {self._record_at:,} to {found:,} of {self._path.name}"
@@ -192,7 +239,11 @@ class McapFile:
                 self._from_zero = header.library.startswith("touchline")
             elif opcode == Opcode.METADATA:
                 record = self._parsed(Metadata, content)
-                self._summary.metadata[record.name] = dict(record.metadata)
+                self._summary.note(record.name, dict(record.metadata), self._path.name)
+            elif opcode == Opcode.STATISTICS:
+                told = self._parsed(Statistics, content)
+                if sum(told.channel_message_counts.values()) == told.message_count:
+                    self._stated = told.message_count
             else:
                 self._define(opcode, content)
         except Damage as damage:
@@ -259,7 +310,7 @@ class McapFile:
         schema_of = self._schemas.get(channel.schema_id)
         kind = RecordingKind(channel.message_encoding)
         if schema_of is not None:
-            text = schema_of.data.decode(errors="backslashreplace")
+            text = schema_of.data.decode(errors=SCHEMA_ERRORS)
             kind = RecordingKind(channel.message_encoding, schema_of.name, schema_of.encoding, text)
         self._channels[channel.id] = channel.topic, kind
         self._summary.define(channel.topic, kind, dict(channel.metadata))
@@ -277,6 +328,7 @@ class McapFile:
         if start + _MESSAGE_HEAD.size > end:
             self._lose(Damage("a message without its head"), 1)
             return ()
+        self._seen += 1
         channel, sequence, log_time_ns, publish_time_ns = _MESSAGE_HEAD.unpack_from(data, start)
         known = self._channels.get(channel) or self._channel_of_summary(channel)
         if known is None:

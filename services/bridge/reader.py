@@ -5,15 +5,20 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Protocol
 
+from touchline.services.bridge.latched_repeats import LatchedRepeats
 from touchline.services.bridge.mcap_file import McapFile
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorded import Loss, Recorded, Summary
+from touchline.services.bridge.parts import with_followers
+from touchline.services.bridge.recorded import FileSummary, Loss, Recorded, Summary
 from touchline.services.bridge.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
 
 
 class _File(Protocol):
     @property
     def at_bytes(self) -> int: ...
+
+    @property
+    def complete(self) -> bool: ...
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]: ...
 
@@ -24,7 +29,7 @@ class RecordingReader:
     """Reads one recording from front to back, in the order in which it was written.
 
     Args:
-        path: An MCAP file, a SQLite file of rosbag2, or a folder of either.
+        path: An MCAP file, which stands for its next parts, too, a SQLite file of rosbag2, or a folder of either.
 
     Attributes:
         summary: Filled while :meth:`messages` goes on; final once it has ended.
@@ -36,12 +41,13 @@ class RecordingReader:
     def __init__(self, path: Path) -> None:
         try:
             mode = path.stat().st_mode
-            paths, missing = bag_files(path) if stat.S_ISDIR(mode) else ([path], [])
+            paths, missing = bag_files(path) if stat.S_ISDIR(mode) else (with_followers(path), [])
             sizes = [each.stat().st_size for each in paths]
             self.summary = Summary(path, sum(sizes), complete=True)
             for each in missing:
                 self.summary.lose(Loss(f"{each.name} is not there"))
-            self._files = list(zip((_opened(each, self.summary) for each in paths), sizes, strict=True))
+            opened = [_opened(each, self.summary) for each in paths]
+            self._files = list(zip(paths, opened, sizes, strict=True))
         except (OSError, ValueError) as error:  # ValueError: a path with a null byte
             reason = error.strerror if isinstance(error, OSError) else error
             raise RecordingError(f"{path}: cannot read the recording: {reason}") from error
@@ -50,7 +56,7 @@ class RecordingReader:
 
     def close(self) -> None:
         """Close the recording before its end; harmless when repeated."""
-        for file, _ in self._files:
+        for _, file, _ in self._files:
             file.close()
         self._now, self._done_bytes = None, self.summary.size_bytes
 
@@ -63,12 +69,24 @@ class RecordingReader:
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
         """The messages, of ``topics`` only if given (the summary then counts these).
 
+        What the next part of a session repeats from the one before is left out; the summary counts what the files hold.
+
         Raises:
             RecordingError: It is no recording. Damage further on is passed over and told in the summary.
         """
-        for file, size_bytes in self._files:
+        repeats, in_parts = LatchedRepeats(), len(self._files) > 1
+        for path, file, size_bytes in self._files:
             self._now = file
-            yield from file.messages(topics)
+            held, lost, ending = self.summary.messages, len(self.summary.losses), self.summary.ending
+            self.summary.ending = ""
+            found = file.messages(topics)
+            yield from (message for message in found if not repeats.said_before(message)) if in_parts else found
+            messages, losses = self.summary.messages - held, self.summary.losses[lost:]
+            self.summary.files.append(FileSummary(path, size_bytes, messages, file.complete, losses))
+            self.summary.complete &= file.complete
+            if self.summary.ending and len(self._files) > 1:
+                self.summary.ending = f"{path.name} is {self.summary.ending}"
+            self.summary.ending = "; ".join(filter(None, (ending, self.summary.ending)))
             self._now, self._done_bytes = None, self._done_bytes + size_bytes
 
 

@@ -11,6 +11,9 @@ MOST_LOSSES = 1000
 #: What is said of a file that just stops.
 NO_END = "broken off, or still being written"
 
+#: How bytes of a schema that are no UTF-8, as Protobuf's, become text and bytes again.
+SCHEMA_ERRORS = "surrogateescape"
+
 
 class Damage(ValueError):
     """Why a part of a recording cannot be read."""
@@ -24,7 +27,7 @@ class RecordingKind:
         encoding: Of the messages: ``cdr``, ``json``, ``protobuf`` …
         type: Name of the schema, for ROS the type: ``sensor_msgs/msg/Imu``; empty if there is none.
         schema_encoding: ``ros2msg``, ``jsonschema`` …
-        schema: The definition; empty if there is none.
+        schema: The definition, bytes that are no text as in `SCHEMA_ERRORS`; empty if there is none.
     """
 
     encoding: str = ""
@@ -78,17 +81,64 @@ class Loss:
         return f"{lost}{when} ({self.what})"
 
 
+class Attached(NamedTuple):
+    """A file that is attached to a recording.
+
+    Attributes:
+        name: As its writer called it.
+        media_type: ``application/json`` …; empty if its writer did not say.
+        log_time_ns: When it was attached.
+        create_time_ns: When it was made; 0 if its writer did not say.
+        size_bytes: Of its data.
+        file: The recording's file that holds it.
+        at_byte: Where its data begin there.
+    """
+
+    name: str
+    media_type: str
+    log_time_ns: int
+    create_time_ns: int
+    size_bytes: int
+    file: Path
+    at_byte: int
+
+
+@dataclass
+class FileSummary:
+    """What was read of one file of a recording.
+
+    Attributes:
+        complete: Whether it was finished with its index.
+        losses: What is wrong with it.
+    """
+
+    path: Path
+    size_bytes: int
+    messages: int
+    complete: bool
+    losses: list[Loss]
+
+
 @dataclass
 class TopicSummary:
     """What a recording holds of one topic."""
 
-    ros_type: str
-    schema: str
+    kind: RecordingKind
     metadata: dict[str, str]
     messages: int = 0
     bytes: int = 0
     first_ns: int = 0
     last_ns: int = 0
+
+    @property
+    def ros_type(self) -> str:
+        """Name of the type; empty if there is none."""
+        return self.kind.type
+
+    @property
+    def schema(self) -> str:
+        """The definition; empty if there is none."""
+        return self.kind.schema
 
 
 @dataclass
@@ -98,9 +148,12 @@ class Summary:
     Attributes:
         complete: Whether it was finished with its index; a recording broken off by kill -9 or a full disk was not.
         ending: Why reading ended early; empty if it did not.
+        cut_bytes: Bytes of the records with which files end early, and that are not whole.
         losses: Parts that could not be read, and were passed over.
         topics: By topic name, in the order of their channels.
-        metadata: Metadata records by name.
+        files: What was read of each file, in their order, as far as they have been read.
+        attachments: Files that are attached, of which only the place has been read.
+        metadata: Metadata records by name; one that is there already has its file's name behind its own.
     """
 
     path: Path
@@ -108,8 +161,11 @@ class Summary:
     profile: str = ""
     complete: bool = False
     ending: str = ""
+    cut_bytes: int = 0
     losses: list[Loss] = field(default_factory=list)
     topics: dict[str, TopicSummary] = field(default_factory=dict)
+    files: list[FileSummary] = field(default_factory=list)
+    attachments: list[Attached] = field(default_factory=list)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
 
     @property
@@ -145,9 +201,14 @@ class Summary:
         elif (last := self.losses[-1]).messages is not None:
             last.messages += loss.messages
 
+    def note(self, name: str, values: dict[str, str], file_name: str) -> None:
+        """Take up a metadata record."""
+        again = self.metadata.get(name, values) != values
+        self.metadata[f"{name} of {file_name}" if again else name] = values
+
     def define(self, topic: str, kind: RecordingKind, metadata: dict[str, str]) -> None:
         """Take up a topic, unless it is known."""
-        self.topics.setdefault(topic, TopicSummary(kind.type, kind.schema, metadata))
+        self.topics.setdefault(topic, TopicSummary(kind, metadata))
 
     def count(self, topic: str, log_time_ns: int, size_bytes: int) -> None:
         """Add a message of a topic that is known."""

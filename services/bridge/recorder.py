@@ -7,6 +7,7 @@ found where it was asked for. A file that is there already is never overwritten 
 import os
 import stat
 import struct
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -22,6 +23,7 @@ from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
 from touchline.services.bridge.made_by import MADE_BY, made_by
 from touchline.services.bridge.output import RecordingError, RecordingFile
+from touchline.services.bridge.parts import renamed_parts, with_followers
 from touchline.services.bridge.reader import read_summary
 from touchline.services.bridge.robot_time import RobotTime
 
@@ -59,6 +61,24 @@ class RecordingReport:
     per_topic: dict[str, int] = field(default_factory=dict)
     rejected: int = 0
     problem: str = ""
+
+
+def joined(reports: Sequence[RecordingReport], problem: str = "") -> RecordingReport:
+    """The report of files that follow one another, under the name of the first; ``problem`` is another one."""
+    if len(reports) == 1 and not problem:
+        return reports[0]
+    per_topic: Counter[str] = Counter()
+    for report in reports:
+        per_topic.update(report.per_topic)
+    return RecordingReport(
+        reports[0].path,
+        sum(report.messages for report in reports),
+        sum(report.bytes for report in reports),
+        sum(report.lost for report in reports),
+        dict(per_topic),
+        sum(report.rejected for report in reports),
+        "; ".join(filter(None, (*(report.problem for report in reports), problem))),
+    )
 
 
 class _Channel:
@@ -105,6 +125,7 @@ class Recorder:
         topics: Rows of the topic table to record.
         existing: What to do when the file is there already.
         continues: The files of the same recording before this one.
+        before: The recorder of the file before this one, if it was in this process: its robots' time goes on here.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -117,29 +138,33 @@ class Recorder:
         topics: Sequence[Topic] = RECORDED,
         existing: Existing = Existing.RENAME,
         continues: Sequence[Path] = (),
+        before: "Recorder | None" = None,
     ) -> None:
-        _make_room(path, existing)
+        make_room(path, existing)
         self.path = path
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._robots = {namespace: _Robot() for namespace in namespaces}
+        self._robots: dict[str, _Robot] = {namespace: _Robot() for namespace in namespaces}
+        if before is not None:
+            self._robots = before._robots
+        self._span_ns: tuple[int, int] | None = None
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
-        self._says_by_what = False
         self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(topics)
-            if continues:
-                part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
-                self._writer.add_metadata("touchline_part", part)
         except RecordingError:
             self._file.close()
             path.unlink(missing_ok=True)
             raise
+        self.note(MADE_BY, made_by())
+        if continues:
+            part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
+            self.note("touchline_part", part)
 
     def _register(self, topics: Sequence[Topic]) -> None:
         schemas: dict[str, int] = {}
@@ -171,6 +196,11 @@ class Recorder:
     def size_bytes(self) -> int:
         """Bytes in the file so far."""
         return self._file.tell()
+
+    @property
+    def span_s(self) -> float:
+        """Log time from the earliest to the latest message in the file."""
+        return (self._span_ns[1] - self._span_ns[0]) / 1e9 if self._span_ns is not None else 0.0
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -233,6 +263,8 @@ class Recorder:
             raise RecordingError(self._problem)
         try:
             log_ns = channel.robot.log_ns
+            first_ns, last_ns = self._span_ns or (log_ns, log_ns)
+            self._span_ns = min(first_ns, log_ns), max(last_ns, log_ns)
             self._writer.add_message(channel.channel_id, log_ns, payload, time_ns, sequence & 0xFFFFFFFF)
         except RecordingError as error:
             self._fail(error)
@@ -243,6 +275,15 @@ class Recorder:
         for channel, payload, sequence in waiting:
             self._put(channel, robot.latest_ns, payload, sequence)
 
+    def note(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a metadata record. If that fails, it is the recording's `problem`."""
+        if self._problem:
+            return
+        try:
+            self._writer.add_metadata(name, dict(values))
+        except RecordingError as error:
+            self._fail(error)
+
     def flush(self) -> None:
         """End the chunk in progress, so that all taken until now survives the process.
 
@@ -252,7 +293,6 @@ class Recorder:
         if self._problem:
             raise RecordingError(self._problem)
         try:
-            self._say_by_what()
             self._writer.flush()  # type: ignore[no-untyped-call]
         except RecordingError as error:
             self._fail(error)
@@ -284,7 +324,6 @@ class Recorder:
                 for robot in self._robots.values():
                     self._write_waiting(robot)
                 self._writer.flush()  # type: ignore[no-untyped-call]
-                self._say_by_what()
                 self._keep()
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
@@ -306,12 +345,6 @@ class Recorder:
         problem = self._problem or unknown
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
 
-    def _say_by_what(self) -> None:
-        """Write it once, with the first messages: an empty file is no recording that anybody needs to know that of."""
-        if not self._says_by_what:
-            self._says_by_what = True
-            self._writer.add_metadata(MADE_BY, made_by())
-
     def _keep(self) -> None:
         """Write what the sessions came from, and their hashes."""
         hashes = {name: kept.session_hashes for name, kept in self._keepsakes.items() if kept.session_hashes}
@@ -327,8 +360,8 @@ class Recorder:
         return {"total": str(sum(rejected.values())), **per_topic}
 
 
-def _make_room(path: Path, existing: Existing) -> None:
-    """See to it that nothing is at ``path``; only a recording is ever moved or replaced.
+def make_room(path: Path, existing: Existing) -> None:
+    """See to it that neither a recording nor the next parts of an older one are at ``path``; nothing else is touched.
 
     Raises:
         RecordingError: No recording can be there.
@@ -338,16 +371,22 @@ def _make_room(path: Path, existing: Existing) -> None:
     try:
         if not path.parent.is_dir():
             raise RecordingError(f"{path}: its folder does not exist")
-        if not os.path.lexists(path):
+        parts = with_followers(path)
+        there = [each for each in parts if os.path.lexists(each)]
+        if not there:
             return
         if existing is Existing.REFUSE:
-            raise RecordingError(f"{path}: is there already; choose another name")
-        if not _is_recording(path):
-            raise RecordingError(f"{path}: is there already and is no recording; choose another name")
+            raise RecordingError(f"{there[0]}: is there already; choose another name")
+        for each in there:
+            if not _is_recording(each):
+                raise RecordingError(f"{each}: is there already and is no recording; choose another name")
         if existing is Existing.REPLACE:
-            path.unlink()
-        else:
-            path.rename(_free_name(path))
+            for each in there:
+                each.unlink()
+            return
+        for before, after in zip(parts, renamed_parts(parts, _free_name(path)), strict=True):
+            if before in there:
+                before.rename(after)
     except (OSError, ValueError) as error:  # ValueError: a path with a null byte
         reason = error.strerror if isinstance(error, OSError) else error
         raise RecordingError(f"{path}: cannot be recorded to: {reason}") from error
@@ -366,6 +405,6 @@ def _is_recording(path: Path) -> bool:
 
 def _free_name(path: Path) -> Path:
     number = 1
-    while os.path.lexists(candidate := path.with_name(f"{path.stem}.{number}.mcap")):
+    while any(os.path.lexists(each) for each in with_followers(path.with_name(f"{path.stem}.{number}.mcap"))):
         number += 1
-    return candidate
+    return path.with_name(f"{path.stem}.{number}.mcap")

@@ -96,6 +96,7 @@ class SqliteFile:
         self._summary = summary
         self._size_bytes = path.stat().st_size
         self.at_bytes = 0
+        self.complete = True
         try:
             self._database = sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True, timeout=1.0)
             self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LARGEST_CELL_BYTES)
@@ -138,7 +139,7 @@ class SqliteFile:
                         self._summary.count(name, time_ns, len(data))
                         yield Recorded(name, time_ns, time_ns, 0, data, kind)
             except (sqlite3.Error, UnicodeError) as error:
-                self._summary.complete = False
+                self.complete = False
                 self._summary.lose(Loss(f"{error}, after message {read:,} of {self._path.name}", self._count - read))
                 self._summary.ending = NO_END
         if unnamed:

@@ -20,9 +20,11 @@ from touchline.schemas.messages import (
 )
 from touchline.services.bridge.folder import RecordingFolder
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
-from touchline.services.bridge.going import GoingRecording, next_part
+from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
 from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
+from touchline.services.bridge.parts import next_part
 from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
 from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
 from touchline.services.bridge.steadiness import Steadiness
@@ -71,7 +73,9 @@ class BridgeService:
     ) -> None:
         self._ends = [_RobotEnd(bus) for bus in buses]
         self._going = going
+        self._continues: list[Path] = []
         self._parts: list[Path] = []
+        self._limits = UNLIMITED
         self._folder = recordings
         self._beat = beat
         self._gateways = gateways
@@ -94,12 +98,12 @@ class BridgeService:
 
     def go_on(self) -> None:
         """Resume, in a new file, the recording of a previous bridge that was killed; report if that fails."""
-        parts = self._going.left_behind() if self._going is not None else []
+        parts, limits = self._going.left_behind() if self._going is not None else ([], UNLIMITED)
         if not parts:
             return
         path = next_part(parts)
         try:
-            self.start(path, parts)
+            self.start(path, parts, limits)
         except RecordingError as error:
             text = f"the bridge was ended while it recorded {parts[-1].name}, and cannot go on: {error}"
             for end in self._ends:
@@ -111,12 +115,13 @@ class BridgeService:
         )
         self._tell(Event.WARN, "recording-goes-on", text)
 
-    def start(self, path: Path, continues: Sequence[Path] = ()) -> None:
+    def start(self, path: Path, continues: Sequence[Path] = (), limits: PartLimits = UNLIMITED) -> None:
         """Begin to record; on return every publisher on the bus knows of it.
 
         Args:
             path: The file.
             continues: The files of the same recording before this one.
+            limits: When it goes on in a next part.
 
         Raises:
             RecordingError: It goes on already, or the file cannot be created or written.
@@ -128,10 +133,10 @@ class BridgeService:
             end.unasked.clear()
         namespaces = [end.bus.namespace for end in self._ends]
         recorder = Recorder(path, namespaces, topics.RECORDED, self._existing, continues)
-        self._parts = [*continues, path]
-        if self._going is not None:
-            self._going.note(self._parts)
-        self._session = RecordingSession(recorder, [end.bus.inbox(topics.RECORDED) for end in self._ends])
+        self._continues, self._limits = list(continues), limits
+        inboxes = [end.bus.inbox(topics.RECORDED) for end in self._ends]
+        self._session = RecordingSession(recorder, inboxes, limits, continues)
+        self._note_parts(self._session)
         self._account()
         if self._failed is not None:
             raise RecordingError(self._failed.problem)
@@ -175,14 +180,22 @@ class BridgeService:
         except RecordingError as error:
             self._fail(error)
             return False
+        if self._session.parts != self._parts:
+            self._note_parts(self._session)
         self._tell_gaps()
         return busy
 
+    def _note_parts(self, session: RecordingSession) -> None:
+        """Note the recording's files, for a bridge after this one."""
+        self._parts = session.parts
+        if self._going is not None:
+            self._going.note(self._parts, self._limits)
+
     def _tell_gaps(self) -> None:
         """Tell, once for each stretch, that messages are missing."""
-        if self._session is not None and not self._recovering and self._session.recorder.gaps > self._gaps_told:
-            self._gaps_told = self._session.recorder.gaps
-            text = f"the recording lacks {self._session.recorder.lost} messages so far; its metadata say where"
+        if self._session is not None and not self._recovering and self._session.gaps > self._gaps_told:
+            self._gaps_told = self._session.gaps
+            text = f"the recording lacks {self._session.lost} messages so far; its metadata say where"
             self._tell(Event.WARN, "recording-fell-behind", text)
 
     def _tell(self, severity: int, code: str, text: str) -> None:
@@ -215,21 +228,21 @@ class BridgeService:
             return DiagnosticStatus.ERROR, self._failed.problem, {"recording": ""}
         if self._session is None:
             return DiagnosticStatus.OK, "idle", {"recording": ""}
-        recorder = self._session.recorder
+        session = self._session
         values: dict[str, object] = {
-            "recording": recorder.path,
-            "messages": recorder.messages,
-            "bytes": recorder.size_bytes,
-            "lost_in_recording": recorder.lost,
-            "rejected_in_recording": self._session.rejected,
+            "recording": session.recorder.path,
+            "messages": session.messages,
+            "bytes": session.size_bytes,
+            "lost_in_recording": session.lost,
+            "rejected_in_recording": session.rejected,
         }
-        flawed = recorder.lost or self._session.rejected
+        flawed = session.lost or session.rejected
         return DiagnosticStatus.WARN if flawed else DiagnosticStatus.OK, "recording", values
 
     def _answer_record(self, request: RecordRequest) -> RecordResponse:
         try:
             path = self._folder.place(request.path)
-            self.start(path)
+            self.start(path, limits=PartLimits(request.max_bytes, request.max_s))
         except RecordingError as error:
             return RecordResponse(success=False, message=str(error))
         return RecordResponse(success=True, message=f"recording to {path}")
@@ -241,7 +254,7 @@ class BridgeService:
             return RecordStopResponse(success=False, message="nothing is being recorded")
         return RecordStopResponse(
             success=not report.problem,
-            message=report.problem or _in_words(report, self._parts),
+            message=report.problem or _in_words(report, self._continues, self._parts),
             path=str(report.path),
             messages=report.messages,
             bytes=report.bytes,
@@ -399,10 +412,12 @@ class _RobotEnd:
         self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
 
-def _in_words(report: RecordingReport, parts: Sequence[Path]) -> str:
+def _in_words(report: RecordingReport, continues: Sequence[Path], parts: Sequence[Path]) -> str:
     text = f"recorded {report.messages} messages"
     if len(parts) > 1:
-        text += f" in {parts[-1].name}, after {', '.join(part.name for part in parts[:-1])}, where the bridge was ended"
+        text += f" in {', '.join(part.name for part in parts[len(continues) :])}"
+    if continues:
+        text += f", after {', '.join(part.name for part in continues)}, where the bridge was ended"
     if report.lost:
         text += f"; {report.lost} were lost on the way"
     if report.rejected:

@@ -2,11 +2,15 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Protocol
 
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorder import Recorder, RecordingReport
+from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
+from touchline.services.bridge.parts import next_part
+from touchline.services.bridge.recorder import Recorder, RecordingReport, joined
 from touchline.services.bridge.sequencer import Arrived, Sequencer
+from touchline.services.bridge.wall_times import BEGUN, ENDED, wall_time_note
 from touchline.services.bus.inbox import MOST_WAITING
 from touchline.services.bus.last_sent import LastSent
 
@@ -46,17 +50,53 @@ class RecordingSession:
     Args:
         recorder: The file.
         inboxes: Where what is recorded of each robot arrives; they are left when the session is dropped.
+        limits: When the recording goes on in a next part.
+        continues: Files of the same recording before the recorder's.
 
     Attributes:
+        recorder: The file that is being written.
+        parts: All files of the recording.
         behind: Whether more had arrived than was recorded last.
     """
 
-    def __init__(self, recorder: Recorder, inboxes: Sequence[SessionInbox]) -> None:
+    def __init__(
+        self,
+        recorder: Recorder,
+        inboxes: Sequence[SessionInbox],
+        limits: PartLimits = UNLIMITED,
+        continues: Sequence[Path] = (),
+    ) -> None:
         self.recorder = recorder
+        self.parts = [*continues, recorder.path]
+        self._limits = limits
+        self._done: list[RecordingReport] = []
+        self._done_gaps = 0
+        self._problem = ""
         self._inboxes = inboxes
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
         self.behind = False
+        recorder.note(*wall_time_note(BEGUN))
+
+    @property
+    def messages(self) -> int:
+        """Messages taken so far, by all of this session's files."""
+        return self.recorder.messages + sum(report.messages for report in self._done)
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes in all of this session's files so far."""
+        return self.recorder.size_bytes + sum(report.bytes for report in self._done)
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived."""
+        return self.recorder.lost + sum(report.lost for report in self._done)
+
+    @property
+    def gaps(self) -> int:
+        """How often the recording fell behind."""
+        return self.recorder.gaps + self._done_gaps
 
     @property
     def rejected(self) -> int:
@@ -80,7 +120,30 @@ class RecordingSession:
         if now_s >= self._flush_due_s:
             self._flush_due_s = now_s + FLUSH_PERIOD_S
             self.recorder.flush()
+        if self._limits.reached(self.recorder.size_bytes, self.recorder.span_s):
+            self._begin_next_part()
         return busy
+
+    def _begin_next_part(self) -> None:
+        """End the file and go on in the next one.
+
+        Raises:
+            RecordingError: The one could not be completed, or the other cannot be created.
+        """
+        ended = self.recorder
+        ended.note(*wall_time_note(ENDED))
+        report = ended.finish()
+        if report.problem:
+            raise RecordingError(report.problem)
+        try:
+            self.recorder = Recorder(next_part(self.parts), ended.robots, continues=self.parts, before=ended)
+        except RecordingError as error:
+            self._problem = str(error)
+            raise
+        self._done.append(report)
+        self._done_gaps += ended.gaps
+        self.parts = [*self.parts, self.recorder.path]
+        self.recorder.note(*wall_time_note(BEGUN))
 
     def _take(self) -> bool:
         """Record what has arrived, or a part of it: then it is `behind`. Returns whether anything had."""
@@ -104,12 +167,18 @@ class RecordingSession:
 
         Args:
             unasked: Publishers of whom nobody knows what is missing.
+
+        Returns:
+            The report of all of this session's files, under the name of the first one.
         """
-        if not self.recorder.problem:
+        if not self.recorder.problem and not self._problem:
             with suppress(RecordingError):  # the report tells
                 self._take()
                 self._write(self._sequencer.rest())
-        return self.recorder.finish(self._rejected(), unasked)
+        if not self._problem:
+            self.recorder.note(*wall_time_note(ENDED))
+        last = self.recorder.finish(self._rejected(), unasked)
+        return joined([*self._done, last], self._problem)
 
     def _write(self, messages: Iterable[Arrived]) -> None:
         write = self.recorder.write

@@ -30,6 +30,12 @@ ReportOption = Annotated[
     typer.Option("--report", metavar="FILE", help="Write the figures to this JSON file.", show_default=False),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+RecordingArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RECORDING", help="A recording: a file or a folder (docs/recording.md).", show_default=False
+    ),
+]
 RecordingsOption = Annotated[
     Path | None,
     typer.Option(

@@ -37,6 +37,13 @@ def record(
     file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
     seconds: Annotated[float, typer.Option(metavar="S", help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
     robot: RobotOption = None,
+    max_size: Annotated[
+        float, typer.Option("--max-size", metavar="MB", help="Go on in a next part at this size; 0: never.", min=0.0)
+    ] = 0.0,
+    max_time: Annotated[
+        float,
+        typer.Option("--max-time", metavar="S", help="Go on in a next part each S of sim time; 0: never.", min=0.0),
+    ] = 0.0,
     as_json: JsonOption = False,
 ) -> None:
     """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early.
@@ -48,7 +55,9 @@ def record(
     with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as first:
         bus = first if named else _with_bridge(first)
         watch = _Watch(bus)
-        begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
+        limits = {"max_bytes": round(max_size * 1e6), "max_s": max_time}
+        request = RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute()), **limits)
+        begun = bus.call(topics.RECORD, request)
         if not begun.success:
             raise TouchlineError(begun.message)
         say(f"recording to {file}; Ctrl-C stops")

@@ -69,23 +69,34 @@ def check_recordable(path: Path | None) -> None:
         raise SpecError(str(path), "", "is there already and is no recording", "choose another name")
 
 
-def write_text(text: str, path: Path) -> None:
-    """Write ``text`` to ``path``: all of it, or the file stays as it was.
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A file to write, which takes the place of ``path`` when it is whole; else that stays as it was.
 
     Raises:
         SpecError: It cannot be written.
     """
     with writing(path):
         if path.exists() and not path.is_file():  # a pipe, say
-            path.write_text(text, encoding="utf-8")
+            yield path
             return
         place = path.resolve()
         part = place.with_name(f".{place.name}.part")
         try:
-            part.write_text(text, encoding="utf-8")
+            yield part
             part.replace(place)
         finally:
             part.unlink(missing_ok=True)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write ``text`` to ``path``: all of it, or the file stays as it was.
+
+    Raises:
+        SpecError: It cannot be written.
+    """
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:

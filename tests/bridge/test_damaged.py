@@ -10,10 +10,12 @@ import lz4.frame
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from tests.bridge.mutations import mutated
+from tests.bridge.foreign import foreign
+from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages, stamp
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
@@ -140,6 +142,46 @@ def test_a_topic_whose_name_is_a_book_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(file_of(chunk_of(body, "", body)))
     assert "at most 1,000 are read" in read_summary(path).problem
+
+
+@pytest.mark.parametrize("opcode", [0x00, 0x07, 0x0F, 0x46, 0x90])
+def test_a_chunk_that_is_passed_over_is_told_and_its_messages_are_counted(tmp_path: Path, opcode: int) -> None:
+    path = painted_session(tmp_path / "a.mcap", CompressionType.ZSTD)
+    whole, data = read_summary(path).messages, bytearray(path.read_bytes())
+    start, _ = [place for place in records(bytes(data)) if data[place[0]] == Opcode.CHUNK][3]
+    data[start] = opcode
+    path.write_bytes(data)
+    held = read_summary(path)
+    (loss,) = held.losses
+    assert loss.messages == whole - held.messages > 0
+    assert ("no known kind" if opcode in (0x00, 0x46) else "says that it has") in held.problem
+
+
+def test_what_stands_behind_the_end_of_a_file_is_told(tmp_path: Path) -> None:
+    path = painted_session(tmp_path / "a.mcap", CompressionType.ZSTD)
+    path.write_bytes(path.read_bytes() * 2)
+    assert "bytes behind the end of a.mcap" in read_summary(path).problem
+
+
+@pytest.mark.parametrize("length", [3, 2**20, 2**40])
+def test_a_bad_length_costs_a_file_without_chunks_no_more_than_its_record(tmp_path: Path, length: int) -> None:
+    said = [("/a", number * 10**9, encode(String(data=f"{number}"))) for number in range(20)]
+    path = foreign(tmp_path / "a.mcap", said, chunked=False)
+    data = bytearray(path.read_bytes())
+    start, _ = [place for place in records(bytes(data)) if data[place[0]] == Opcode.MESSAGE][4]
+    struct.pack_into("<Q", data, start + 1, length)
+    path.write_bytes(data)
+    held = read_summary(path)
+    assert held.messages == 19 and held.complete
+    assert held.problem.startswith("1 message is lost")
+
+
+def test_links_and_long_names_are_read(tmp_path: Path) -> None:
+    name = "/" + "x" * 300
+    path = foreign(tmp_path / "a.mcap", [(name, 5, encode(String()))])
+    link = tmp_path / "link.mcap"
+    link.symlink_to(path)
+    assert list(read_summary(link).topics) == [name] and compare(link, path).identical
 
 
 def test_messages_outside_of_chunks_are_read(tmp_path: Path) -> None:

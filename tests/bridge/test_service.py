@@ -63,9 +63,9 @@ class Robot:
             said.append((f"/tt2/{topic.name}", payload))
         return said
 
-    def record(self, path: str | Path) -> RecordResponse:
+    def record(self, path: str | Path, max_s: float = 0.0) -> RecordResponse:
         self._requests += 1
-        request = RecordRequest(request_id=f"record {self._requests}", path=str(path))
+        request = RecordRequest(request_id=f"record {self._requests}", path=str(path), max_s=max_s)
         return self.bus.call(topics.RECORD, request, 60.0, self.poll)
 
     def stop(self) -> RecordStopResponse:
@@ -239,7 +239,8 @@ def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot:
         answer = robot.stop()
     assert answer.success and answer.path == str(tmp_path / "session.part2.mcap")
     assert "in session.part2.mcap, after session.mcap, where the bridge was ended" in answer.message
-    assert contents(tmp_path / "session.mcap") == said[0]
+    session = [item for item in contents(tmp_path / "session.mcap") if item[0] != "/tt2/events"]
+    assert session == said[0] + said[1]  # the parts are one session
     part = [item for item in contents(tmp_path / "session.part2.mcap") if item[0] != "/tt2/events"]
     # The text without a stamp is latched: the second part begins with that of the first, and has all that came after.
     assert part[-len(said[1]) :] == said[1]
@@ -252,6 +253,28 @@ def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot:
     assert "it goes on in session.part2.mcap" in told[0].text
     with bridge(robot.bus, tmp_path, supervised):  # it was stopped in good order: nothing goes on
         assert "nothing is being recorded" in robot.stop().message
+
+
+def test_a_recording_with_limits_goes_on_in_parts_also_after_a_kill(robot: Robot, tmp_path: Path) -> None:
+    supervised = f"supervisor={os.getpid()}, "
+    said = []
+    with bridge(robot.bus, tmp_path, supervised) as process:
+        assert "give at least" in robot.record("session.mcap", max_s=0.1).message
+        assert robot.record("session.mcap", max_s=1.0).success
+        said.append(robot.say(130))
+        until(robot, (tmp_path / "session.part2.mcap").exists)
+        until(robot, lambda: read_summary(tmp_path / "session.mcap").messages == len(said[0]))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    first = set(tmp_path.glob("*.mcap"))
+    with bridge(robot.bus, tmp_path, supervised):
+        until(robot, lambda: recording_since_start(robot))
+        said.append(robot.say(400))
+        until(robot, lambda: len(set(tmp_path.glob("*.mcap")) - first) > 1)  # it keeps to the limits
+        answer = robot.stop()
+    assert answer.success and "where the bridge was ended" in answer.message
+    session = [item for item in contents(tmp_path / "session.mcap") if item[0] != "/tt2/events"]
+    assert session == said[0] + said[1]
 
 
 def test_a_strangers_numbers_and_junk_are_told_and_do_no_harm(robot: Robot, config: BusConfig, tmp_path: Path) -> None:

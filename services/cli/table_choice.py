@@ -1,0 +1,51 @@
+"""The options of ``touchline export`` that say which topics become which tables."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from touchline.schemas.errors import SpecError
+from touchline.services.cli.display import say
+
+
+@dataclass(frozen=True)
+class TableChoice:
+    """Topics, and where their tables go."""
+
+    topics: Annotated[
+        list[str] | None,
+        typer.Option("--topic", metavar="TOPIC", help="A topic of the tables; may be repeated.", show_default=False),
+    ] = None
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the topics as CSV here.", show_default=False)
+    ] = None
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the topics as Parquet here.", show_default=False)
+    ] = None
+
+    @property
+    def asked(self) -> bool:
+        """Whether there is a table to write."""
+        return self.csv is not None or self.parquet is not None or bool(self.topics)
+
+    def write(self, recording: Path) -> str:
+        """Write the tables; returns what of the recording is in none, empty if all is.
+
+        Raises:
+            SpecError: No topic is given, or no file.
+        """
+        from touchline.services.runs.table_columns import table_of
+        from touchline.services.runs.table_files import write_csv, write_parquet
+
+        if not self.topics:
+            raise SpecError("command line", "--topic", "is missing", "name a topic; `touchline info` lists them")
+        if self.csv is None and self.parquet is None:
+            raise SpecError("command line", "--csv", "is missing", "say where the topics go: --csv or --parquet")
+        table = table_of(recording, self.topics)
+        for path, write in ((self.csv, write_csv), (self.parquet, write_parquet)):
+            if path is not None:
+                say(f"{write(table, path):,} rows in {path}")
+        damaged = f"{table.damaged:,} messages cannot be decoded" if table.damaged else ""
+        return "; ".join(filter(None, (damaged, table.problem)))
