@@ -1,5 +1,6 @@
 """Several robots on one template: the option, what is refused, and the job from template to figures."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -15,6 +16,7 @@ from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.sharing.team_order import TeamOrder
 from touchline.services.system.temporary_system import local_system
 
 MOST_ROBOTS: Final = 16
@@ -95,9 +97,22 @@ def run_team(
 
 
 def simulate_team(
-    template: Template, setup: Setup, options: PlanOptions, robots: int, plot: Path | None
+    template: Template,
+    setup: Setup,
+    options: PlanOptions,
+    robots: int,
+    plot: Path | None,
+    orders: Sequence[TeamOrder] = (),
 ) -> dict[str, Any]:
     """Share a template among robots and have them carry it out in this process.
+
+    Args:
+        template: What to paint.
+        setup: Of each robot, but for the seeds.
+        options: How to plan.
+        robots: How many.
+        plot: The picture to draw, if any.
+        orders: What an operator orders meanwhile; what comes of each is said, and reported.
 
     Returns:
         The report, of all together and of each robot.
@@ -119,7 +134,10 @@ def simulate_team(
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
         with without_collecting():
-            outcome = simulate_shared(job, setups, progress=advance)
+            outcome = simulate_shared(job, setups, orders, advance)
+        for taken in outcome.orders:
+            said = f"{taken.order.at_s:g} s: r{taken.order.robot + 1} {taken.order.kind}: {taken.outcome}"
+            print_event(Event.INFO if taken.done else Event.WARN, said)
         figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
         if plot is not None:
             advance(1.0, "Drawing")

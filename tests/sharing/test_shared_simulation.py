@@ -10,7 +10,8 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_simulation import TeamOrder, simulate_shared
+from touchline.services.runs.sharing.shared_simulation import simulate_shared
+from touchline.services.runs.sharing.team_order import TeamOrder
 
 GRID = {
     **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},

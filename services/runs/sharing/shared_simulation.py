@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
 from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
 from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
 from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
+from touchline.services.runs.sharing.team_order import OrderTaken, TeamOrder
 from touchline.services.runs.simulation import Outcome
 
 PATIENCE_S: Final = 180.0
@@ -37,21 +38,6 @@ OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
-
-
-class TeamOrder(NamedTuple):
-    """What an operator orders, or what happens, while they work.
-
-    Attributes:
-        at_s: When, in sim time.
-        robot: Which, by number; of "take-over" it says nothing.
-        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest; "remove":
-            one that has failed is carried away.
-    """
-
-    at_s: float
-    robot: int
-    kind: Literal["pause", "resume", "fail", "take-over", "remove"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +53,7 @@ class TeamOutcome:
         reason: Why it failed; "" if it did not.
         wall_time_s: Reports included.
         left_out_m: Of lines that could not be reached beside robots that stand there.
+        orders: That were given, and what has come of each.
     """
 
     robots: tuple[tuple[Outcome, ...], ...]
@@ -77,6 +64,7 @@ class TeamOutcome:
     reason: str
     wall_time_s: float
     left_out_m: float = 0.0
+    orders: tuple[OrderTaken, ...] = ()
 
 
 def simulate_shared(
@@ -94,12 +82,12 @@ def simulate_shared(
         progress: Told the fraction done, and who is where.
 
     Raises:
-        CommandRefused: A robot does not take its plan, or an order.
-        PlanningError: What is to be taken over cannot be planned.
+        CommandRefused: A robot does not take its plan.
     """
     begun = time.perf_counter()
     run = _SharedRun(job, [TeamMember.of(f"r{number + 1}", setup) for number, setup in enumerate(setups)], progress)
-    reason = run.drive(sorted(orders))
+    taken = [OrderTaken(order) for order in sorted(orders)]
+    reason = run.drive(list(taken))
     for member in run.members:
         member.conclude()
     works = [work for member in run.members for work in member.works]
@@ -112,6 +100,7 @@ def simulate_shared(
         reason,
         time.perf_counter() - begun,
         sum(segment.curve().length_m for segment in run.left_out),
+        tuple(taken),
     )
 
 
@@ -130,7 +119,9 @@ class _SharedRun:
         """Every robot at its start."""
         self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
         self.left_out = list[TemplateSegment]()
-        self._slices, self._gathering = 0, False
+        self._slices = 0
+        self._gathering = list[OrderTaken]()
+        self._nothing_left, self._problem = False, ""
         self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
 
@@ -153,11 +144,11 @@ class _SharedRun:
             if member.under_way or member.onboard.state == TraversalStatus.READY:
                 member.onboard.authorize(min(arc_m, member.until_m))
 
-    def drive(self, orders: list[TeamOrder]) -> str:
+    def drive(self, orders: list[OrderTaken]) -> str:
         """Run until all are done or none comes any further; why it failed, or ""."""
         moved_at, reached_m = 0, -1.0
         while orders or any(member.emulator.active for member in self.members):
-            while orders and orders[0].at_s <= self._now_s:
+            while orders and orders[0].order.at_s <= self._now_s:
                 self._obey(orders.pop(0))
             poses = [(member, member.run_slice()) for member in self.members]
             self.gap.look([each for member, each in poses if not member.gone])
@@ -167,13 +158,16 @@ class _SharedRun:
                 self._hand_over()
             if self._slices % TOLD_EVERY == 0:
                 now_m = self._tell()
-                idle = not any(member.emulator.active for member in self.members)
-                moved_at, reached_m = (self._slices, now_m) if idle or now_m != reached_m else (moved_at, reached_m)
+                if orders or now_m != reached_m:
+                    moved_at, reached_m = self._slices, now_m
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
                 self._give_up()
                 break
+        if self._nothing_left:
+            return ""
         failed = [member for member in self.crew if member.onboard.state != TraversalStatus.DONE]
-        return "; ".join(f"robot {member.name}: {member.onboard.status.reason}" for member in failed)
+        reasons = [f"robot {member.name}: {member.onboard.status.reason}" for member in failed]
+        return "; ".join([self._problem, *reasons] if self._problem else reasons)
 
     def _tell(self) -> float:
         """Tell how far they are; all that they have driven on this job, m."""
@@ -182,22 +176,41 @@ class _SharedRun:
         self._progress(now_m / sum(path.end_m for path in self.job.paths), at)
         return now_m
 
-    def _obey(self, order: TeamOrder) -> None:
+    def _obey(self, taken: OrderTaken) -> None:
+        """Carry out an order that is due, and note what has come of it; a take-over goes on by and by."""
+        order = taken.order
         member = self.members[order.robot]
         if order.kind == "take-over":
-            self._gathering = True
-            for each in self.crew:
-                if not each.dead:
-                    each.stop_between_swaths()
+            self._gather(taken, member)
         elif order.kind == "remove":
+            taken.done = member.dead and not member.gone
             member.gone = member.dead
+            taken.outcome = "carried away" if taken.done else f"nothing: {member.name} does not stand there failed"
         elif order.kind == "fail":
-            member.dead = True
-            member.emulator.estop(OUT_OF_SERVICE)
-        elif order.kind == "pause" and member.onboard.state == TraversalStatus.RUNNING:
-            member.emulator.pause()
-        elif order.kind == "resume" and member.onboard.state == TraversalStatus.PAUSED:
-            member.emulator.resume()
+            taken.done, member.dead = not member.dead, True
+            if taken.done:
+                member.emulator.estop(OUT_OF_SERVICE)
+            taken.outcome = "it stands where it is" if taken.done else "nothing: it has failed before"
+        elif order.kind == "pause":
+            taken.done = member.onboard.state == TraversalStatus.RUNNING
+            if taken.done:
+                member.emulator.pause()
+            taken.outcome = "paused" if taken.done else "nothing: it is not under way"
+        elif order.kind == "resume":
+            taken.done = member.onboard.state == TraversalStatus.PAUSED
+            if taken.done:
+                member.emulator.resume()
+            taken.outcome = "it goes on" if taken.done else "nothing: it is not paused"
+
+    def _gather(self, taken: OrderTaken, member: TeamMember) -> None:
+        if not member.dead:
+            taken.outcome = f"nothing: {member.name} has not failed, and does its share itself"
+            return
+        taken.outcome = "not carried out: the others did not come to rest"
+        self._gathering.append(taken)
+        for each in self.crew:
+            if not each.dead:
+                each.stop_between_swaths()
 
     def _hand_over(self) -> None:
         """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
@@ -206,20 +219,36 @@ class _SharedRun:
                 member.emulator.abort("others take over")
         if any(member.emulator.active for member in self.members):
             return
-        self._gathering = False
+        gathering, self._gathering = self._gathering, []
+        outcome, done = self._begin_on_the_rest()
+        for taken in gathering:
+            taken.outcome, taken.done = outcome, done
+
+    def _begin_on_the_rest(self) -> tuple[str, bool]:
+        """What has come of it, and whether there is nothing left that nobody does."""
         left = self.left_out + [
             segment
             for member in self.crew
             if member.task is not None
             for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
         ]
-        self._painted = self._painted_before()
         for member in self.members:
             if not member.dead:
                 member.stand_by(self._slices * SLICE_TICKS)
-        if left:
-            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}))
-            self._begin(job, crew, Taking.HERE)
+        self._nothing_left = not left
+        if not left:
+            return "nothing is left to be painted", True
+        painted = self._painted_before()
+        try:
+            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}), painted)
+        except PlanningError as error:
+            self._problem = f"the rest cannot be done: {error}"
+            return self._problem, False
+        self._painted, self._problem = painted, ""
+        self._begin(job, crew, Taking.HERE)
+        who = "; ".join(f"{each.name}: {_listed(share)}" for each, share in zip(crew, job.shares, strict=True))
+        left_m = sum(segment.curve().length_m for segment in self.left_out)
+        return f"{who}{f'; {left_m:.1f} m cannot be reached' if left_m else ''}", True
 
     def _painted_before(self) -> Floats:
         """(n, 7) rows of all lines that have been begun, at times before now."""
@@ -234,30 +263,31 @@ class _SharedRun:
             rows.append(own)
         return np.concatenate(rows)
 
-    def _rest(self, template: Template) -> tuple[SharedJob, list[TeamMember]]:
+    def _rest(self, template: Template, painted: Floats) -> tuple[SharedJob, list[TeamMember]]:
         """The rest planned for those that are left, or as many of them as it can be shared among.
 
         Raises:
             PlanningError: It cannot be planned for any.
         """
         alive = [member for member in self.members if not member.dead]
-        error: PlanningError | None = None
+        error = PlanningError("", "has nobody left to do it", "let a robot be in service")
         for count in range(len(alive), 0, -1):
             crew = alive[:count]
             standing = [
                 Standing(member.name, member.pose) for member in self.members if not (member in crew or member.gone)
             ]
             try:
-                job = self._planned(template, crew, standing)
+                job = self._planned(template, crew, standing, painted)
             except PlanningError as problem:
                 error = problem
             else:
                 self.left_out = left_out(template, job.template)
                 return job, crew
-        assert error is not None, "somebody is left"
         raise error
 
-    def _planned(self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing]) -> SharedJob:
+    def _planned(
+        self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing], painted: Floats
+    ) -> SharedJob:
         """The rest planned round robots that stand, without what cannot be reached beside them."""
         job = self.job
         outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
@@ -270,7 +300,7 @@ class _SharedRun:
         for _ in range(TRIES):
             try:
                 starts = [member.pose for member in crew]
-                return share_job(rest, job.options, job.vehicle, starts, self._progress, self._painted)
+                return share_job(rest, job.options, job.vehicle, starts, self._progress, painted)
             except PlanningError as problem:
                 shorter = shortened(rest, problem, standing)
                 if shorter is None:
@@ -283,3 +313,7 @@ class _SharedRun:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
                 member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+
+
+def _listed(share: Template) -> str:
+    return ", ".join(segment.id for segment in share.segments)

@@ -35,6 +35,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
             "left_out_m": outcome.left_out_m,
         },
         "paint": paint,
+        "orders": [order.figures() for order in outcome.orders],
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
     }
 
