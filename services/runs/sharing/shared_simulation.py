@@ -11,20 +11,17 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template, TemplateSegment
-from touchline.services.core.arcs import LENGTH
+from touchline.schemas.template import TemplateSegment
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
-from touchline.services.planner.limits import Limits
-from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED
-from touchline.services.planner.sharing.clear_lines import clear_lines
-from touchline.services.planner.sharing.wet_between import painted_rows_of
+from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
-from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
-from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
-from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
+from touchline.services.runs.sharing.remains import Standing
+from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
+from touchline.services.runs.sharing.shared_job import SharedJob
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, TeamMember
 from touchline.services.runs.sharing.team_order import OrderTaken, TeamOrder
 from touchline.services.runs.simulation import Outcome
 
@@ -32,8 +29,6 @@ PATIENCE_S: Final = 180.0
 """If none has come further for so long, somebody would have to do something."""
 TOLD_EVERY: Final = 100
 """Slices between two looks at how far they are."""
-TRIES: Final = 40
-"""So often the rest is planned round those that stand, each time with a little less of a line beside them."""
 OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
@@ -99,7 +94,7 @@ def simulate_shared(
         tuple(member.waited_s for member in run.members),
         reason,
         time.perf_counter() - begun,
-        sum(segment.curve().length_m for segment in run.left_out),
+        length_m(run.left_out),
         tuple(taken),
     )
 
@@ -131,8 +126,8 @@ class _SharedRun:
 
     def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
         self.job, self.crew, self._begun_s = job, list(crew), self._now_s
-        for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
-            member.take(Errand(plan, path, share), taking)
+        for member, errand in zip(crew, errands(job), strict=True):
+            member.take(errand, taking)
         self._authorize()
         for member in crew:
             member.emulator.start()
@@ -230,7 +225,7 @@ class _SharedRun:
             segment
             for member in self.crew
             if member.task is not None
-            for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
+            for segment in member.task.unfinished(member.onboard.painted)
         ]
         for member in self.members:
             if not member.dead:
@@ -238,82 +233,20 @@ class _SharedRun:
         self._nothing_left = not left
         if not left:
             return "nothing is left to be painted", True
-        painted = self._painted_before()
+        beliefs = [member.onboard.painted for member in self.crew]
+        painted = painted_before(self.job, beliefs, self._painted, self._now_s - self._begun_s)
+        mates = [Mate(Standing(each.name, each.pose), not each.dead) for each in self.members if not each.gone]
         try:
-            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}), painted)
+            rest = rest_of(self.job, left, mates, painted, self._progress)
         except PlanningError as error:
             self._problem = f"the rest cannot be done: {error}"
             return self._problem, False
-        self._painted, self._problem = painted, ""
-        self._begin(job, crew, Taking.HERE)
-        who = "; ".join(f"{each.name}: {_listed(share)}" for each, share in zip(crew, job.shares, strict=True))
-        left_m = sum(segment.curve().length_m for segment in self.left_out)
-        return f"{who}{f'; {left_m:.1f} m cannot be reached' if left_m else ''}", True
-
-    def _painted_before(self) -> Floats:
-        """(n, 7) rows of all lines that have been begun, at times before now."""
-        since_s = self._now_s - self._begun_s
-        former = self._painted.copy()
-        former[:, BEGUN] -= since_s
-        rows = [former]
-        for member, work in zip(self.crew, clocked(self.job), strict=True):
-            begun = {name for name, done in zip(*member.onboard.painted[:2], strict=True) if done > 0.0}
-            own = painted_rows_of(work)[[line.id in begun for line in work.plan.sent if line.stroke]]
-            own[:, BEGUN] = np.minimum(own[:, BEGUN] - since_s, -own[:, LENGTH] / own[:, SPEED])
-            rows.append(own)
-        return np.concatenate(rows)
-
-    def _rest(self, template: Template, painted: Floats) -> tuple[SharedJob, list[TeamMember]]:
-        """The rest planned for those that are left, or as many of them as it can be shared among.
-
-        Raises:
-            PlanningError: It cannot be planned for any.
-        """
-        alive = [member for member in self.members if not member.dead]
-        error = PlanningError("", "has nobody left to do it", "let a robot be in service")
-        for count in range(len(alive), 0, -1):
-            crew = alive[:count]
-            standing = [
-                Standing(member.name, member.pose) for member in self.members if not (member in crew or member.gone)
-            ]
-            try:
-                job = self._planned(template, crew, standing, painted)
-            except PlanningError as problem:
-                error = problem
-            else:
-                self.left_out = left_out(template, job.template)
-                return job, crew
-        raise error
-
-    def _planned(
-        self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing], painted: Floats
-    ) -> SharedJob:
-        """The rest planned round robots that stand, without what cannot be reached beside them."""
-        job = self.job
-        outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
-        before = tuple(each for each in template.obstacles if not each.id.startswith("robot "))
-        rest = template.model_copy(update={"obstacles": (*before, *outlines)})
-        clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))
-        if not clear:
-            raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
-        rest = rest.model_copy(update={"segments": clear})
-        for _ in range(TRIES):
-            try:
-                starts = [member.pose for member in crew]
-                return share_job(rest, job.options, job.vehicle, starts, self._progress, painted)
-            except PlanningError as problem:
-                shorter = shortened(rest, problem, standing)
-                if shorter is None:
-                    raise
-                rest = shorter
-        raise PlanningError("", f"cannot be planned in {TRIES} tries", "move the robots that stand there")
+        self._painted, self._problem, self.left_out = painted, "", rest.left_out
+        self._begin(rest.job, [each for each in self.members if each.name in rest.crew], Taking.HERE)
+        return str(rest), True
 
     def _give_up(self) -> None:
         for member in self.members:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
                 member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
-
-
-def _listed(share: Template) -> str:
-    return ", ".join(segment.id for segment in share.segments)

@@ -9,35 +9,20 @@ from numpy.typing import NDArray
 
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template
-from touchline.services.fleet.traffic.conflicts import TimedPath
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S
-from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.sharing.joint_paint import Work
+from touchline.services.runs.sharing.rest import Errand
 from touchline.services.runs.simulation import Outcome
 
 SLICE_TICKS: Final = 10
 """Robots report, and learn how far they may drive, ten times a second."""
-BRAKES_M: Final = 1.5
-"""A robot that drives can stop at a place that is at least so far ahead."""
 
 Floats = NDArray[np.float64]
-
-
-class Errand:
-    """What a robot is to do.
-
-    Attributes:
-        plan, path, share: Its plan, that as the traffic rules see it, and what it paints.
-    """
-
-    def __init__(self, plan: Plan, path: TimedPath, share: Template) -> None:
-        self.plan, self.path, self.share = plan, path, share
 
 
 @dataclass
@@ -127,8 +112,7 @@ class TeamMember:
         if self.onboard.state == TraversalStatus.PAUSED:
             self.emulator.abort("others take over")
         elif self.task is not None and self.under_way:
-            ahead = self.task.path.holds_m[self.task.path.holds_m >= self.furthest_m + BRAKES_M]
-            self.until_m = float(ahead[0]) if len(ahead) and not self.onboard.held else self.furthest_m
+            self.until_m = self.furthest_m if self.onboard.held else self.task.next_hold_m(self.furthest_m)
 
     def run_slice(self) -> Floats:
         """Let a slice pass; (SLICE_TICKS, 3) its true poses. A robot that is done stands where it is."""
