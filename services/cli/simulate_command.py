@@ -11,7 +11,7 @@ from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.order_list import OrdersOption, orders_of
 from touchline.services.cli.output_choice import OutputChoice
-from touchline.services.cli.shared_options import TeamOption, check_team, simulate_team
+from touchline.services.cli.shared_options import TeamOption, TeamProducts, check_team, simulate_team
 
 
 def register(app: typer.Typer) -> None:
@@ -40,8 +40,9 @@ def simulate(
     setup = robot.chosen().at(template.origin)
     check_follower(setup.onboard)
     if robots > 1:
-        check_team(setup.vehicle, hashed=hashed, record=output.record)
-        figures = simulate_team(template, setup, planning.options(), robots, output.plot, ordered)
+        check_team(setup.vehicle, output.record)
+        team = TeamProducts(ordered, hashed, output.plot)
+        figures = simulate_team(template, setup, planning.options(), robots, team)
         output.conclude("Simulation", drawing.template, setup, figures)
         return
     with progress_bar("Touchline") as advance:

@@ -9,12 +9,12 @@ import pytest
     ("arguments", "problem"),
     [
         (("simulate", "study-square", "--robots", "5"), "4 swaths, too few for 5 robots; give at most 4"),
-        (("simulate", "study-square", "--robots", "2", "--hash"), "--hash is given with --robots"),
-        (("simulate", "study-square", "--robots", "2", "--record", "a.mcap"), "--record is given with --robots"),
+        (("simulate", "study-square", "--robots", "2", "--record", "a.mcap"), "record it with `touchline run`"),
         (("simulate", "salt-pan", "--vehicle", "clay-roller", "--robots", "2"), "clay-roller does not paint"),
         (("simulate", "soccer-11-grass", "--robots", "2"), "only lines are shared"),
         (("run", "study-square", "--robots", "2", "--robot", "r1"), "--robot is given with --robots"),
         (("run", "study-square", "--robots", "2", "--follower", "external"), "is 'external'"),
+        (("run", "tennis", "--take-over-after", "5"), "--take-over-after is given without --robots"),
         (("simulate", "tennis", "--order", "20:1:fail"), "--order is given without --robots; give --robots 2"),
         (("simulate", "tennis", "--robots", "2", "--order", "20:fail"), "has 2 of 3 parts; write T:ROBOT:WORD, as in"),
         (("simulate", "tennis", "--robots", "2", "--order", "nan:1:fail"), "has the time 'nan'; give seconds of sim"),
@@ -91,3 +91,24 @@ def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(touchline, ro
     code, told, _ = ordered(touchline, rows, "10:1:fail", "11:2:fail", "12:1:take-over")
     assert code == 1 and not told["success"] and "has nobody left to do it" in told["reason"]
     assert not told["orders"][2]["done"] and "has nobody left" in told["orders"][2]["outcome"]
+
+
+def hashes(touchline, rows, *options):
+    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", *options)
+    assert code == 0, said
+    told = json.loads(printed)
+    assert told["paint"]["coverage_pct"] > 99.8
+    return told["hash"], told["traversal"]["total_time_s"]
+
+
+def test_each_robot_has_a_hash_of_its_own_that_tells_seeds_and_orders_apart(touchline, rows):
+    (first, time_s), (again, _) = hashes(touchline, rows, "--hash"), hashes(touchline, rows, "--hash")
+    (unasked, same_s), (other, _) = hashes(touchline, rows), hashes(touchline, rows, "--hash", "--seed", "2")
+    assert first == again and set(first["robots"]) == {"r1", "r2"} and first["session"]
+    assert unasked == {"session": "", "robots": {}} and same_s == time_s
+    assert not set(first["robots"].values()) & set(other["robots"].values())
+    paused, _ = hashes(touchline, rows, "--hash", "--order", "10:2:pause", "--order", "20:2:resume")
+    assert paused["robots"]["r2"] != first["robots"]["r2"]
+    fail = ("--order", "20:2:fail", "--order", "21:2:remove", "--order", "22:2:take-over")
+    failed, _ = hashes(touchline, rows, "--hash", *fail)
+    assert set(failed["robots"]) == {"r1", "r1 (2)", "r2"}

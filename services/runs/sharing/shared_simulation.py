@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -67,6 +68,8 @@ def simulate_shared(
     setups: Sequence[Setup],
     orders: Sequence[TeamOrder] = (),
     progress: Progress = lambda done, doing: None,
+    *,
+    hashed: bool = False,
 ) -> TeamOutcome:
     """Carry out a shared job once, as fast as it goes.
 
@@ -75,12 +78,14 @@ def simulate_shared(
         setups: Of each robot: its world and its computer; the vehicle is the job's.
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
+        hashed: Whether the reports shall have the hashes of the sessions.
 
     Raises:
         CommandRefused: A robot does not take its plan.
     """
     begun = time.perf_counter()
-    run = _SharedRun(job, [TeamMember.of(f"r{number + 1}", setup) for number, setup in enumerate(setups)], progress)
+    members = [TeamMember.of(f"r{number + 1}", setup, hashed=hashed) for number, setup in enumerate(setups)]
+    run = _SharedRun(job, members, progress)
     taken = [OrderTaken(order) for order in sorted(orders)]
     reason = run.drive(list(taken))
     for member in run.members:
@@ -130,7 +135,7 @@ class _SharedRun:
             member.take(errand, taking)
         self._authorize()
         for member in crew:
-            member.emulator.start()
+            member.order(member.emulator.start)
 
     def _authorize(self) -> None:
         """Tell each robot that is under way how far it may drive."""
@@ -184,17 +189,17 @@ class _SharedRun:
         elif order.kind == "fail":
             taken.done, member.dead = not member.dead, True
             if taken.done:
-                member.emulator.estop(OUT_OF_SERVICE)
+                member.order(partial(member.emulator.estop, OUT_OF_SERVICE))
             taken.outcome = "it stands where it is" if taken.done else "nothing: it has failed before"
         elif order.kind == "pause":
             taken.done = member.onboard.state == TraversalStatus.RUNNING
             if taken.done:
-                member.emulator.pause()
+                member.order(member.emulator.pause)
             taken.outcome = "paused" if taken.done else "nothing: it is not under way"
         elif order.kind == "resume":
             taken.done = member.onboard.state == TraversalStatus.PAUSED
             if taken.done:
-                member.emulator.resume()
+                member.order(member.emulator.resume)
             taken.outcome = "it goes on" if taken.done else "nothing: it is not paused"
 
     def _gather(self, taken: OrderTaken, member: TeamMember) -> None:
@@ -211,7 +216,7 @@ class _SharedRun:
         """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
         for member in self.crew:
             if member.under_way and not member.dead:
-                member.emulator.abort("others take over")
+                member.give_up("others take over")
         if any(member.emulator.active for member in self.members):
             return
         gathering, self._gathering = self._gathering, []
@@ -249,4 +254,4 @@ class _SharedRun:
         for member in self.members:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
-                member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+                member.give_up(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
