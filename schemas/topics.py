@@ -214,6 +214,9 @@ TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDIN
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)
 TEAM_REMOVE = Service("fleet/remove", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
 TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COORDINATOR)
+#: Served by who shares a template among robots, for each of them; as little among ``SERVICES``.
+TAKE_OVER = Service("sharing/take_over", m.CommandRequest, m.CommandResponse, OPERATOR)
+REMOVE = Service("sharing/remove", m.CommandRequest, m.CommandResponse, OPERATOR)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)

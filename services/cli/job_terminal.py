@@ -50,3 +50,12 @@ def watch_system(system: LocalSystem) -> None:
         print_event(severity_of(notice), f"supervisor: {notice.text}")
         if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
             raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
+
+
+def watch_team(system: LocalSystem) -> None:
+    """Tell what happened to the services of a job of several robots, each of a process of its own.
+
+    That one of those has died the others hear on the bus.
+    """
+    for notice in system.poll():
+        print_event(severity_of(notice), f"supervisor: {notice.text}")

@@ -25,7 +25,9 @@ from touchline.services.cli.display import output
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.services.system.priority import FIRST, run_at
 
-OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
+OrderName = Literal[
+    "start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
+]
 _SERVICES = {
     "start": topics.START,
     "pause": topics.PAUSE,
@@ -35,6 +37,8 @@ _SERVICES = {
     "reset": topics.RESET,
     "refill": topics.REFILL_TANK,
     "replace-battery": topics.REPLACE_BATTERY,
+    "take-over": topics.TAKE_OVER,
+    "remove": topics.REMOVE,
 }
 
 
@@ -73,7 +77,9 @@ def order(
 ) -> None:
     """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
 
-    What stops a robot is repeated until it is acknowledged, and says on standard error while it is not.
+    take-over and remove are for a robot that has failed in `touchline run --robots`: the others do what is left, and it
+    is said that it was carried away. What stops a robot is repeated until it is acknowledged, and says on standard
+    error while it is not.
     """
     service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
     config = BusConfig.from_environment(robot or ())

@@ -1,5 +1,8 @@
 """Several robots on one template: the option, what is refused, and the job from template to figures."""
 
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -11,11 +14,16 @@ from touchline.schemas.messages import Event, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.bus import BusConfig
+from touchline.services.bus.config import CONFIG_VARIABLE, ENDPOINT_VARIABLE
+from touchline.services.bus.ports import free_port
 from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
-from touchline.services.cli.job_terminal import Terminal, watch_system
+from touchline.services.cli.job_terminal import Terminal, watch_team
 from touchline.services.runs.bus_run import JobFailed
-from touchline.services.system.temporary_system import local_system
+from touchline.services.runs.sharing.team_order import TeamOrder
+from touchline.services.system.running_system import only_one
+from touchline.services.system.temporary_system import ProcessOptions, local_system
 
 MOST_ROBOTS: Final = 16
 
@@ -31,7 +39,21 @@ TeamOption = Annotated[
 ]
 
 
-def check_team(vehicle: Vehicle, *, hashed: bool = False, record: Path | None = None) -> None:
+TakeOverOption = Annotated[
+    float | None,
+    typer.Option(
+        "--take-over-after",
+        metavar="S",
+        help="With --robots: S seconds (wall clock) after one has failed the others do what it has left, without an "
+        "operator's `touchline order take-over`.",
+        min=0.0,
+        max=3600.0,
+        show_default=False,
+    ),
+]
+
+
+def check_team(vehicle: Vehicle, record: Path | None = None) -> None:
     """Refuse what several robots cannot do together.
 
     Raises:
@@ -40,17 +62,43 @@ def check_team(vehicle: Vehicle, *, hashed: bool = False, record: Path | None = 
     if not vehicle.tool.paints:
         problem = f"is above 1, and {vehicle.name} does not paint"
         raise SpecError("command line", "--robots", problem, "share lines among robots that paint them")
-    if hashed:
-        raise SpecError(
-            "command line", "--hash", "is given with --robots", "a hash is of one robot's session: leave it out"
-        )
     if record is not None:
-        raise SpecError("command line", "--record", "is given with --robots", "leave it out: only reports are made")
+        raise SpecError("command line", "--record", "is given with --robots", "record it with `touchline run`")
 
 
-def run_team(
-    template: Template, setup: Setup, options: PlanOptions, robots: int, pace: tuple[float, Path | None]
-) -> dict[str, Any]:
+@dataclass(frozen=True)
+class TeamProducts:
+    """What happens in a simulated job of several robots, and what comes of it besides its report.
+
+    Attributes:
+        orders: What an operator orders meanwhile; what comes of each is said, and reported.
+        hashed: Whether to work out the hashes of the sessions.
+        plot: The picture to draw, if any.
+    """
+
+    orders: Sequence[TeamOrder] = ()
+    hashed: bool = False
+    plot: Path | None = None
+
+
+@dataclass(frozen=True)
+class TeamPace:
+    """How a job of several robots over the bus goes on.
+
+    Attributes:
+        speed: Sim seconds per wall second, negative for as fast as it goes.
+        take_over_after_s: Wall clock after which the others do what one that has failed has left; None: when ordered.
+        plot: The picture to draw, if any.
+        record: The file to record all robots to, if any.
+    """
+
+    speed: float
+    take_over_after_s: float | None = None
+    plot: Path | None = None
+    record: Path | None = None
+
+
+def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int, pace: TeamPace) -> dict[str, Any]:
     """Share a template among robots, and have them carry it out over the bus, on a system of its own.
 
     Args:
@@ -58,7 +106,7 @@ def run_team(
         setup: Of each robot, but for the seeds.
         options: How to plan.
         robots: How many.
-        pace: Sim seconds per wall second, negative for as fast as it goes; and the picture to draw.
+        pace: How it goes on.
 
     Returns:
         The report, of all together and of each robot; when the job ended early, ``success`` false and the reason.
@@ -68,36 +116,52 @@ def run_team(
     """
     from touchline.services.runs.painted_picture import painted_caption
     from touchline.services.runs.sharing.joint_paint import paint_of_strokes
-    from touchline.services.runs.sharing.shared_bus_run import SharedBusRun
+    from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
     from touchline.services.runs.sharing.shared_job import share_job
     from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import bus_figures
 
-    speed, plot = pace
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
     with progress_bar("Touchline") as advance:
         job = share_job(template, options, setup.vehicle, [None] * robots, advance)
-        with local_system(setups) as system:
+        config = _team_bus(list(setups))
+        processes = ProcessOptions(apart=True, recordings=pace.record.parent if pace.record else None)
+        with only_one(config), local_system(setups, config, processes) as system:
             advance(0.0, "Starting the services")
             system.wait_until_ready(say)
-            run = SharedBusRun(system.buses, job, speed, Terminal(advance, partial(watch_system, system)))
+            conduct = Conduct(pace.speed, pace.take_over_after_s, pace.record, config.endpoint)
+            run = SharedBusRun(system.buses, job, conduct, Terminal(advance, partial(watch_team, system)))
             try:
                 run.run()
             except JobFailed as error:
                 print_event(Event.ERROR, str(error))
-                return {"success": False, "reason": str(error)}
-        strokes = [stroke for own in run.strokes for stroke in own]
-        figures = bus_figures(job, run, paint_of_strokes(template, setup.vehicle, strokes), list(setups))
-        if plot is not None:
+                return {"success": False, "reason": str(error), "orders": run.orders, "recording": run.recording}
+        strokes = [stroke for robot in run.robots for stroke in robot.strokes]
+        figures = bus_figures(job, run, paint_of_strokes(template, setup.vehicle, strokes))
+        if pace.plot is not None:
             advance(1.0, "Drawing")
-            draw_team(job, run.strokes, plot, painted_caption(figures["paint"]))
+            draw_team(job, [robot.strokes for robot in run.robots], pace.plot, painted_caption(figures["paint"]))
     return figures
 
 
+def _team_bus(robots: Sequence[str]) -> BusConfig:
+    """The bus that the environment names, or else a private one, so that any number of jobs can run at once."""
+    if ENDPOINT_VARIABLE in os.environ or CONFIG_VARIABLE in os.environ:
+        return BusConfig.from_environment(robots)
+    return BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of(*robots)
+
+
 def simulate_team(
-    template: Template, setup: Setup, options: PlanOptions, robots: int, plot: Path | None
+    template: Template, setup: Setup, options: PlanOptions, robots: int, products: TeamProducts
 ) -> dict[str, Any]:
     """Share a template among robots and have them carry it out in this process.
+
+    Args:
+        template: What to paint.
+        setup: Of each robot, but for the seeds.
+        options: How to plan.
+        robots: How many.
+        products: What happens, and what is to come of it.
 
     Returns:
         The report, of all together and of each robot.
@@ -119,10 +183,13 @@ def simulate_team(
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
         with without_collecting():
-            outcome = simulate_shared(job, setups, progress=advance)
+            outcome = simulate_shared(job, setups, products.orders, advance, hashed=products.hashed)
+        for taken in outcome.orders:
+            said = f"{taken.order.at_s:g} s: r{taken.order.robot + 1} {taken.order.kind}: {taken.outcome}"
+            print_event(Event.INFO if taken.done else Event.WARN, said)
         figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
-        if plot is not None:
+        if products.plot is not None:
             advance(1.0, "Drawing")
             strokes = [[stroke for own in tasks for stroke in own.strokes] for tasks in outcome.robots]
-            draw_team(job, strokes, plot, painted_caption(figures["paint"]))
+            draw_team(job, strokes, products.plot, painted_caption(figures["paint"]))
     return figures

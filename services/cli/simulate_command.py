@@ -9,8 +9,9 @@ from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.order_list import OrdersOption, orders_of
 from touchline.services.cli.output_choice import OutputChoice
-from touchline.services.cli.shared_options import TeamOption, check_team, simulate_team
+from touchline.services.cli.shared_options import TeamOption, TeamProducts, check_team, simulate_team
 
 
 def register(app: typer.Typer) -> None:
@@ -24,6 +25,7 @@ def simulate(
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
     robots: TeamOption = 1,
+    orders: OrdersOption = None,
     *,
     output: OutputChoice,
 ) -> None:
@@ -34,11 +36,13 @@ def simulate(
     from touchline.services.runs.work_picture import draw_work
 
     template = drawing.chosen()
+    ordered = orders_of(orders or (), robots)
     setup = robot.chosen().at(template.origin)
     check_follower(setup.onboard)
     if robots > 1:
-        check_team(setup.vehicle, hashed=hashed, record=output.record)
-        figures = simulate_team(template, setup, planning.options(), robots, output.plot)
+        check_team(setup.vehicle, output.record)
+        team = TeamProducts(ordered, hashed, output.plot)
+        figures = simulate_team(template, setup, planning.options(), robots, team)
         output.conclude("Simulation", drawing.template, setup, figures)
         return
     with progress_bar("Touchline") as advance:

@@ -1,5 +1,6 @@
 """Reads strokes, smears and report of the last traversal from a recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -71,7 +72,7 @@ def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
         raise SpecError(str(path), "", problem, "name one with --robot")
     (traversal,) = painted.values()
     template = parse_template(traversal.template_json, f"the template in {path.name}", recorded=True)
-    return RecordedPaint(template, _joined(traversal.batches), traversal.report, traversal.area, traversal.covers)
+    return RecordedPaint(template, joined(traversal.batches), traversal.report, traversal.area, traversal.covers)
 
 
 _OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.AREA, topics.AREA_REPORT, topics.REPORT)
@@ -123,7 +124,7 @@ def _checked(marks: PaintMarks, path: Path) -> PaintMarks:
     return marks
 
 
-def _joined(batches: list[PaintMarks]) -> list[PaintMarks]:
+def joined(batches: Sequence[PaintMarks]) -> list[PaintMarks]:
     """Batches that go on where the one before ended, as one."""
     runs: list[list[PaintMarks]] = []
     for batch in batches:

@@ -9,12 +9,24 @@ import pytest
     ("arguments", "problem"),
     [
         (("simulate", "study-square", "--robots", "5"), "4 swaths, too few for 5 robots; give at most 4"),
-        (("simulate", "study-square", "--robots", "2", "--hash"), "--hash is given with --robots"),
-        (("simulate", "study-square", "--robots", "2", "--record", "a.mcap"), "--record is given with --robots"),
+        (("simulate", "study-square", "--robots", "2", "--record", "a.mcap"), "record it with `touchline run`"),
         (("simulate", "salt-pan", "--vehicle", "clay-roller", "--robots", "2"), "clay-roller does not paint"),
         (("simulate", "soccer-11-grass", "--robots", "2"), "only lines are shared"),
         (("run", "study-square", "--robots", "2", "--robot", "r1"), "--robot is given with --robots"),
         (("run", "study-square", "--robots", "2", "--follower", "external"), "is 'external'"),
+        (("run", "tennis", "--take-over-after", "5"), "--take-over-after is given without --robots"),
+        (("simulate", "tennis", "--order", "20:1:fail"), "--order is given without --robots; give --robots 2"),
+        (("simulate", "tennis", "--robots", "2", "--order", "20:fail"), "has 2 of 3 parts; write T:ROBOT:WORD, as in"),
+        (("simulate", "tennis", "--robots", "2", "--order", "nan:1:fail"), "has the time 'nan'; give seconds of sim"),
+        (("simulate", "tennis", "--robots", "2", "--order", "-1:1:fail"), "has the time '-1'; give seconds"),
+        (
+            ("simulate", "tennis", "--robots", "2", "--order", "5:3:fail"),
+            "has the robot '3'; give a number from 1 to 2",
+        ),
+        (
+            ("simulate", "tennis", "--robots", "2", "--order", "5:1:die"),
+            "has the word 'die'; use one of pause, resume,",
+        ),
         (("simulate", "study-square", "--robots", "2"), "cannot be shared among 2 robots"),
     ],
 )
@@ -23,15 +35,80 @@ def test_what_several_robots_cannot_do_is_refused(touchline, arguments, problem)
     assert code == 2 and problem in " ".join(said.split())
 
 
-def test_the_report_is_of_both_together_and_of_each(touchline, tmp_path):
+@pytest.fixture
+def rows(tmp_path):
+    """A file of a template of four rows."""
     lines = [((0, 4 * k), (12, 4 * k)) for k in range(4)]
     segments = [{"id": f"row-{k}", "line": {"start": a, "end": b}} for k, (a, b) in enumerate(lines)]
-    template, picture = tmp_path / "rows.json", tmp_path / "rows.png"
+    template = tmp_path / "rows.json"
     template.write_text(json.dumps({"name": "rows", "segments": segments}))
-    code, printed, said = touchline("simulate", str(template), "--robots", "2", "--json", "--plot", str(picture))
+    return str(template)
+
+
+def test_the_report_is_of_both_together_and_of_each(touchline, rows, tmp_path):
+    picture = tmp_path / "rows.png"
+    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", "--plot", str(picture))
     assert code == 0, said
     told = json.loads(printed)
     assert told["success"] and told["paint"]["coverage_pct"] > 99.8
-    assert told["traversal"]["closest_bodies_m"] >= 0.5
+    assert told["traversal"]["closest_bodies_m"] >= 0.5 and told["orders"] == []
     assert sorted(name for own in told["robots"].values() for name in own["segments"]) == [f"row-{k}" for k in range(4)]
     assert picture.stat().st_size > 10_000
+
+
+def ordered(touchline, rows, *orders):
+    given = [part for order in orders for part in ("--order", order)]
+    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", *given)
+    return code, json.loads(printed), " ".join(said.split())
+
+
+def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchline, rows):
+    late = ("200:2:remove", "200:2:take-over")
+    code, told, said = ordered(touchline, rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late)
+    assert code == 0, said
+    assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
+    came = [(each["at_s"], each["robot"], each["order"], each["done"]) for each in told["orders"]]
+    assert came == [
+        (20.0, "r2", "take-over", False),
+        (21.0, "r2", "fail", True),
+        (22.0, "r2", "fail", False),
+        (30.0, "r2", "take-over", True),
+        (200.0, "r2", "remove", True),
+        (200.0, "r2", "take-over", True),
+    ]
+    assert "m cannot be reached" in told["orders"][3]["outcome"] and "r1: row-" in told["orders"][5]["outcome"]
+    assert "nothing: r2 has not failed" in said and "200 s: r2 remove: carried away" in said
+    assert len(told["robots"]["r1"]["taken_over"]) == 2 and told["robots"]["r2"]["taken_over"] == []
+
+
+def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touchline, rows):
+    code, told, said = ordered(touchline, rows, "10:1:pause", "10:2:pause", "300:1:resume", "301:2:resume")
+    assert code == 0, said
+    assert told["traversal"]["total_time_s"] > 300.0 and all(each["done"] for each in told["orders"])
+
+
+def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(touchline, rows):
+    code, told, _ = ordered(touchline, rows, "10:1:fail", "11:2:fail", "12:1:take-over")
+    assert code == 1 and not told["success"] and "has nobody left to do it" in told["reason"]
+    assert not told["orders"][2]["done"] and "has nobody left" in told["orders"][2]["outcome"]
+
+
+def hashes(touchline, rows, *options):
+    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", *options)
+    assert code == 0, said
+    told = json.loads(printed)
+    assert told["paint"]["coverage_pct"] > 99.8
+    return told["hash"], told["traversal"]["total_time_s"]
+
+
+def test_each_robot_has_a_hash_of_its_own_that_tells_seeds_and_orders_apart(touchline, rows):
+    (first, time_s), (again, _) = hashes(touchline, rows, "--hash"), hashes(touchline, rows, "--hash")
+    (unasked, same_s), (other, _) = hashes(touchline, rows), hashes(touchline, rows, "--hash", "--seed", "2")
+    assert first == again and set(first["robots"]) == {"r1", "r2"} and first["session"]
+    assert unasked == {"session": "", "robots": {}} and same_s == time_s
+    assert not set(first["robots"].values()) & set(other["robots"].values())
+    paused, _ = hashes(touchline, rows, "--hash", "--order", "10:2:pause", "--order", "20:2:resume")
+    assert paused["robots"]["r2"] != first["robots"]["r2"]
+    fail = ("--order", "20:2:fail", "--order", "21:2:remove", "--order", "22:2:take-over")
+    failed, _ = hashes(touchline, rows, "--hash", *fail)
+    assert set(failed["robots"]) == {"r1", "r1 (2)", "r2"}

@@ -9,8 +9,11 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_simulation import TeamOrder, simulate_shared
+from touchline.services.runs.sharing.shared_simulation import simulate_shared
+from touchline.services.runs.sharing.team_order import TeamOrder
+from touchline.services.runs.simulation import Products, carry_out
 
 GRID = {
     **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},
@@ -84,3 +87,17 @@ def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(job):
     both = carried_out(job, orders=[TeamOrder(6.0, 0, "fail")])
     assert "robot r1: out of service" in both.reason and "robot r2: given up by the simulation" in both.reason
     assert both.apart_m >= APART_M and len(both.robots[1]) == 1
+
+
+def test_robots_that_never_meet_have_the_hashes_that_each_would_have_alone():
+    lines = [
+        TemplateSegment(id=f"line-{k}", line=LineSpec(start=(60.0 * k, 0.0), end=(60.0 * k + 9.0, 0.0))) for k in (0, 1)
+    ]
+    far = share_job(Template(name="far", segments=tuple(lines)), PlanOptions(), Vehicle(), [None] * 2)
+    assert not far.table.gates
+    setups = [Setup().with_seed(seed) for seed in (1, 2)]
+    both = simulate_shared(far, setups, hashed=True)
+    for (own,), setup, plan_, share in zip(both.robots, setups, far.plans, far.shares, strict=True):
+        emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+        alone = carry_out(emulator, plan_.trajectory, share, Taking.CARRIED, Products(hashed=True))
+        assert own.report.session_hash == alone.report.session_hash != ""

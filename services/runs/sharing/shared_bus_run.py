@@ -1,74 +1,54 @@
-"""A shared job over the bus: each robot loads its part, and is told how far it may drive by what the others report."""
+"""A shared job over the bus: each robot loads its part, and is told how far it may drive by what the others report.
 
-import math
+A robot that fails does not end it: the others go on as far as they may, and do what is left once that is ordered.
+"""
+
 import time
-import uuid
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
 
 from touchline.schemas import topics
-from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import (
-    AuthorizeRequest,
-    CommandRequest,
-    Event,
-    GetPaintRequest,
-    LoadRequest,
-    PaintMarks,
-    SetSpeedRequest,
-    TraversalReport,
-    TraversalStatus,
-)
-from touchline.schemas.topics import Request, Response, Service
+from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.messages import CommandRequest, CommandResponse, Event
+from touchline.schemas.template import TemplateSegment
 from touchline.services.bus import Bus
 from touchline.services.fleet.traffic.gates import authorities_m
+from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.runs.bus_run import JobFailed, Watcher
+from touchline.services.runs.sharing.rest import Mate, errands, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
+from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
+from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
 STALLED_S: Final = 20.0
 """A team of which nobody moves on for so long (wall clock) will not finish by itself."""
 _LOOK_S: Final = 0.005
+_SETTLED_S: Final = 0.2
+"""Wall clock: what a robot had told before its clock was held is here after so long."""
+_STANDS_S: Final = 60.0
+"""Wall clock: an aborted robot has come to rest and has reported by then."""
 
 
-@dataclass
-class _Robot:
-    """A robot on the bus, as it tells of itself.
+@dataclass(frozen=True)
+class Conduct:
+    """How a shared job is carried out.
 
     Attributes:
-        bus: Its own.
-        status, report: What it told last.
-        furthest_m: That it has reported.
-        until_m: How far it was told that it may drive.
+        speed: Sim seconds per wall second; negative for as fast as it goes.
+        take_over_after_s: Wall clock after which the others do what a robot that has failed has left, without an
+            operator; None: on an operator's order only.
+        record: File to record all robots to, if any.
+        endpoint: Of the bus, to be told to operators.
+        ordered_within_s: So long (wall clock) after anybody has moved an order is waited for where a robot has failed.
     """
 
-    bus: Bus
-    status: TraversalStatus = field(default_factory=TraversalStatus)
-    report: TraversalReport | None = None
-    furthest_m: float = 0.0
-    until_m: float = -math.inf
-
-    def __post_init__(self) -> None:
-        """Listen, from before it is given anything to do."""
-        self.told = self.bus.inbox([topics.EVENTS, topics.REPORT])
-        self.latest = self.bus.inbox([topics.STATUS], keep="latest")
-
-    @property
-    def progress_m(self) -> float:
-        """How far it has reported to be; infinite once it is done."""
-        return math.inf if self.status.state == TraversalStatus.DONE else self.furthest_m
-
-    def ask(self, service: Service[Request, Response], request: Request) -> Response:
-        """Ask the robot something; the answer says whether it was done.
-
-        Raises:
-            JobFailed: It refuses.
-            CallError: It does not answer.
-        """
-        response = self.bus.call(service, request, 10.0)
-        if not getattr(response, "success", True):
-            raise JobFailed(f"robot {self.bus.namespace} refuses {service.name}: {getattr(response, 'message', '')}")
-        return response
+    speed: float
+    take_over_after_s: float | None = None
+    record: Path | None = None
+    endpoint: str = ""
+    ordered_within_s: float = 120.0
 
 
 class SharedBusRun:
@@ -77,99 +57,253 @@ class SharedBusRun:
     Args:
         buses: Of the robots, in the order of the job.
         job: What they do.
-        speed: Sim seconds per wall second; negative for as fast as it goes.
+        conduct: How.
         watcher: Whoever watches.
 
     Attributes:
-        reports: Of the robots, once all are done.
-        strokes: Of the robots: their true paint.
+        robots: All of them.
+        job: What is done now: the rest, once that was taken over.
+        left_out: Parts of lines that could not be reached.
+        recording: Its figures, if there is one.
+        orders: That operators have given, with what came of each.
         started_at: Wall clock (monotonic) at which they set off.
         wall_time_s: That they took, by the clock on the wall.
     """
 
-    def __init__(self, buses: Sequence[Bus], job: SharedJob, speed: float, watcher: Watcher) -> None:
-        self._robots, self._job, self._speed, self._watcher = [_Robot(bus) for bus in buses], job, speed, watcher
-        self.reports: list[TraversalReport] = []
-        self.strokes: list[tuple[PaintMarks, ...]] = []
+    def __init__(self, buses: Sequence[Bus], job: SharedJob, conduct: Conduct, watcher: Watcher) -> None:
+        self.robots, self.job = [SharedRobot(bus, watcher.event) for bus in buses], job
+        self._conduct, self._watcher = conduct, watcher
+        self._crew = list(self.robots)
+        self._gathering = self._undone = False
+        self._painted, self._begun_s = NO_LINES, 0.0
+        self._said = dict.fromkeys((robot.name for robot in self.robots), "")
+        self._moved_at, self._reached_m = 0.0, -1.0
+        self.left_out: list[TemplateSegment] = []
+        self.recording: dict[str, Any] | None = None
+        self.orders: list[dict[str, str | bool]] = []
         self.started_at = self.wall_time_s = 0.0
 
     def run(self) -> None:
         """Do it.
 
         Raises:
-            JobFailed: A robot refused, stopped for good, or nobody moves on.
+            JobFailed: A robot refused, nobody moves on, or what a robot left was not taken over in time.
             CallError: One did not answer.
         """
+        record = self._conduct.record
+        if record is not None:
+            begin_team_recording(self._recorder, record, self._watcher)
         self._watcher.stage("Painting")
         try:
-            self._load_and_start()
+            self._begin(self.job, self.robots, here=False)
             self._follow()
         except (TouchlineError, KeyboardInterrupt):
             self._give_up()
             raise
+        finally:
+            if record is not None:
+                self.recording = end_team_recording(self._recorder, record, self._watcher)
         self.wall_time_s = time.monotonic() - self.started_at
-        self.reports = [robot.report for robot in self._robots if robot.report is not None]
-        self.strokes = [robot.bus.call(topics.GET_PAINT, GetPaintRequest(), 30.0).strokes for robot in self._robots]
+        for robot in self.robots:
+            robot.conclude()
 
-    def _load_and_start(self) -> None:
-        for robot, plan, share in zip(self._robots, self._job.plans, self._job.shares, strict=True):
-            load = LoadRequest(request_id=_fresh_id(), trajectory=plan.trajectory, template_json=share.to_json())
-            robot.ask(topics.LOAD, load)
-            robot.ask(topics.SET_SPEED, SetSpeedRequest(request_id=_fresh_id(), factor=self._speed))
+    @property
+    def _recorder(self) -> Bus:
+        """Of the bridge, which serves all robots, whatever becomes of them."""
+        return self.robots[0].bus
+
+    def _begin(self, job: SharedJob, crew: Sequence[SharedRobot], *, here: bool) -> None:
+        self.job, self._crew = job, list(crew)
+        for robot, errand in zip(crew, errands(job), strict=True):
+            robot.take(errand, here=here)
+            robot.set_speed(self._conduct.speed)
         self._authorize()
-        self.started_at = time.monotonic()
-        for robot in self._robots:
-            robot.ask(topics.START, CommandRequest(request_id=_fresh_id()))
+        self._moved_at, self._reached_m = time.monotonic(), -1.0
+        self.started_at = self.started_at or self._moved_at
+        for robot in crew:
+            robot.command(topics.START)
 
     def _authorize(self) -> None:
-        """Tell every robot whose authority has grown."""
-        until_m = authorities_m(self._job.table.gates, [robot.progress_m for robot in self._robots])
-        for robot, arc_m in zip(self._robots, until_m, strict=True):
-            if arc_m > robot.until_m:
-                robot.ask(topics.AUTHORIZE, AuthorizeRequest(request_id=_fresh_id(), until_m=arc_m))
-                robot.until_m = arc_m
+        """Tell every robot whose authority has changed."""
+        until_m = authorities_m(self.job.table.gates, [robot.progress_m for robot in self._crew])
+        for robot, arc_m in zip(self._crew, until_m, strict=True):
+            if not (robot.out or robot.finished):
+                robot.authorize(min(arc_m, robot.limit_m))
 
     def _follow(self) -> None:
-        moved_at, reached_m = time.monotonic(), -1.0
-        length_m = sum(path.end_m for path in self._job.paths)
-        while any(robot.report is None for robot in self._robots):
-            self._watcher.check()
-            for robot in self._robots:
-                self._listen(robot)
-            self._authorize()
-            now_m = sum(robot.furthest_m for robot in self._robots)
-            if now_m > reached_m:
-                moved_at, reached_m = time.monotonic(), now_m
-                where = ", ".join(f"{robot.bus.namespace} {robot.status.segment_id}" for robot in self._robots)
-                self._watcher.progress(now_m / length_m, where)
-            elif time.monotonic() - moved_at > STALLED_S:
-                raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({self._why_not()})")
+        while not self._over:
+            self._look()
+            for robot in self.robots:
+                for kind, call in robot.orders():
+                    done, text = self._take_over(robot) if kind == "take-over" else self._remove(robot)
+                    self._note(robot, kind, done=done, outcome=text)
+                    call.reply(CommandResponse(success=done, message=text))
+            if self._gathering and all(robot.rests for robot in self._crew if not robot.out):
+                self._hand_over()
+            else:
+                self._authorize()
+                self._look_whether_anybody_moves()
             time.sleep(_LOOK_S)
 
-    def _listen(self, robot: _Robot) -> None:
-        for _, message in robot.told.messages():
-            if isinstance(message, Event):
-                self._watcher.event(message.severity, f"{robot.bus.namespace}: {message.text}")
-            elif isinstance(message, TraversalReport) and self.started_at:
-                robot.report = message
-        for _, message in robot.latest.messages():
-            if isinstance(message, TraversalStatus):
-                robot.status = message
-                robot.furthest_m = max(robot.furthest_m, message.arc_length_m)
+    @property
+    def _over(self) -> bool:
+        if self._gathering or self._undone or not all(robot.done for robot in self._crew):
+            return False
+        beside = any(robot.out and not robot.gone for robot in self.robots)
+        return not (self.left_out and beside) or self._ends_by_itself or self._waited_s > self._conduct.ordered_within_s
+
+    @property
+    def _ends_by_itself(self) -> bool:
+        return self._conduct.take_over_after_s is not None
+
+    @property
+    def _waited_s(self) -> float:
+        """Since anybody has moved, or has failed."""
+        return time.monotonic() - max(self._moved_at, *(robot.out_at for robot in self.robots))
+
+    def _look(self) -> None:
+        """Hear all, and say who has failed."""
+        self._watcher.check()
+        for robot in self.robots:
+            robot.listen()
+            if robot in self._crew:
+                robot.look()
+            if robot.out != self._said[robot.name]:
+                self._said[robot.name] = robot.out
+                self._tell_of(robot)
+
+    def _tell_of(self, robot: SharedRobot) -> None:
+        if not robot.out:
+            self._watcher.event(Event.INFO, f"{robot.name} is in service again")
+            return
+        x, y, _ = robot.place.pose
+        after_s = self._conduct.take_over_after_s
+        what = (
+            f"have the others do the rest by TOUCHLINE_ENDPOINT={self._conduct.endpoint} "
+            f"touchline order take-over --robot {robot.name}, no later than {self._conduct.ordered_within_s:g} s after "
+            "they have come to stand"
+            if after_s is None
+            else f"the others take over in {after_s:g} s"
+        )
+        text = f"{robot.name} is out of service at x {x:.1f} m, y {y:.1f} m: {robot.out}; {what}"
+        self._watcher.event(Event.ERROR, text)
+
+    def _look_whether_anybody_moves(self) -> None:
+        now_m = sum(robot.furthest_m for robot in self._crew)
+        if now_m > self._reached_m:
+            self._moved_at, self._reached_m = time.monotonic(), now_m
+            where = ", ".join(f"{robot.name} {robot.status.segment_id}" for robot in self._crew)
+            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), where)
+        failed = [robot for robot in self._crew if robot.out and not robot.done]
+        after_s = self._conduct.take_over_after_s
+        if failed and after_s is not None and not (self._gathering or self._undone):
+            if time.monotonic() - failed[0].out_at >= after_s:
+                done, text = self._take_over(failed[0])
+                self._note(failed[0], "take-over", done=done, outcome=text)
+        elif (failed or self._undone) and not self._gathering:
+            if self._waited_s > self._conduct.ordered_within_s or (self._undone and self._ends_by_itself):
+                raise JobFailed(self._why_not_painted(failed))
+        elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
+            raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({self._why_not()})")
+
+    def _note(self, robot: SharedRobot, kind: str, *, done: bool, outcome: str) -> None:
+        self.orders.append({"robot": robot.name, "order": kind, "done": done, "outcome": outcome})
+        self._watcher.event(Event.INFO if done else Event.WARN, f"{kind} {robot.name}: {outcome}")
+
+    def _remove(self, robot: SharedRobot) -> tuple[bool, str]:
+        """It was carried away: whether that can be, and what is said."""
+        if not robot.out or robot.gone:
+            return False, f"{robot.name} does not stand there out of service"
+        robot.gone = True
+        return True, f"{robot.name} was carried away; order take-over to have done what it left"
+
+    def _take_over(self, robot: SharedRobot) -> tuple[bool, str]:
+        """Have all others stop where they do not paint, so that the rest can be done: whether, and what is said."""
+        able = [each for each in self.robots if not each.out]
+        if not robot.out:
+            return False, f"{robot.name} is in service, and does its share itself"
+        if not able:
+            return False, "nobody is left to take over"
+        if not self._gathering:
+            self._gathering = True
+            for each in able:  # so that none has passed by then the place where it is told to stop
+                each.set_speed(0.0)
+            settled_at = time.monotonic() + _SETTLED_S
+            while time.monotonic() < settled_at:
+                self._look()
+                time.sleep(_LOOK_S)
+            for each in self._crew:
+                if each.errand is not None and not each.out:
+                    each.limit_m = each.errand.next_hold_m(each.furthest_m)
+            self._authorize()
+            for each in able:
+                each.set_speed(self._conduct.speed)
+            self._moved_at = time.monotonic()
+        return True, "the others take over as soon as they stand between two lines"
+
+    def _hand_over(self) -> None:
+        """Have everybody give up what is under way where it stands, and begin on the rest."""
+        for robot in self._crew:
+            if robot.out:
+                robot.keep_out()
+            else:
+                robot.call_off()
+        deadline = time.monotonic() + _STANDS_S
+        while not all(robot.out or robot.report is not None for robot in self._crew):
+            if time.monotonic() > deadline:
+                raise JobFailed("the others do not come to rest, and cannot take over")
+            self._look()
+            time.sleep(_LOOK_S)
+        self._gathering = False
+        left = self._left()
+        beliefs, now_s = [robot.painted for robot in self._crew], max(robot.time_s for robot in self._crew)
+        painted = painted_before(self.job, beliefs, self._painted, now_s - self._begun_s)
+        mates = [Mate(robot.place, not robot.out) for robot in self.robots if not robot.gone]
+        try:
+            rest = rest_of(self.job, left, mates, painted, self._watcher.progress) if left else None
+        except PlanningError as error:
+            self._undone = True
+            self._watcher.event(Event.ERROR, f"the rest cannot be done: {error}")
+            return
+        for robot in self._crew:
+            robot.conclude()
+        self._undone, self._painted, self._begun_s = False, painted, now_s
+        if rest is None:
+            self._crew, self.left_out = [], []
+            return
+        self.left_out = rest.left_out
+        self._watcher.event(Event.INFO, f"the rest is done: {rest}")
+        self._begin(rest.job, [robot for robot in self.robots if robot.name in rest.crew], here=True)
+
+    def _left(self) -> list[TemplateSegment]:
+        """The lines and parts of lines that are not painted, by what the robots believe."""
+        return self.left_out + [
+            segment
+            for robot in self._crew
+            if robot.errand is not None
+            for segment in robot.errand.unfinished(robot.painted)
+        ]
+
+    def _why_not_painted(self, failed: Sequence[SharedRobot]) -> str:
+        why = (
+            "; ".join(f"{robot.name} is out of service: {robot.out}" for robot in failed) or "a rest could not be done"
+        )
+        lines = ", ".join(segment.id for segment in self._left())
+        within_s = self._conduct.ordered_within_s
+        told = f"nobody has ordered another to take over within {within_s:g} s"
+        if self._undone:
+            told = "the others cannot do the rest"
+        return f"{why or 'some have failed'}; {told}; not painted to the end: {lines}"
 
     def _why_not(self) -> str:
-        waiting = (robot for robot in self._robots if robot.report is None)
-        return "; ".join(f"{each.bus.namespace}: {each.status.reason or 'no reason given'}" for each in waiting)
+        waiting = (robot for robot in self._crew if not robot.done)
+        return "; ".join(f"{each.name}: {each.status.reason or 'no reason given'}" for each in waiting)
 
     def _give_up(self) -> None:
         """Leave all robots stopped; who cannot be asked any more is left."""
         self._watcher.stage("Stopping")
-        for robot in self._robots:
+        for robot in self.robots:
             try:
-                robot.bus.call(topics.ABORT, CommandRequest(request_id=_fresh_id()), 2.0)
+                robot.bus.call(topics.ABORT, CommandRequest(request_id=fresh_id()), 2.0)
             except TouchlineError as error:
                 self._watcher.event(Event.WARN, str(error))
-
-
-def _fresh_id() -> str:
-    return uuid.uuid4().hex

@@ -3,7 +3,8 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple
+from functools import partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,47 +12,28 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template, TemplateSegment
-from touchline.services.core.arcs import LENGTH
+from touchline.schemas.template import TemplateSegment
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
-from touchline.services.planner.limits import Limits
-from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED
-from touchline.services.planner.sharing.clear_lines import clear_lines
-from touchline.services.planner.sharing.wet_between import painted_rows_of
+from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
-from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
-from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
-from touchline.services.runs.sharing.team_member import SLICE_TICKS, Errand, TeamMember
+from touchline.services.runs.sharing.remains import Standing
+from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
+from touchline.services.runs.sharing.shared_job import SharedJob
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, TeamMember
+from touchline.services.runs.sharing.team_order import OrderTaken, TeamOrder
 from touchline.services.runs.simulation import Outcome
 
 PATIENCE_S: Final = 180.0
 """If none has come further for so long, somebody would have to do something."""
 TOLD_EVERY: Final = 100
 """Slices between two looks at how far they are."""
-TRIES: Final = 40
-"""So often the rest is planned round those that stand, each time with a little less of a line beside them."""
 OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
-
-
-class TeamOrder(NamedTuple):
-    """What an operator orders, or what happens, while they work.
-
-    Attributes:
-        at_s: When, in sim time.
-        robot: Which, by number; of "take-over" it says nothing.
-        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do the rest; "remove":
-            one that has failed is carried away.
-    """
-
-    at_s: float
-    robot: int
-    kind: Literal["pause", "resume", "fail", "take-over", "remove"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +49,7 @@ class TeamOutcome:
         reason: Why it failed; "" if it did not.
         wall_time_s: Reports included.
         left_out_m: Of lines that could not be reached beside robots that stand there.
+        orders: That were given, and what has come of each.
     """
 
     robots: tuple[tuple[Outcome, ...], ...]
@@ -77,6 +60,7 @@ class TeamOutcome:
     reason: str
     wall_time_s: float
     left_out_m: float = 0.0
+    orders: tuple[OrderTaken, ...] = ()
 
 
 def simulate_shared(
@@ -84,6 +68,8 @@ def simulate_shared(
     setups: Sequence[Setup],
     orders: Sequence[TeamOrder] = (),
     progress: Progress = lambda done, doing: None,
+    *,
+    hashed: bool = False,
 ) -> TeamOutcome:
     """Carry out a shared job once, as fast as it goes.
 
@@ -92,14 +78,16 @@ def simulate_shared(
         setups: Of each robot: its world and its computer; the vehicle is the job's.
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
+        hashed: Whether the reports shall have the hashes of the sessions.
 
     Raises:
-        CommandRefused: A robot does not take its plan, or an order.
-        PlanningError: What is to be taken over cannot be planned.
+        CommandRefused: A robot does not take its plan.
     """
     begun = time.perf_counter()
-    run = _SharedRun(job, [TeamMember.of(f"r{number + 1}", setup) for number, setup in enumerate(setups)], progress)
-    reason = run.drive(sorted(orders))
+    members = [TeamMember.of(f"r{number + 1}", setup, hashed=hashed) for number, setup in enumerate(setups)]
+    run = _SharedRun(job, members, progress)
+    taken = [OrderTaken(order) for order in sorted(orders)]
+    reason = run.drive(list(taken))
     for member in run.members:
         member.conclude()
     works = [work for member in run.members for work in member.works]
@@ -111,7 +99,8 @@ def simulate_shared(
         tuple(member.waited_s for member in run.members),
         reason,
         time.perf_counter() - begun,
-        sum(segment.curve().length_m for segment in run.left_out),
+        length_m(run.left_out),
+        tuple(taken),
     )
 
 
@@ -130,7 +119,9 @@ class _SharedRun:
         """Every robot at its start."""
         self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
         self.left_out = list[TemplateSegment]()
-        self._slices, self._gathering = 0, False
+        self._slices = 0
+        self._gathering = list[OrderTaken]()
+        self._nothing_left, self._problem = False, ""
         self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
 
@@ -140,11 +131,11 @@ class _SharedRun:
 
     def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
         self.job, self.crew, self._begun_s = job, list(crew), self._now_s
-        for member, plan, path, share in zip(crew, job.plans, job.paths, job.shares, strict=True):
-            member.take(Errand(plan, path, share), taking)
+        for member, errand in zip(crew, errands(job), strict=True):
+            member.take(errand, taking)
         self._authorize()
         for member in crew:
-            member.emulator.start()
+            member.order(member.emulator.start)
 
     def _authorize(self) -> None:
         """Tell each robot that is under way how far it may drive."""
@@ -153,11 +144,11 @@ class _SharedRun:
             if member.under_way or member.onboard.state == TraversalStatus.READY:
                 member.onboard.authorize(min(arc_m, member.until_m))
 
-    def drive(self, orders: list[TeamOrder]) -> str:
+    def drive(self, orders: list[OrderTaken]) -> str:
         """Run until all are done or none comes any further; why it failed, or ""."""
         moved_at, reached_m = 0, -1.0
         while orders or any(member.emulator.active for member in self.members):
-            while orders and orders[0].at_s <= self._now_s:
+            while orders and orders[0].order.at_s <= self._now_s:
                 self._obey(orders.pop(0))
             poses = [(member, member.run_slice()) for member in self.members]
             self.gap.look([each for member, each in poses if not member.gone])
@@ -167,13 +158,16 @@ class _SharedRun:
                 self._hand_over()
             if self._slices % TOLD_EVERY == 0:
                 now_m = self._tell()
-                idle = not any(member.emulator.active for member in self.members)
-                moved_at, reached_m = (self._slices, now_m) if idle or now_m != reached_m else (moved_at, reached_m)
+                if orders or now_m != reached_m:
+                    moved_at, reached_m = self._slices, now_m
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
                 self._give_up()
                 break
+        if self._nothing_left:
+            return ""
         failed = [member for member in self.crew if member.onboard.state != TraversalStatus.DONE]
-        return "; ".join(f"robot {member.name}: {member.onboard.status.reason}" for member in failed)
+        reasons = [f"robot {member.name}: {member.onboard.status.reason}" for member in failed]
+        return "; ".join([self._problem, *reasons] if self._problem else reasons)
 
     def _tell(self) -> float:
         """Tell how far they are; all that they have driven on this job, m."""
@@ -182,104 +176,82 @@ class _SharedRun:
         self._progress(now_m / sum(path.end_m for path in self.job.paths), at)
         return now_m
 
-    def _obey(self, order: TeamOrder) -> None:
+    def _obey(self, taken: OrderTaken) -> None:
+        """Carry out an order that is due, and note what has come of it; a take-over goes on by and by."""
+        order = taken.order
         member = self.members[order.robot]
         if order.kind == "take-over":
-            self._gathering = True
-            for each in self.crew:
-                if not each.dead:
-                    each.stop_between_swaths()
+            self._gather(taken, member)
         elif order.kind == "remove":
+            taken.done = member.dead and not member.gone
             member.gone = member.dead
+            taken.outcome = "carried away" if taken.done else f"nothing: {member.name} does not stand there failed"
         elif order.kind == "fail":
-            member.dead = True
-            member.emulator.estop(OUT_OF_SERVICE)
-        elif order.kind == "pause" and member.onboard.state == TraversalStatus.RUNNING:
-            member.emulator.pause()
-        elif order.kind == "resume" and member.onboard.state == TraversalStatus.PAUSED:
-            member.emulator.resume()
+            taken.done, member.dead = not member.dead, True
+            if taken.done:
+                member.order(partial(member.emulator.estop, OUT_OF_SERVICE))
+            taken.outcome = "it stands where it is" if taken.done else "nothing: it has failed before"
+        elif order.kind == "pause":
+            taken.done = member.onboard.state == TraversalStatus.RUNNING
+            if taken.done:
+                member.order(member.emulator.pause)
+            taken.outcome = "paused" if taken.done else "nothing: it is not under way"
+        elif order.kind == "resume":
+            taken.done = member.onboard.state == TraversalStatus.PAUSED
+            if taken.done:
+                member.order(member.emulator.resume)
+            taken.outcome = "it goes on" if taken.done else "nothing: it is not paused"
+
+    def _gather(self, taken: OrderTaken, member: TeamMember) -> None:
+        if not member.dead:
+            taken.outcome = f"nothing: {member.name} has not failed, and does its share itself"
+            return
+        taken.outcome = "not carried out: the others did not come to rest"
+        self._gathering.append(taken)
+        for each in self.crew:
+            if not each.dead:
+                each.stop_between_swaths()
 
     def _hand_over(self) -> None:
         """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
         for member in self.crew:
             if member.under_way and not member.dead:
-                member.emulator.abort("others take over")
+                member.give_up("others take over")
         if any(member.emulator.active for member in self.members):
             return
-        self._gathering = False
+        gathering, self._gathering = self._gathering, []
+        outcome, done = self._begin_on_the_rest()
+        for taken in gathering:
+            taken.outcome, taken.done = outcome, done
+
+    def _begin_on_the_rest(self) -> tuple[str, bool]:
+        """What has come of it, and whether there is nothing left that nobody does."""
         left = self.left_out + [
             segment
             for member in self.crew
             if member.task is not None
-            for segment in unfinished(member.task.plan, member.task.share, member.onboard.painted)
+            for segment in member.task.unfinished(member.onboard.painted)
         ]
-        self._painted = self._painted_before()
         for member in self.members:
             if not member.dead:
                 member.stand_by(self._slices * SLICE_TICKS)
-        if left:
-            job, crew = self._rest(self.job.template.model_copy(update={"segments": tuple(left)}))
-            self._begin(job, crew, Taking.HERE)
-
-    def _painted_before(self) -> Floats:
-        """(n, 7) rows of all lines that have been begun, at times before now."""
-        since_s = self._now_s - self._begun_s
-        former = self._painted.copy()
-        former[:, BEGUN] -= since_s
-        rows = [former]
-        for member, work in zip(self.crew, clocked(self.job), strict=True):
-            begun = {name for name, done in zip(*member.onboard.painted[:2], strict=True) if done > 0.0}
-            own = painted_rows_of(work)[[line.id in begun for line in work.plan.sent if line.stroke]]
-            own[:, BEGUN] = np.minimum(own[:, BEGUN] - since_s, -own[:, LENGTH] / own[:, SPEED])
-            rows.append(own)
-        return np.concatenate(rows)
-
-    def _rest(self, template: Template) -> tuple[SharedJob, list[TeamMember]]:
-        """The rest planned for those that are left, or as many of them as it can be shared among.
-
-        Raises:
-            PlanningError: It cannot be planned for any.
-        """
-        alive = [member for member in self.members if not member.dead]
-        error: PlanningError | None = None
-        for count in range(len(alive), 0, -1):
-            crew = alive[:count]
-            standing = [
-                Standing(member.name, member.pose) for member in self.members if not (member in crew or member.gone)
-            ]
-            try:
-                job = self._planned(template, crew, standing)
-            except PlanningError as problem:
-                error = problem
-            else:
-                self.left_out = left_out(template, job.template)
-                return job, crew
-        assert error is not None, "somebody is left"
-        raise error
-
-    def _planned(self, template: Template, crew: Sequence[TeamMember], standing: Sequence[Standing]) -> SharedJob:
-        """The rest planned round robots that stand, without what cannot be reached beside them."""
-        job = self.job
-        outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
-        before = tuple(each for each in template.obstacles if not each.id.startswith("robot "))
-        rest = template.model_copy(update={"obstacles": (*before, *outlines)})
-        clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))
-        if not clear:
-            raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
-        rest = rest.model_copy(update={"segments": clear})
-        for _ in range(TRIES):
-            try:
-                starts = [member.pose for member in crew]
-                return share_job(rest, job.options, job.vehicle, starts, self._progress, self._painted)
-            except PlanningError as problem:
-                shorter = shortened(rest, problem, standing)
-                if shorter is None:
-                    raise
-                rest = shorter
-        raise PlanningError("", f"cannot be planned in {TRIES} tries", "move the robots that stand there")
+        self._nothing_left = not left
+        if not left:
+            return "nothing is left to be painted", True
+        beliefs = [member.onboard.painted for member in self.crew]
+        painted = painted_before(self.job, beliefs, self._painted, self._now_s - self._begun_s)
+        mates = [Mate(Standing(each.name, each.pose), not each.dead) for each in self.members if not each.gone]
+        try:
+            rest = rest_of(self.job, left, mates, painted, self._progress)
+        except PlanningError as error:
+            self._problem = f"the rest cannot be done: {error}"
+            return self._problem, False
+        self._painted, self._problem, self.left_out = painted, "", rest.left_out
+        self._begin(rest.job, [each for each in self.members if each.name in rest.crew], Taking.HERE)
+        return str(rest), True
 
     def _give_up(self) -> None:
         for member in self.members:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
-                member.emulator.abort(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+                member.give_up(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")

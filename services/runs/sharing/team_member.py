@@ -1,7 +1,9 @@
 """A robot of a team in one process: its emulator, what it is to do, and what it has reported."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -9,35 +11,20 @@ from numpy.typing import NDArray
 
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import Template
-from touchline.services.fleet.traffic.conflicts import TimedPath
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S
-from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.sharing.joint_paint import Work
+from touchline.services.runs.sharing.rest import Errand
 from touchline.services.runs.simulation import Outcome
 
 SLICE_TICKS: Final = 10
 """Robots report, and learn how far they may drive, ten times a second."""
-BRAKES_M: Final = 1.5
-"""A robot that drives can stop at a place that is at least so far ahead."""
 
 Floats = NDArray[np.float64]
-
-
-class Errand:
-    """What a robot is to do.
-
-    Attributes:
-        plan, path, share: Its plan, that as the traffic rules see it, and what it paints.
-    """
-
-    def __init__(self, plan: Plan, path: TimedPath, share: Template) -> None:
-        self.plan, self.path, self.share = plan, path, share
 
 
 @dataclass
@@ -55,6 +42,7 @@ class TeamMember:
         waited_s: So long it was held.
         ended_s: When it was last under way, sim time.
         works, outcomes: Of tasks that are over.
+        telemetry: What it tells, if that is to be hashed.
     """
 
     name: str
@@ -69,6 +57,7 @@ class TeamMember:
     ended_s: float = 0.0
     works: list[Work] = field(default_factory=list)
     outcomes: list[Outcome] = field(default_factory=list)
+    telemetry: Telemetry | None = None
 
     def __post_init__(self) -> None:
         """With what runs it."""
@@ -76,10 +65,11 @@ class TeamMember:
         self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
 
     @classmethod
-    def of(cls, name: str, setup: Setup) -> "TeamMember":
+    def of(cls, name: str, setup: Setup, *, hashed: bool = False) -> "TeamMember":
         """A robot that has nothing to do yet."""
         onboard = Onboard(setup.vehicle, setup.onboard)
-        return cls(name, Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard), onboard)
+        emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
+        return cls(name, emulator, onboard, telemetry=Telemetry(emulator) if hashed else None)
 
     @property
     def under_way(self) -> bool:
@@ -110,37 +100,55 @@ class TeamMember:
         """
         self.conclude()
         self.emulator.load(task.plan.trajectory, task.share, taking=taking)
+        if self.telemetry is not None:
+            self.telemetry.loaded(task.plan.trajectory, task.share)
         self.task, self.until_m, self.furthest_m = task, math.inf, 0.0
+
+    def order(self, command: Callable[[], None]) -> None:
+        """Carry out a command of its emulator; what that changes is told."""
+        command()
+        if self.telemetry is not None:
+            self.telemetry.news()
 
     def conclude(self) -> None:
         """Put what was done aside."""
         if self.task is None:
             return
         self.works.append(Work(self.emulator.ledger, self.emulator.track))
-        telemetry = Telemetry(self.emulator)
-        reason = self.onboard.status.reason
-        self.outcomes.append(Outcome(*telemetry.reports(), reason, 0.0, None, telemetry.strokes()))
+        telemetry = self.telemetry or Telemetry(self.emulator)
+        reports, reason = telemetry.final or telemetry.reports(), self.onboard.status.reason
+        self.outcomes.append(Outcome(*reports, reason, 0.0, None, telemetry.strokes()))
         self.task = None
 
     def stop_between_swaths(self) -> None:
         """Stop at the next place where nothing is painted; paused, it is given up where it stands."""
         if self.onboard.state == TraversalStatus.PAUSED:
-            self.emulator.abort("others take over")
+            self.give_up("others take over")
         elif self.task is not None and self.under_way:
-            ahead = self.task.path.holds_m[self.task.path.holds_m >= self.furthest_m + BRAKES_M]
-            self.until_m = float(ahead[0]) if len(ahead) and not self.onboard.held else self.furthest_m
+            self.until_m = self.furthest_m if self.onboard.held else self.task.next_hold_m(self.furthest_m)
+
+    def give_up(self, why: str) -> None:
+        """End what is under way, where it is."""
+        self.order(partial(self.emulator.abort, why))
 
     def run_slice(self) -> Floats:
         """Let a slice pass; (SLICE_TICKS, 3) its true poses. A robot that is done stands where it is."""
-        emulator, rows = self.emulator, self._rows
+        emulator, telemetry, rows = self.emulator, self.telemetry, self._rows
         poses: Floats = np.empty((SLICE_TICKS, 3))
         done = 0
         while done < SLICE_TICKS and emulator.active:
-            count = self._runner.step(SLICE_TICKS - done, rows)
+            most = SLICE_TICKS - done
+            if telemetry is not None:
+                rows, most = telemetry.rows, telemetry.until_due(most)
+            count = self._runner.step(most, rows)
             poses[done : done + count] = rows[:count, tick_log.TRUTH : tick_log.TRUTH + 3]
             if rows[count - 1, tick_log.TICK] != emulator.tick_count:
                 poses[done + count - 1] = emulator.world.pose
+            if telemetry is not None:
+                telemetry.hold(count)
             done += count
+        if telemetry is not None:
+            telemetry.only_hashed()
         poses[done:] = emulator.world.pose
         if self.under_way:
             self.furthest_m = max(self.furthest_m, self.onboard.status.arc_length_m)

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 from touchline.services.runs.reports import paint_figures, plan_figures, traversal_figures
 from touchline.services.runs.sharing.joint_paint import JointPaint
+from touchline.services.runs.sharing.rest import length_m
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_simulation import TeamOutcome
+from touchline.services.runs.team.team_figures import hash_of
 
 if TYPE_CHECKING:
     from touchline.services.runs.sharing.shared_bus_run import SharedBusRun
@@ -35,8 +37,20 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
             "left_out_m": outcome.left_out_m,
         },
         "paint": paint,
+        "orders": [order.figures() for order in outcome.orders],
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
+        "hash": _hashes(outcome, names),
     }
+
+
+def _hashes(outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
+    """Of each robot's session, and of each that followed on it where others' work was taken over; and of all."""
+    found = {
+        f"{name} ({number})" if number > 1 else name: done.report.session_hash
+        for name, own in zip(names, outcome.robots, strict=True)
+        for number, done in enumerate(own, start=1)
+    }
+    return hash_of({name: digest for name, digest in found.items() if digest})
 
 
 def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[str, Any]:
@@ -61,34 +75,46 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
     }
 
 
-def bus_figures(job: SharedJob, run: "SharedBusRun", paint: JointPaint, names: Sequence[str]) -> dict[str, Any]:
+def bus_figures(job: SharedJob, run: "SharedBusRun", paint: JointPaint) -> dict[str, Any]:
     """What has come of a shared job over the bus.
 
     Args:
-        job: As it was planned.
+        job: As it was planned at first.
         run: That has carried it out.
         paint: Of all robots.
-        names: Of the robots.
     """
     judged = paint.figures()
-    undone = [name for name, report in zip(names, run.reports, strict=True) if not report.success]
-    reason = "" if judged["accepted"] else f"the paint is not accepted: {judged['verdict']}"
+    reports = [report for robot in run.robots for report in robot.reports]
+    lacks = (run.recording or {}).get("problem", "")
+    recorded = f"the recording is not complete: {lacks}" if lacks else ""
+    reason = recorded if judged["accepted"] else f"the paint is not accepted: {judged['verdict']}"
     return {
-        "success": not (undone or reason),
-        "reason": "; ".join(f"robot {name} was not done with its share" for name in undone) or reason,
+        "success": not reason,
+        "reason": reason,
         "plan": job.figures(),
         "traversal": {
-            "total_time_s": max(report.total_time_s for report in run.reports),
+            "total_time_s": max(report.header.stamp.sec + 1e-9 * report.header.stamp.nanosec for report in reports),
             "wall_time_s": run.wall_time_s,
+            "left_out_m": length_m(run.left_out),
         },
         "paint": judged,
+        "orders": run.orders,
+        "recording": run.recording,
         "robots": {
-            name: {
+            robot.name: {
                 "segments": [segment.id for segment in share.segments],
+                "out_of_service": robot.out,
                 "plan": plan_figures(made.report),
-                "traversal": traversal_figures(report, run.wall_time_s),
-                "paint": paint_figures(report),
+                "tasks": [
+                    {
+                        "segments": [segment.id for segment in report.segments],
+                        "done": report.success,
+                        "traversal": traversal_figures(report, run.wall_time_s),
+                        "paint": paint_figures(report),
+                    }
+                    for report in robot.reports
+                ],
             }
-            for name, share, made, report in zip(names, job.shares, job.plans, run.reports, strict=True)
+            for robot, share, made in zip(run.robots, job.shares, job.plans, strict=True)
         },
     }

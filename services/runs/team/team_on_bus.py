@@ -6,7 +6,6 @@ import math
 import time
 import uuid
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,9 +14,9 @@ from touchline.schemas import topics
 from touchline.schemas.team import TeamScenario
 from touchline.services.bus import Bus, Inbox
 from touchline.services.runs.bus_run import JobFailed, Watcher
-from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.team.recorded_team import read_team
 from touchline.services.runs.team.team_figures import hash_of
+from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
 _COORDINATOR_S: Final = 120.0
 _CALL_S: Final = 10.0
@@ -66,7 +65,8 @@ class TeamOnBus:
         self._wait_for(setup)
         inboxes = [bus.inbox([topics.REPORT, topics.EVENTS]) for bus in self.buses.values()]
         statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT], keep="latest")
-        self._start_recording(first)
+        if self.record is not None:
+            begin_team_recording(first, self.record, self.watcher)
         for bus in self.buses.values():
             self._set_speed(bus)
         self.watcher.stage("Team")
@@ -74,7 +74,8 @@ class TeamOnBus:
         self._begin(coordinator)
         self._follow(inboxes, statuses)
         wall_s = time.monotonic() - begun
-        return self._figures(wall_s, self._stop_recording(first), first)
+        recorded = end_team_recording(first, self.record, self.watcher) if self.record is not None else None
+        return self._figures(wall_s, recorded, first)
 
     def _wait_for(self, setup: Inbox) -> None:
         """Until the coordinator serves: then it tells what team it has."""
@@ -85,14 +86,6 @@ class TeamOnBus:
                 raise JobFailed(f"the coordinator is not ready after {_COORDINATOR_S:.0f} s")
             self.watcher.check()
             time.sleep(0.01)
-
-    def _start_recording(self, bus: Bus) -> None:
-        if self.record is None:
-            return
-        request = m.RecordRequest(request_id=_new_id(), path=str(self.record.absolute()))
-        response = bus.call(topics.RECORD, request, _CALL_S, self.watcher.check)
-        if not response.success:
-            raise JobFailed(response.message)
 
     def _set_speed(self, bus: Bus) -> None:
         request = m.SetSpeedRequest(request_id=_new_id(), factor=self.speed)
@@ -139,17 +132,6 @@ class TeamOnBus:
         status, done = self._status, self._status.updates * self.team.update_s / self.team.duration_s
         text = status.problem or f"{status.robots} robots, {status.arrived} arrived, {status.stuck} stuck"
         self.watcher.progress(min(done, 1.0), text)
-
-    def _stop_recording(self, bus: Bus) -> dict[str, Any] | None:
-        if self.record is None:
-            return None
-        self.watcher.stage("Finishing the recording")
-        report = end_recording(bus, partial(self.watcher.event, m.Event.WARN), self.watcher.check)
-        problem = lacking(report, self.record)
-        figures: dict[str, Any] = {"path": str(self.record), "complete": not problem}
-        if report is not None:
-            figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
-        return figures | ({"problem": problem} if problem else {})
 
     def _truth(self) -> dict[str, Any]:
         """What the recording tells of contacts."""

@@ -1,0 +1,276 @@
+"""One robot of a shared job on the bus: what it tells of itself, and what it is told."""
+
+import math
+import time
+import uuid
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.schemas.messages import (
+    AuthorizeRequest,
+    CommandRequest,
+    CommandResponse,
+    Event,
+    GetPaintRequest,
+    LoadRequest,
+    Odometry,
+    PaintMarks,
+    SetSpeedRequest,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.topics import Request, Response, Service
+from touchline.services.bus import Bus, CallError, ServedCall
+from touchline.services.onboard.interface import PaintBelief
+from touchline.services.robot_sim.emulator import RESTING_MPS
+from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.recorded_paint import joined
+from touchline.services.runs.sharing.remains import Standing
+from touchline.services.runs.sharing.rest import Errand
+
+_CALL_S: Final = 10.0
+_LOAD_S: Final = 30.0
+"""A load is refused for as long as the robot is coming to rest: a second of sim time."""
+_AT_M: Final = 0.1
+"""A robot that stands is held if it has come so near to where it may drive."""
+_UNDER_WAY: Final = (TraversalStatus.READY, TraversalStatus.RUNNING, TraversalStatus.PAUSED)
+_ABLE: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE)
+
+
+class SharedRobot:
+    """See the module.
+
+    Attributes:
+        bus: Its own.
+        status: What it told last of its errand.
+        report: Of its errand, once that is over.
+        finished: Whether it has come to the end of its errand.
+        furthest_m: That it has reported.
+        until_m: How far it was told that it may drive.
+        limit_m: No further than this, whatever the traffic rules say.
+        out: Why it is out of service; "" while it is not.
+        out_at: Since when, wall clock (monotonic).
+        lost: Whether its process is gone: one that comes back has no part in this job.
+        gone: Whether it was carried away since.
+        errand: What it is to do, as long as that is not put aside.
+        strokes, reports: Of errands that were put aside.
+    """
+
+    def __init__(self, bus: Bus, tell: Callable[[int, str], None]) -> None:
+        """Listen, from before it is given anything to do; `tell` is told its events."""
+        self.bus, self._tell = bus, tell
+        self._told = bus.inbox([topics.EVENTS, topics.REPORT, topics.PAINT])
+        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY], keep="latest")
+        self._presence = bus.presence()
+        self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
+        self._batches, self._since_s = list[PaintMarks](), -math.inf
+        self._place = Odometry()
+        self.status = TraversalStatus()
+        self.report: TraversalReport | None = None
+        self.furthest_m, self.until_m, self.limit_m = 0.0, -math.inf, math.inf
+        self.finished = self._called_off = False
+        self.out, self.out_at = "", 0.0
+        self.lost = self.gone = False
+        self.errand: Errand | None = None
+        self.strokes: list[PaintMarks] = []
+        self.reports: list[TraversalReport] = []
+
+    @property
+    def name(self) -> str:
+        """Its namespace."""
+        return self.bus.namespace
+
+    @property
+    def done(self) -> bool:
+        """Whether it has done what it was to do, and has said so."""
+        return self.finished and self.report is not None
+
+    @property
+    def progress_m(self) -> float:
+        """How far it has reported to be; infinite once it is done."""
+        return math.inf if self.finished else self.furthest_m
+
+    @property
+    def rests(self) -> bool:
+        """Whether it stands: held, paused, or with nothing to do."""
+        held = self.status.state != TraversalStatus.RUNNING or self.until_m - self.furthest_m < _AT_M
+        return held and abs(self.status.speed_mps) < RESTING_MPS
+
+    @property
+    def place(self) -> Standing:
+        """Where it believes to be, or did when it was last heard."""
+        pose = self._place.pose.pose
+        heading_rad = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return Standing(self.name, (pose.position.x, pose.position.y, heading_rad))
+
+    @property
+    def painted(self) -> PaintBelief:
+        """What it believes to have painted of its errand."""
+        status = self.status
+        return PaintBelief(status.painted_ids, status.painted_fraction.tolist(), status.coverage_pct)
+
+    @property
+    def time_s(self) -> float:
+        """Sim time of its status."""
+        return _seconds(self.status)
+
+    def listen(self) -> None:
+        """Take what it has said since; what is older than its errand is not about that."""
+        gone = any(each.node == topics.ROBOT_SIM and not each.alive for each in self._presence.poll())
+        if not self.lost:
+            self._hear()
+        if gone and not self.lost:
+            self.lost = True
+            self.fail("its process is gone")
+
+    def _hear(self) -> None:
+        for _, message in self._told.messages():
+            if isinstance(message, Event):
+                self._tell(message.severity, f"{self.name}: {message.text}")
+            elif isinstance(message, TraversalReport):
+                self.report = message if self.errand is not None else self.report
+            elif isinstance(message, PaintMarks) and _seconds(message) > self._since_s:
+                self._batches.append(message)
+        for _, message in self._latest.messages():
+            if isinstance(message, Odometry):
+                self._place = message
+            elif isinstance(message, TraversalStatus) and self._is_of_errand(message):
+                self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
+                self.furthest_m = max(self.furthest_m, message.arc_length_m)
+
+    def _is_of_errand(self, status: TraversalStatus) -> bool:
+        """Not what was told before it, nor what is told once it was cleared away."""
+        cleared = self.errand is not None and status.state == TraversalStatus.IDLE
+        return _seconds(status) > self._since_s and not cleared
+
+    def look(self) -> None:
+        """Note whether it has failed, or, on the bus all the time, was set going again."""
+        aborted = self.status.state == TraversalStatus.ABORTED and not self._called_off
+        stopped = self.errand is not None and (aborted or self.status.state == TraversalStatus.ESTOPPED)
+        if stopped and not self.out:
+            self.fail(self.status.reason or "it has stopped")
+        elif self.out and not self.lost and self.errand is not None and self.status.state in _ABLE:
+            self.out = ""
+
+    def call_off(self) -> None:
+        """Have it give up its errand where it stands, which is no failure."""
+        if self.status.state in _UNDER_WAY:
+            self._called_off = True
+            self.command(topics.ABORT)
+
+    def fail(self, why: str) -> None:
+        """It is out of service from now on."""
+        self.out, self.out_at = why, time.monotonic()
+
+    def orders(self) -> list[tuple[str, ServedCall[CommandRequest, CommandResponse]]]:
+        """What operators have ordered concerning it, "take-over" or "remove"; each is to be answered."""
+        found = list[tuple[str, ServedCall[CommandRequest, CommandResponse]]]()
+        for kind, server in (("take-over", self._take_over), ("remove", self._remove)):
+            while (call := server.poll()) is not None:
+                found.append((kind, call))
+        return found
+
+    def ask(self, service: Service[Request, Response], request: Request, timeout_s: float = _CALL_S) -> Response | None:
+        """Ask it something; None if its process is gone by then.
+
+        Raises:
+            JobFailed: It refuses.
+            CallError: It does not answer.
+        """
+        if self.lost:
+            return None
+        try:
+            response = self.bus.call(service, request, timeout_s, self._check)
+        except CallError:
+            if self._has_left():
+                return None
+            raise
+        if not getattr(response, "success", True):
+            raise JobFailed(f"robot {self.name} refuses {service.name}: {getattr(response, 'message', '')}")
+        return response
+
+    def _has_left(self) -> bool:
+        self.listen()
+        return self.lost
+
+    def _check(self) -> None:
+        if self._has_left():
+            raise _Lost
+
+    def command(self, service: Service[CommandRequest, CommandResponse]) -> None:
+        """As `ask`, of a command without arguments."""
+        self.ask(service, CommandRequest(request_id=fresh_id()))
+
+    def set_speed(self, factor: float) -> None:
+        """Sim seconds per wall second; 0 holds its clock."""
+        self.ask(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=factor))
+
+    def authorize(self, until_m: float) -> None:
+        """Let it drive so far, if it was not told so before."""
+        if until_m != self.until_m:
+            self.ask(topics.AUTHORIZE, AuthorizeRequest(request_id=fresh_id(), until_m=until_m))
+            self.until_m = until_m
+
+    def keep_out(self) -> None:
+        """Let it drive no further on its errand, should it be set going again: others do the rest of that."""
+        with suppress(JobFailed):  # it may have been given up already
+            self.authorize(0.0)
+
+    def take(self, errand: Errand, *, here: bool) -> None:
+        """Load something to do; what was told until now is about something else.
+
+        Args:
+            errand: It.
+            here: Whether it begins where it stands; else it is carried there.
+
+        Raises:
+            JobFailed: It refuses for longer than it takes to come to rest.
+        """
+        if here:
+            self._since_s = self.time_s
+        self._batches, self.report, self._called_off = [], None, False
+        self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
+        self.until_m, self.limit_m = -math.inf, math.inf
+        trajectory, text = errand.plan.trajectory, errand.share.to_json()
+        deadline = time.monotonic() + _LOAD_S
+        while True:
+            load = LoadRequest(request_id=fresh_id(), trajectory=trajectory, template_json=text, here=here)
+            try:
+                self.ask(topics.LOAD, load, _LOAD_S)
+            except JobFailed:
+                if not here or time.monotonic() > deadline:
+                    raise
+                time.sleep(0.05)
+            else:
+                break
+        self.errand = errand
+
+    def conclude(self) -> None:
+        """Put its errand aside, and what was painted on it.
+
+        A process that is gone cannot be asked what it has painted: then it is what was heard.
+        """
+        if self.errand is None:
+            return
+        told = self.ask(topics.GET_PAINT, GetPaintRequest(), 30.0)
+        self.strokes += joined(self._batches) if told is None else told.strokes
+        if self.report is not None:
+            self.reports.append(self.report)
+        self.errand = None
+
+
+class _Lost(CallError):
+    """The process that was asked is gone."""
+
+
+def fresh_id() -> str:
+    """Of a request."""
+    return uuid.uuid4().hex
+
+
+def _seconds(message: TraversalStatus | PaintMarks) -> float:
+    """Sim time at which it was sent."""
+    stamp = message.header.stamp
+    return stamp.sec + 1e-9 * stamp.nanosec
