@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +12,7 @@ import typer
 from rich import box
 from rich.table import Table
 
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.plain_text import plain
 from touchline.services.cli.display import output, progress_bar, say
 from touchline.services.cli.groups import with_groups
@@ -28,6 +28,28 @@ def register(app: typer.Typer) -> None:
     app.command("check")(with_groups(check))
 
 
+@dataclass(frozen=True)
+class AloneChoice:
+    """Which part alone is run on what was recorded."""
+
+    planner_only: Annotated[bool, typer.Option("--planner-only", help="Make the plans again, and no more.")] = False
+    estimator_only: Annotated[
+        bool, typer.Option("--estimator-only", help="Run the estimator alone, on the recorded sensors and commands.")
+    ] = False
+    follower_only: Annotated[
+        bool, typer.Option("--follower-only", help="Compare what the computer decides on the recorded sensors alone.")
+    ] = False
+
+    @property
+    def part(self) -> str:
+        """Its name; "" for the whole robot."""
+        asked = {"plan": self.planner_only, "estimator": self.estimator_only, "follower": self.follower_only}
+        parts = [name for name, wanted in asked.items() if wanted]
+        if len(parts) > 1:
+            raise SpecError("command line", "--…-only", "is given more than once", "give one of them")
+        return "".join(parts)
+
+
 def check(
     places: Annotated[
         list[str],
@@ -37,6 +59,7 @@ def check(
     update: Annotated[
         bool, typer.Option("--update", help="Write those that differ anew, as today's code does them; exit code 0.")
     ] = False,
+    alone: AloneChoice,
     processes: WorkersChoice,
     as_json: JsonOption = False,
 ) -> None:
@@ -54,7 +77,7 @@ def check(
     with progress_bar("Check") as advance:
         if len(files) > 1:
             warm_up(say)  # so that not every process compiles
-        done: Generator[list[SessionVerdict], None, None] = processes.done(check_file, None, files)
+        done: Generator[list[SessionVerdict], None, None] = processes.done(check_file, alone.part, files)
         advance(0.0, f"0 of {len(files)}")
         try:
             with closing(done):

@@ -148,3 +148,35 @@ def test_a_change_is_found_and_its_part_named(monkeypatch, recording, name):
     (found,) = check_recording(recording, exact=True)
     assert not found.passed
     assert found.part == part, str(found.first)
+
+
+@pytest.mark.parametrize("part", ["plan", "estimator", "follower"])
+def test_a_part_alone_does_the_same_on_what_was_recorded(recording, part):
+    (found,) = check_recording(recording, exact=True, only=part)
+    assert found.passed, str(found.first)
+    assert found.planned == (part == "plan")
+    pairs = sum(each.pairs for each in found.diff.topics.values())
+    assert pairs >= {"plan": 0, "estimator": 1000, "follower": 1700}[part]
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [
+        ("a plan with another σ_max", "plan"),
+        ("another gain of the filter", "estimator"),
+        ("another follower", "follower"),
+        ("half of the side slip", "follower"),
+    ],
+)
+def test_a_part_alone_shows_its_own_changes(monkeypatch, recording, name, part):
+    MUTATIONS[name][0](monkeypatch)
+    (found,) = check_recording(recording, exact=True, only=part)
+    assert found.part == part
+    assert not found.passed
+
+
+@pytest.mark.parametrize("name", ["a heavier body", "a late fix", "whiter fixes", "another follower"])
+def test_the_estimator_alone_does_not_see_what_others_do(monkeypatch, recording, name):
+    MUTATIONS[name][0](monkeypatch)
+    (found,) = check_recording(recording, exact=True, only="estimator")
+    assert found.passed, str(found.first)

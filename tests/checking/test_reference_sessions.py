@@ -71,7 +71,7 @@ def test_a_difference_is_told_by_the_assertion(pytester, tmp_path):
         emulator.World = lighter
         """
     )
-    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
     result.assert_outcomes(failed=1, errors=1)
     result.stdout.fnmatch_lines(["*square.mcap (tt2): differs first in the world: at * s *recorded *, today *"])
     result.stdout.fnmatch_lines(["*nowhere.mcap is neither in the test's folder nor in*"])
@@ -90,10 +90,10 @@ def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
             vehicle.model_copy(update={"body": vehicle.body.model_copy(update={"mass_empty_kg": 50.0})}), scenario
         ),
     )
-    (before,) = check_file(None, path)
+    (before,) = check_file("", path)
     assert not before.passed
     assert before.part == "world"
     update_recording(path)
-    (after,) = check_file(None, path)
+    (after,) = check_file("", path)
     assert after.passed
     assert [each.name for each in tmp_path.iterdir()] == ["square.mcap"]

@@ -107,18 +107,18 @@ def recordings_in(places: Sequence[str]) -> list[Path]:
     return list(found)
 
 
-def check_file(_shared: None, path: Path, progress: Progress = lambda done: None) -> list[SessionVerdict]:
+def check_file(only: str, path: Path, progress: Progress = lambda done: None) -> list[SessionVerdict]:
     """Check a recording; what cannot be read is a verdict, too.
 
     Args:
-        _shared: Nothing: files have nothing in common.
+        only: The part of a robot to be run alone on what was recorded; "" for all.
         path: Of the recording.
         progress: Told the fraction done.
     """
     begun = time.perf_counter()
     try:
         others = _other_platform(path)
-        found = check_recording(path, exact=not others, progress=progress)
+        found = check_recording(path, exact=not others, only=only, progress=progress)
     except (TouchlineError, OSError) as error:
         return [SessionVerdict(str(path), "", False, str(error), wall_time_s=time.perf_counter() - begun)]
     return [_verdict(path, one, others, time.perf_counter() - begun) for one in found]

@@ -17,13 +17,25 @@ from touchline.services.bridge.channels import namespace_at, robots_among, topic
 from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded, Summary
-from touchline.services.runs.checking.divergence import FOLLOWER, PARTS, PLAN, Divergence, SessionDiff
+from touchline.services.runs.checking.divergence import (
+    ESTIMATOR,
+    FOLLOWER,
+    PART_OF,
+    PARTS,
+    PLAN,
+    Divergence,
+    SessionDiff,
+    TopicCheck,
+)
 from touchline.services.runs.checking.forced_computer import ForcedComputer
 from touchline.services.runs.checking.rebuild import Rebuild
 from touchline.services.runs.checking.record_again import record_again
+from touchline.services.runs.checking.recorded_sensors import RecordedSensors
 from touchline.services.runs.checking.recorded_session import TICK_NS, GivenJob, NotRebuilt, RecordedSession
 from touchline.services.runs.checking.replan import planned_again
 
+ALONE: Final = (PLAN, ESTIMATOR, FOLLOWER)
+"""Parts that can be run alone on what was recorded."""
 AFTER_TICKS: Final = 100
 """For so long after the first difference the cause of it is looked for."""
 
@@ -65,12 +77,15 @@ class SessionCheck:
         return not self.problem and self.first is None
 
 
-def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done: None) -> list[SessionCheck]:
+def check_recording(
+    path: Path, *, exact: bool, only: str = "", progress: Progress = lambda done: None
+) -> list[SessionCheck]:
     """Check the session of every robot of a recording.
 
     Args:
         path: The recording.
         exact: Whether every bit counts, else each topic's tolerance.
+        only: One of `ALONE`, to be run alone on what was recorded; "" for all of the robot.
         progress: Told the fraction done.
 
     Raises:
@@ -87,7 +102,8 @@ def check_recording(path: Path, *, exact: bool, progress: Progress = lambda done
             if reader.summary.problem:
                 one.notes.append(f"compared as far as the recording goes: {reader.summary.problem}")
             one.diff.told = {topic.name for each in reader.summary.topics if (topic := topic_at(each)) is not None}
-            _check(one, path, exact, partial(_tell, progress, number, len(robots)))
+            check = partial(_check_alone, only=only) if only else _check
+            check(one, path, exact, partial(_tell, progress, number, len(robots)))
         except NotRebuilt as error:
             one.problem = str(error)
         found.append(one)
@@ -139,19 +155,65 @@ def _check(one: SessionCheck, path: Path, exact: bool, progress: Progress) -> No
     session = RecordedSession.of(_messages(path, one.robot))
     one.sim_time_s = session.last_tick / 100.0
     one.diff = SessionDiff(one.diff.told, exact, session.from_ns, session.orders[0].tick * TICK_NS, bool(one.notes))
+    _plan_again(one, session)
+    rebuild = Rebuild(session)
+    _run(one.diff, rebuild, _messages(path, one.robot), session.last_tick, progress)
+    one.notes += rebuild.refused
+    if one.plan is None and (first := one.diff.first) is not None:
+        one.part = _part(session, first, path, one)
+
+
+def _plan_again(one: SessionCheck, session: RecordedSession) -> None:
+    """Compare today's plans with those that were driven."""
     for job in session.jobs:
         if job.cause is not None:
             one.planned += 1
             one.plan = one.plan or _of_plan(job, session)
-    rebuild = Rebuild(session)
-    _run(one.diff, rebuild, _messages(path, one.robot), session.last_tick, progress)
-    one.notes += rebuild.refused
     if len(session.jobs) > one.planned:
         one.notes.append(f"{len(session.jobs) - one.planned} plans were not made again: what they came from is unknown")
     if one.plan is not None:
         one.part = PLAN
-    elif (first := one.diff.first) is not None:
-        one.part = _part(session, first, path, one)
+
+
+def _check_alone(one: SessionCheck, path: Path, exact: bool, progress: Progress, *, only: str) -> None:
+    """As `_check`, of one part alone: it gets what was recorded, whatever the others would do today.
+
+    Raises:
+        NotRebuilt: What it gets was not recorded.
+    """
+    session = RecordedSession.of(_messages(path, one.robot))
+    one.sim_time_s = session.last_tick / 100.0
+    if only == PLAN:
+        _plan_again(one, session)
+        return
+    told = {name for name, part in PART_OF.items() if part == ESTIMATOR} if only == ESTIMATOR else frozenset[str]()
+    one.diff = SessionDiff(told, exact, session.from_ns, session.orders[0].tick * TICK_NS, bool(one.notes))
+    computer = ForcedComputer(session.setup, session.commands)
+    sensors = RecordedSensors(session.setup, _messages(path, one.robot))
+    _run(one.diff, Rebuild(session, computer, sensors), _messages(path, one.robot), session.last_tick, progress)
+    if only == FOLLOWER:
+        one.diff.topics[topics.ACTUATOR_COMMAND.name] = _decisions(computer, session, exact)
+    if one.diff.first is not None:
+        one.part = only
+
+
+def _decisions(computer: ForcedComputer, session: RecordedSession, exact: bool) -> TopicCheck:
+    """What the computer decided in each tick, beside what it did then."""
+    found, tolerance = TopicCheck(), 0.0 if exact else topics.ACTUATOR_COMMAND.tolerance
+    for tick, own in sorted(computer.decided.items()):
+        then = session.commands[tick] if tick < len(session.commands) else np.full(len(own), np.nan)
+        if np.isnan(then).any():
+            continue
+        found.pairs += 1
+        off = np.abs(then - np.array(own))
+        if not off.max() <= tolerance:
+            k = int(off.argmax())
+            found.different += 1
+            found.largest = max(found.largest, float(off[k]))
+            found.largest_field = f"values[{k}]"
+            where = tick / 100.0, topics.ACTUATOR_COMMAND.name, f"values[{k}]"
+            found.first = found.first or Divergence(*where, repr(float(then[k])), repr(own[k]))
+    return found
 
 
 def _run(diff: SessionDiff, rebuild: Rebuild, recorded: Iterator[Recorded], last_tick: int, progress: Progress) -> None:

@@ -72,4 +72,4 @@ def touchline_session(request: pytest.FixtureRequest) -> CheckedSession:
         raise pytest.UsageError(f"{named} is neither in the test's folder nor in {request.config.rootpath}")
     from touchline.services.runs.checking.check_files import check_file
 
-    return CheckedSession(tuple(check_file(None, found)))
+    return CheckedSession(tuple(check_file("", found)))

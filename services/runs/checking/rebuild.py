@@ -11,6 +11,7 @@ from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
 
@@ -26,15 +27,20 @@ class Rebuild:
     Args:
         session: What is to be done again.
         onboard: The robot's computer; Touchline's own if it is None.
+        sensors: What it senses with; the emulated ones if it is None.
 
     Attributes:
         refused: Orders that the robot of today does not obey, with its reasons.
     """
 
-    def __init__(self, session: RecordedSession, onboard: OnboardComputer | None = None) -> None:
+    def __init__(
+        self, session: RecordedSession, onboard: OnboardComputer | None = None, sensors: Sensors | None = None
+    ) -> None:
         setup = session.setup
         self._session = session
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
+        if sensors is not None:
+            self._emulator.sensors = sensors
         self._telemetry = Telemetry(self._emulator)
         self._runner = FastRunner(self._emulator) if onboard is None else None
         self._jobs = iter(session.jobs)
