@@ -133,9 +133,8 @@ def test_cells_that_are_kept_to_lie_apart_whatever_is_lost(seed: int) -> None:
 class NewestOnly(Hub):
     """Goes on to the newest plane of two robots without caring which cell the other may still be using."""
 
-    def _planes_of(self, name, new):
-        found = super()._planes_of(name, new)
-        return {other: [max(planes, key=lambda plane: plane.number)] for other, planes in found.items()}
+    def _planes_of(self, name, other, new):
+        return [max(super()._planes_of(name, other, new), key=lambda plane: plane.number)]
 
 
 def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.MonkeyPatch) -> None:

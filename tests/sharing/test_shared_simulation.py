@@ -13,7 +13,7 @@ from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.runs.sharing.shared_job import APART_M, share_job
 from touchline.services.runs.sharing.shared_simulation import simulate_shared
 from touchline.services.runs.sharing.team_order import TeamOrder
-from touchline.services.runs.simulation import Products, carry_out
+from touchline.services.runs.simulation import GivenDrive, Products, carry_out
 
 GRID = {
     **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},
@@ -99,5 +99,5 @@ def test_robots_that_never_meet_have_the_hashes_that_each_would_have_alone():
     both = simulate_shared(far, setups, hashed=True)
     for (own,), setup, plan_, share in zip(both.robots, setups, far.plans, far.shares, strict=True):
         emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
-        alone = carry_out(emulator, plan_.trajectory, share, Taking.CARRIED, Products(hashed=True))
+        alone = carry_out(emulator, GivenDrive(plan_.trajectory, share, Taking.CARRIED), Products(hashed=True))
         assert own.report.session_hash == alone.report.session_hash != ""
