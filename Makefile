@@ -31,6 +31,7 @@ planner-kernels: $(STAMP)
 
 robot-kernels: $(STAMP)
 	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
+	$(BIN)/touchline fleet simulate --robots 1 --duration 1 > /dev/null
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

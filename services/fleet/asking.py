@@ -14,7 +14,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.topics import Service
 from touchline.services.bus import Answer, Bus
 
-GUIDED_S: Final = 60.0
+GUIDED_S: Final = 110.0
 """Wall time: a robot that has never been guided compiles what it needs for that."""
 _LOOK_S: Final = 0.001
 _SILENT: Final = "does not answer"

@@ -121,7 +121,7 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
             look = truths(bus, "a", "b", "c", "late")
             refused = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="0", task_json='{"kind": "dance"}'))
             assert not refused.success
-            done = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="1", task_json=json.dumps(CORNERS)), 60.0)
+            done = bus.call(topics.TEAM_TASK, TeamTaskRequest(request_id="1", task_json=json.dumps(CORNERS)), 120.0)
             assert done.success, done.message
             assert eventually(lambda: status.now.arrived == 3), status.now
             assert eventually(lambda: status.report.finished), status.report
