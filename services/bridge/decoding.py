@@ -31,9 +31,17 @@ def fields_of(node: object) -> Mapping[str, object] | None:
     """The fields of a message in a tree by name; None for a value."""
     if isinstance(node, dict):
         return node
-    if is_dataclass(node):
-        return {field.name: getattr(node, field.name) for field in fields(node) if field.name != "__msgtype__"}
-    return None
+    kind: Any = type(node)
+    names = _field_names(kind)
+    return None if names is None else {name: getattr(node, name) for name in names}
+
+
+@cache
+def _field_names(kind: type[Any]) -> tuple[str, ...] | None:
+    """Of the fields of a decoded message; None if it is none."""
+    if not is_dataclass(kind):
+        return None
+    return tuple(field.name for field in fields(kind) if field.name != "__msgtype__")
 
 
 @cache
