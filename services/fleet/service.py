@@ -24,6 +24,8 @@ from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
+from touchline.services.fleet.body_contacts import body_radius_m
+from touchline.services.fleet.bumper_presser import BumperPresser
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
@@ -70,7 +72,8 @@ class TeamService:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been asked to join
-        self._lines = {name: RobotLine(each) for name, each in self._buses.items()}
+        self._lines = {name: RobotLine(each, lockstep=lockstep) for name, each in self._buses.items()}
+        self._presser = BumperPresser(self._buses, body_radius_m(team.vehicle))
         self._step = self._exchange.step_ticks if lockstep else SAYING_TICKS
         self._next_tick = self._step
         self._offsets: dict[str, int] = {}
@@ -136,8 +139,9 @@ class TeamService:
         for name, line in self._lines.items():
             if line.fresh and -1 < line.tick < tick and line.tick % self._step == 0:
                 self._catch_up(name, line)  # it was frozen, and its time is not that of the others any more
-        if any(line.tick < tick and not _given_up(line, now_s) for line in self._lines.values()):
+        if any(not line.has_told(tick) and not _given_up(line, now_s) for line in self._lines.values()):
             return False
+        self._presser.press(tick, self._lines)
         there = {name: line for name, line in self._lines.items() if line.tick >= tick and line.fresh}
         told = self._exchanged(tick, {name: line.said for name, line in there.items() if line.said is not None})
         for name, line in there.items():
@@ -298,7 +302,7 @@ class TeamService:
         self._invitations.joins(name)
         self._offsets.pop(name, None)
         if name not in self._lines:
-            self._lines[name] = RobotLine(self._buses[name])
+            self._lines[name] = RobotLine(self._buses[name], lockstep=self._lockstep)
         self._lines[name].said = None
 
     @property

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
+from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
@@ -47,6 +48,12 @@ class TeamRobot:
         self.emulator.begin_guided()
         if self.telemetry is not None:
             self.telemetry.begin([])
+
+    def touch(self) -> None:
+        """Have its bumper pressed from the next tick on, as over the bus."""
+        self.emulator.inject_fault(PRESSED)
+        if self.telemetry is not None:
+            self.telemetry.news()
 
     def end(self) -> None:
         """Brake, and be guided no more."""
