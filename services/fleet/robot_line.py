@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Final
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 from touchline.services.bus import Bus
+from touchline.services.fleet.answers import answers
 from touchline.services.fleet.told_contacts import tick_of
-
-_MAP: Final = "map"
-
-
-def header_at(tick: int) -> m.Header:
-    """Of a message of the coordinator's at a tick of sim time."""
-    return m.Header(stamp=m.Time(sec=tick // 100, nanosec=tick % 100 * 10_000_000), frame_id=_MAP)
 
 
 class RobotLine:
@@ -58,6 +50,5 @@ class RobotLine:
 
     def tell(self, told: Sequence[m.Guidance], tick: int) -> None:
         """Tell it something, at least that it is answered; `tick` is that of its whereabouts."""
-        head = header_at(tick)
-        for message in told or [m.Guidance(echo_s=NOTHING_HEARD_S)]:
-            self._guidance.send(message.model_copy(update={"header": head}))
+        for message in answers(told, tick):
+            self._guidance.send(message)

@@ -23,6 +23,7 @@ from touchline.schemas.spec import first_problem
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.services.fleet.answers import header_at
 from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
 from touchline.services.fleet.body_contacts import body_radius_m
 from touchline.services.fleet.bumper_presser import BumperPresser
@@ -31,10 +32,10 @@ from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.invitations import Invitations
 from touchline.services.fleet.removals import Removals
-from touchline.services.fleet.robot_line import RobotLine, header_at
+from touchline.services.fleet.robot_line import RobotLine
 from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.task_books import TaskBooks
-from touchline.services.fleet.team_status import team_status
+from touchline.services.fleet.team_status import team_news
 from touchline.services.fleet.warm_up_team import warm_up_team
 from touchline.services.system.shutdown import until_stopped
 
@@ -202,11 +203,12 @@ class TeamService:
 
     def _publish(self, tick: int) -> None:
         self._updates += 1
-        head = header_at(tick)
-        self._cells.send(m.TeamCells(header=head, cells=tuple(self._coordination.cells())))
-        status = team_status(self._coordination, self._area)
-        figures = {"header": head, "task": self._task, "updates": self._updates, "robots": len(self._lines)}
-        self._status.send(status.model_copy(update=figures | ({"problem": self._problem} if self._problem else {})))
+        known: dict[str, str | int] = {"task": self._task, "updates": self._updates, "robots": len(self._lines)}
+        if self._problem:
+            known |= {"problem": self._problem}
+        cells, status = team_news(self._coordination, self._area, tick, known)
+        self._cells.send(cells)
+        self._status.send(status)
 
     def _look_for_end(self, tick: int) -> None:
         """Account for the update, and report once the task has come to its end."""

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.messages import String
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
 from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
@@ -20,7 +24,7 @@ from touchline.services.fleet.lloyd import EVEN, deployment
 from touchline.services.fleet.starts import free_area, starts
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.services.robot_sim.emulator import SETTLE_TICKS
-from touchline.services.runs.team.cell_guide import CellGuide
+from touchline.services.runs.team.cell_guide import CellGuide, TeamListener
 from touchline.services.runs.team.path_guide import PathGuide
 from touchline.services.runs.team.team_guide import TeamGuide
 from touchline.services.runs.team.team_robot import TeamRobot
@@ -75,8 +79,13 @@ class TeamRun:
         ticks: So far.
     """
 
-    def __init__(self, team: TeamScenario, *, hashed: bool = False) -> None:
+    def __init__(self, team: TeamScenario, *, hashed: bool = False, listener: TeamListener | None = None) -> None:
         """Everybody at its start.
+
+        Args:
+            team: The scenario.
+            hashed: Whether the hashes of the sessions are to be worked out.
+            listener: Told all that would be told over the bus, if anybody listens.
 
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
@@ -86,7 +95,11 @@ class TeamRun:
         self.team, self.area, self.names = team, free_area(team), team.names
         self.starts: dict[str, Pose2] = starts(team, self.area)
         setups = {name: team.setup(name, self.starts[name]) for name in self.names}
-        self.robots = {name: TeamRobot(setup, hashed=hashed) for name, setup in setups.items()}
+        if listener is not None:
+            told = String(data=team.model_dump_json())
+            listener(topics.TEAM_NAMESPACE, [(topics.TEAM_SETUP, encode(told))])
+        heard = {name: partial(listener, name) if listener is not None else None for name in self.names}
+        self.robots = {name: TeamRobot(setup, hashed=hashed, listener=heard[name]) for name, setup in setups.items()}
         self.body_radius_m = body_radius_m(team.vehicle)
         if team.radius_m < self.body_radius_m:
             problem = f"is {team.radius_m:g} m, less than the body's {self.body_radius_m:.3f} m"
@@ -94,8 +107,11 @@ class TeamRun:
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = self._first_tick = 0
-        guided = CellGuide if team.avoid == "cells" else PathGuide
-        self.guide: TeamGuide = guided(team, self.area, self.robots)
+        self.guide: TeamGuide
+        if team.avoid == "cells":
+            self.guide = CellGuide(team, self.area, self.robots, listener)
+        else:
+            self.guide = PathGuide(team, self.area, self.robots)
 
     @property
     def task(self) -> TeamTask:
