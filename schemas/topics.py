@@ -110,6 +110,8 @@ EVENTS = Topic("events", m.Event)
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
+#: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
+TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
@@ -149,6 +151,7 @@ TOPICS: tuple[Topic, ...] = (
     EVENTS,
     ORDERS,
     WHEREABOUTS,
+    TRUE_WAY,
     GUIDANCE,
     PLAN,
     TEMPLATE,

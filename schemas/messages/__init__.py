@@ -72,6 +72,7 @@ from touchline.schemas.messages.team_messages import (
     TeamStatus,
     TeamTaskRequest,
     TeamTaskResponse,
+    TrueWay,
     Whereabouts,
 )
 from touchline.schemas.messages.touchline import (
@@ -202,6 +203,7 @@ __all__ = [
     "TraversalReport",
     "TraversalStatus",
     "TrueCoverage",
+    "TrueWay",
     "Twist",
     "TwistWithCovariance",
     "Vector3",
