@@ -122,6 +122,8 @@ TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", toleranc
 TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
 #: Of a task that has ended.
 TEAM_REPORT = Topic("fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False)
+#: Of a replay, which sends what its robots said as if they were there.
+REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latched=True, units="s", general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -157,6 +159,7 @@ TOPICS: tuple[Topic, ...] = (
     TEAM_CELLS,
     TEAM_STATUS,
     TEAM_REPORT,
+    REPLAY_STATUS,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,
@@ -217,6 +220,13 @@ TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COO
 #: Served by who shares a template among robots, for each of them; as little among ``SERVICES``.
 TAKE_OVER = Service("sharing/take_over", m.CommandRequest, m.CommandResponse, OPERATOR)
 REMOVE = Service("sharing/remove", m.CommandRequest, m.CommandResponse, OPERATOR)
+#: Served by a replay for each of its robots; whichever of them is told, all go by it. As little among ``SERVICES``.
+REPLAY_PAUSE = Service("replay/pause", m.CommandRequest, m.CommandResponse, REPLAY)
+REPLAY_RESUME = Service("replay/resume", m.CommandRequest, m.CommandResponse, REPLAY)
+REPLAY_SEEK = Service("replay/seek", m.ReplaySeekRequest, m.ReplaySeekResponse, REPLAY)
+REPLAY_STEP = Service("replay/step", m.ReplayStepRequest, m.ReplayStepResponse, REPLAY)
+REPLAY_SET_SPEED = Service("replay/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, REPLAY)
+REPLAY_SET_LOOPS = Service("replay/set_loops", m.ReplaySetLoopsRequest, m.ReplaySetLoopsResponse, REPLAY)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
