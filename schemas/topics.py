@@ -184,6 +184,8 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, 
 )
 #: Of these, some are there wherever there is a robot, or was until it died.
 SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
+#: For these a replay answers: the robot that it replays is not there.
+REPLAYED = (ROBOT_SIM, TELEMETRY)
 #: Largest plan, or template to plan, that is taken: 80,000 segments.
 MOST_PLAN_BYTES = 16 * 1024 * 1024
 
@@ -232,14 +234,8 @@ RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 
 
-def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
-    """The service by which any process tells how it is."""
-    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
-
-
-#: What Touchline itself serves.
-SERVICES: tuple[Service[Any, Any], ...] = (
-    PLAN_SERVICE,
+#: What a robot can be told to do. A replay refuses these.
+ROBOT_SERVICES: tuple[Service[Any, Any], ...] = (
     START_TRAVERSAL,
     LOAD,
     GOTO,
@@ -255,6 +251,18 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     AUTHORIZE,
     SET_SPEED,
     INJECT_FAULT,
+)
+
+
+def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
+    """The service by which any process tells how it is."""
+    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
+
+
+#: What Touchline itself serves.
+SERVICES: tuple[Service[Any, Any], ...] = (
+    PLAN_SERVICE,
+    *ROBOT_SERVICES,
     GET_PAINT,
     RECORD,
     RECORD_STOP,
