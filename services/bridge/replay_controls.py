@@ -34,14 +34,14 @@ class ReplayControls:
         self._servers: list[tuple[Server[Any, Any], _Handler]] = [
             (bus.serve(service), handler) for bus in buses for service, handler in _HANDLERS.items()
         ]
-        self._due: list[tuple[ServedCall[Any, Any], type[Message]]] = []
+        self._due: list[tuple[ServedCall[Any, Any], Any]] = []
         """Requests that are carried out, but of which not all has been sent."""
 
     def poll(self) -> None:
         """Take requests; each is answered once what it asks for has been sent."""
         if self._due and not self._player.jumping and not self._player.stepping:
-            for call, response in self._due:
-                call.reply(response(success=True, message=where(self._player)))  # type: ignore[call-arg]
+            for done, kind in self._due:
+                done.reply(kind(success=True, message=where(self._player)))
             self._due.clear()
         for server, handler in self._servers:
             while (call := server.poll()) is not None:

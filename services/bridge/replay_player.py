@@ -59,6 +59,7 @@ class ReplayPlayer:
         else:
             self._cues = self.source.from_start()
             self._next = next(self._cues, None)
+            self._rush_to_s = None if self.playing else self.now_s  # what holds from the beginning is to be seen
 
     @property
     def begin_s(self) -> float:

@@ -122,6 +122,7 @@ def run_replay(
             attend(player)
             controls.poll()
             session.turn(stop)
+        controls.poll()  # what ended it is answered, too
         _meet_the_bridge(buses)
         return session.report()
 
@@ -201,16 +202,16 @@ class _Replay:
         cue = player.take(now_s)
         if self._run.jumps != player.jumps:
             self._run = ReplayRun(self._run.key, player.jumps)
-            for voice in self._voices.values():
-                voice.begin_anew(self._run)
+            for each in self._voices.values():
+                each.begin_anew(self._run)
             self._recalling = player.jumping or cue is not None
         if cue is not None and (voice := self._voices.get(cue.namespace)) is not None:
             (voice.recall if self._recalling else voice.say)(cue)
             self._sent += 1
         if self._recalling and not player.jumping:
             self._recalling = False
-            for voice in self._voices.values():
-                voice.recall_paint()
+            for each in self._voices.values():
+                each.recall_paint()
         return cue is not None
 
     def _tell(self, now_s: float) -> None:

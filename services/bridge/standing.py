@@ -80,7 +80,7 @@ def counts(topic: topics.Topic) -> bool:
 
 def traversal_state(payload: bytes) -> int:
     """The state in a `traversal/status`, without decoding the rest."""
-    (length,) = _TEXT_LENGTH.unpack_from(payload, _FRAME_AT)
+    length: int = _TEXT_LENGTH.unpack_from(payload, _FRAME_AT)[0]
     return payload[_FRAME_AT + _TEXT_LENGTH.size + length]
 
 
