@@ -11,6 +11,15 @@ from touchline.schemas.messages.plan_messages import (
     PlanResponse,
     PoseGoal,
 )
+from touchline.schemas.messages.replay_messages import (
+    ReplaySeekRequest,
+    ReplaySeekResponse,
+    ReplaySetLoopsRequest,
+    ReplaySetLoopsResponse,
+    ReplayStatus,
+    ReplayStepRequest,
+    ReplayStepResponse,
+)
 from touchline.schemas.messages.service_messages import (
     AuthorizeRequest,
     AuthorizeResponse,
@@ -180,6 +189,13 @@ __all__ = [
     "RecordResponse",
     "RecordStopRequest",
     "RecordStopResponse",
+    "ReplaySeekRequest",
+    "ReplaySeekResponse",
+    "ReplaySetLoopsRequest",
+    "ReplaySetLoopsResponse",
+    "ReplayStatus",
+    "ReplayStepRequest",
+    "ReplayStepResponse",
     "RobotOrder",
     "Segment",
     "SegmentPaint",

@@ -14,7 +14,7 @@ from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, Trav
 from touchline.schemas.scenario import Origin
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.guards import LinkWatch
-from touchline.services.robot_sim.paint_history import PaintHistory
+from touchline.schemas.paint_history import PaintHistory
 
 
 def test_a_template_of_another_place_is_refused(bus, operator):
