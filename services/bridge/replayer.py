@@ -7,7 +7,7 @@ from pathlib import Path
 
 from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
-from touchline.services.bridge.channels import namespace_at, robots_among, schema_text, topic_at
+from touchline.services.bridge.channels import is_drawn, namespace_at, robots_among, schema_text, topic_at
 from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import RecordingKind
@@ -104,6 +104,8 @@ class Timeline:
         at_ns = 0
         for message in map(presented, self.reader.messages()):
             known = self._topic(message.topic, message.kind)
+            if known is None and is_drawn(message.topic, robots_among(self.reader.summary.topics)):
+                continue  # the bridge makes it anew for who looks at the replay
             if known is None or known[2].problem(message.payload):
                 self.skipped += 1
                 continue
