@@ -168,6 +168,31 @@ TOPICS: tuple[Topic, ...] = (
     SUPERVISOR_EVENTS,
 )
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
+
+#: What viewers (Foxglove, Lichtblick, RViz) draw. The bridge makes it of the topics above, for who looks at them live
+#: and in recordings; it is not on the bus, counts in no hash, and is neither replayed nor checked.
+TRANSFORMS = Topic("tf", m.TFMessage, 10, units="m")
+STATIC_TRANSFORMS = Topic("tf_static", m.TFMessage, latched=True, units="m")
+PLAN_PATH = Topic("plan/path", m.NavPath, latched=True, units="m")
+TEMPLATE_MARKERS = Topic("template/markers", m.MarkerArray, latched=True, units="m")
+BODY_MARKERS = Topic("body/markers", m.MarkerArray, latched=True, units="m")
+TRUE_TRANSFORMS = Topic("truth/tf", m.TFMessage, 10, units="m")
+TRUE_BODY_MARKERS = Topic("truth/body/markers", m.MarkerArray, latched=True, units="m")
+#: Of the paint, or what a covering tool has been over: all but the latest stretch, and that stretch.
+WORK_MARKERS = Topic("truth/work/markers", m.MarkerArray, latched=True, units="m")
+LATEST_WORK_MARKERS = Topic("truth/work/latest_markers", m.MarkerArray, 1, latched=True, units="m")
+VIEWING: tuple[Topic, ...] = (
+    TRANSFORMS,
+    STATIC_TRANSFORMS,
+    PLAN_PATH,
+    TEMPLATE_MARKERS,
+    BODY_MARKERS,
+    TRUE_TRANSFORMS,
+    TRUE_BODY_MARKERS,
+    WORK_MARKERS,
+    LATEST_WORK_MARKERS,
+)
+VIEWING_BY_NAME = {topic.name: topic for topic in VIEWING}
 #: Topics by names that they have in older recordings.
 FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)

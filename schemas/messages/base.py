@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
 
-_Float = TypeVar("_Float", np.float64, np.float32)
+_Number = TypeVar("_Number", np.float64, np.float32, np.uint8)
 
 UInt8 = Annotated[int, Field(ge=0, le=2**8 - 1)]
 Int8 = Annotated[int, Field(ge=-(2**7), le=2**7 - 1)]
@@ -16,7 +16,7 @@ UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
 UInt64 = Annotated[int, Field(ge=0, le=2**64 - 1)]
 
 
-def _checked(array: npt.NDArray[_Float]) -> npt.NDArray[_Float]:
+def _checked(array: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
     """One-dimensional and read-only: a message never changes after it is made."""
     if array.ndim != 1:
         raise ValueError(f"needs one dimension, has {array.ndim}")
@@ -32,12 +32,21 @@ def _float32_array(value: object) -> npt.NDArray[np.float32]:
     return _checked(np.array(value, dtype=np.float32))
 
 
+def _uint8_array(value: object) -> npt.NDArray[np.uint8]:
+    return _checked(np.array(value, dtype=np.uint8))
+
+
 def _list(array: npt.NDArray[Any]) -> list[float]:
     return [float(value) for value in array]
 
 
+def _int_list(array: npt.NDArray[np.uint8]) -> list[int]:
+    return [int(value) for value in array]
+
+
 Float64Array = Annotated[npt.NDArray[np.float64], BeforeValidator(_float_array), PlainSerializer(_list)]
 Float32Array = Annotated[npt.NDArray[np.float32], BeforeValidator(_float32_array), PlainSerializer(_list)]
+UInt8Array = Annotated[npt.NDArray[np.uint8], BeforeValidator(_uint8_array), PlainSerializer(_int_list)]
 
 
 def zeros(length: int) -> npt.NDArray[np.float64]:

@@ -15,7 +15,7 @@ from touchline.schemas.cdr import decode as decode_payload
 from touchline.schemas.cdr import full_definition, typestore
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
-from touchline.schemas.topics import TOPICS
+from touchline.schemas.topics import TOPICS, VIEWING
 from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 
 M = TypeVar("M", bound=Message)
@@ -115,7 +115,7 @@ def full_name(name: str) -> str:
 @cache
 def _ours() -> dict[str, str]:
     """The definitions of our topics' types, which need not be parsed."""
-    return {topic.type.ros_type: full_definition(topic.type) for topic in TOPICS}
+    return {topic.type.ros_type: full_definition(topic.type) for topic in (*TOPICS, *VIEWING)}
 
 
 def _store(kind: RecordingKind) -> Typestore | None:

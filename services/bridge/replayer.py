@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
-from touchline.services.bridge.channels import robots_among
+from touchline.services.bridge.channels import is_drawn, robots_among
 from touchline.services.bridge.due_times import DueTimes, due_times_ns
 from touchline.services.bridge.former_types import present_kind, presented
 from touchline.services.bridge.message_index import MessageIndex
@@ -72,6 +72,8 @@ class Timeline:
         times = DueTimes()
         for message in map(presented, self.reader.messages()):
             known = self._topics.find(message.topic, message.kind)
+            if known is None and is_drawn(message.topic, robots_among(self.reader.summary.topics)):
+                continue  # the bridge makes it anew for who looks at the replay
             if known is None or known.form.problem(message.payload):
                 self.skipped += 1
                 continue
