@@ -6,7 +6,9 @@ import platform
 import sys
 from pathlib import Path
 
-LONG = frozenset(("coverage", "goals", "random_fields", "stops", "visits", "kills", "soak"))
+LONG = frozenset(
+    ("coverage", "goals", "random_fields", "stops", "visits", "kills", "recording_kills", "recording_rate", "soak")
+)
 """Minutes to hours: run only when named."""
 
 

@@ -110,6 +110,8 @@ EVENTS = Topic("events", m.Event)
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
+#: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
+TRUE_WAY = Topic("truth/way", m.TrueWay, recorded=False, units="m", general=False)
 #: From the coordinator to a robot.
 GUIDANCE = Topic("traversal/guidance", m.Guidance, units="m, s", tolerance=1e-6, general=False)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
@@ -122,6 +124,8 @@ TEAM_CELLS = Topic("fleet/cells", m.TeamCells, latched=True, units="m", toleranc
 TEAM_STATUS = Topic("fleet/status", m.TeamStatus, latched=True, units="m", tolerance=1e-6, general=False)
 #: Of a task that has ended.
 TEAM_REPORT = Topic("fleet/report", m.TeamReport, latched=True, units="m, s", tolerance=1e-6, general=False)
+#: Of a replay, which sends what its robots said as if they were there.
+REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latched=True, units="s", general=False)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -149,6 +153,7 @@ TOPICS: tuple[Topic, ...] = (
     EVENTS,
     ORDERS,
     WHEREABOUTS,
+    TRUE_WAY,
     GUIDANCE,
     PLAN,
     TEMPLATE,
@@ -157,11 +162,37 @@ TOPICS: tuple[Topic, ...] = (
     TEAM_CELLS,
     TEAM_STATUS,
     TEAM_REPORT,
+    REPLAY_STATUS,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,
 )
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
+
+#: What viewers (Foxglove, Lichtblick, RViz) draw. The bridge makes it of the topics above, for who looks at them live
+#: and in recordings; it is not on the bus, counts in no hash, and is neither replayed nor checked.
+TRANSFORMS = Topic("tf", m.TFMessage, 10, units="m")
+STATIC_TRANSFORMS = Topic("tf_static", m.TFMessage, latched=True, units="m")
+PLAN_PATH = Topic("plan/path", m.NavPath, latched=True, units="m")
+TEMPLATE_MARKERS = Topic("template/markers", m.MarkerArray, latched=True, units="m")
+BODY_MARKERS = Topic("body/markers", m.MarkerArray, latched=True, units="m")
+TRUE_TRANSFORMS = Topic("truth/tf", m.TFMessage, 10, units="m")
+TRUE_BODY_MARKERS = Topic("truth/body/markers", m.MarkerArray, latched=True, units="m")
+#: Of the paint, or what a covering tool has been over: all but the latest stretch, and that stretch.
+WORK_MARKERS = Topic("truth/work/markers", m.MarkerArray, latched=True, units="m")
+LATEST_WORK_MARKERS = Topic("truth/work/latest_markers", m.MarkerArray, 1, latched=True, units="m")
+VIEWING: tuple[Topic, ...] = (
+    TRANSFORMS,
+    STATIC_TRANSFORMS,
+    PLAN_PATH,
+    TEMPLATE_MARKERS,
+    BODY_MARKERS,
+    TRUE_TRANSFORMS,
+    TRUE_BODY_MARKERS,
+    WORK_MARKERS,
+    LATEST_WORK_MARKERS,
+)
+VIEWING_BY_NAME = {topic.name: topic for topic in VIEWING}
 #: Topics by names that they have in older recordings.
 FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
@@ -181,6 +212,8 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, 
 )
 #: Of these, some are there wherever there is a robot, or was until it died.
 SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
+#: For these a replay answers: the robot that it replays is not there.
+REPLAYED = (ROBOT_SIM, TELEMETRY)
 #: Largest plan, or template to plan, that is taken: 80,000 segments.
 MOST_PLAN_BYTES = 16 * 1024 * 1024
 
@@ -231,19 +264,20 @@ TEAM_ADMIT = Service("fleet/admit", m.TeamRobotRequest, m.TeamRobotResponse, COO
 #: Served by who shares a template among robots, for each of them; as little among ``SERVICES``.
 TAKE_OVER = Service("sharing/take_over", m.CommandRequest, m.CommandResponse, OPERATOR)
 REMOVE = Service("sharing/remove", m.CommandRequest, m.CommandResponse, OPERATOR)
+#: Served by a replay for each of its robots; whichever of them is told, all go by it. As little among ``SERVICES``.
+REPLAY_PAUSE = Service("replay/pause", m.CommandRequest, m.CommandResponse, REPLAY)
+REPLAY_RESUME = Service("replay/resume", m.CommandRequest, m.CommandResponse, REPLAY)
+REPLAY_SEEK = Service("replay/seek", m.ReplaySeekRequest, m.ReplaySeekResponse, REPLAY)
+REPLAY_STEP = Service("replay/step", m.ReplayStepRequest, m.ReplayStepResponse, REPLAY)
+REPLAY_SET_SPEED = Service("replay/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, REPLAY)
+REPLAY_SET_LOOPS = Service("replay/set_loops", m.ReplaySetLoopsRequest, m.ReplaySetLoopsResponse, REPLAY)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 
 
-def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
-    """The service by which any process tells how it is."""
-    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
-
-
-#: What Touchline itself serves.
-SERVICES: tuple[Service[Any, Any], ...] = (
-    PLAN_SERVICE,
+#: What a robot can be told to do. A replay refuses these.
+ROBOT_SERVICES: tuple[Service[Any, Any], ...] = (
     START_TRAVERSAL,
     LOAD,
     GOTO,
@@ -259,6 +293,18 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     AUTHORIZE,
     SET_SPEED,
     INJECT_FAULT,
+)
+
+
+def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
+    """The service by which any process tells how it is."""
+    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
+
+
+#: What Touchline itself serves.
+SERVICES: tuple[Service[Any, Any], ...] = (
+    PLAN_SERVICE,
+    *ROBOT_SERVICES,
     GET_PAINT,
     RECORD,
     RECORD_STOP,

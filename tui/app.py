@@ -113,6 +113,11 @@ class ConsoleApp(App[None]):
         Binding("escape", "aim('leave')", "Aim no longer", show=False),
         Binding("less_than_sign", "turn(1)", "Turn the goal left", show=False),
         Binding("greater_than_sign", "turn(-1)", "Turn the goal right", show=False),
+        Binding("less_than_sign", "seek(-10)", "Replay: 10 s back", show=False),
+        Binding("greater_than_sign", "seek(10)", "Replay: 10 s on", show=False),
+        Binding("left_curly_bracket", "seek(-60)", "Replay: a minute back", show=False),
+        Binding("right_curly_bracket", "seek(60)", "Replay: a minute on", show=False),
+        Binding("n", "step", "Replay: a step", show=False),
         Binding("r", "command('reset')", "Reset"),
         Binding("u", "command('refill')", "Tank filled up"),
         Binding("b", "command('battery')", "Battery replaced"),
@@ -200,12 +205,16 @@ class ConsoleApp(App[None]):
         for desk in self._desks.values():
             state = desk.state
             state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
+            run = state.replay.run
             for event in desk.link.poll():
                 state.apply(event, state.now_s)
+            if state.replay.run != run:
+                desk.paint_due_s = now
             desk.operator.heed_status()
             desk.operator.goals.refresh()
             if state.closely and state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
                 desk.paint_due_s = now + PAINT_RETRY_S
+                state.paint.fetch_asked()
                 desk.link.fetch_paint()
         self._go_on_starting()
         self.show_state()
@@ -323,6 +332,9 @@ class ConsoleApp(App[None]):
     def action_command(self, name: str) -> None:
         """An order without arguments; asks before a start for which tank or battery will not last."""
         operator = self.operator  # the robot in view may be another by the time it is answered
+        if self.state.replayed and name in ("pause", "resume"):
+            (operator.replay.toggle if name == "pause" else operator.replay.resume)()
+            return
         shortages = supply_check.of_job(self.state).shortages
         if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
             operator.command(name)
@@ -367,12 +379,16 @@ class ConsoleApp(App[None]):
         """Stop every robot: to stop one too many costs a minute, to stop the wrong one may cost more."""
         self._stopped_at_s = self._clock()
         names = self.robots.to_stop()
+        if self.state.replayed:
+            others = f"it goes to {', '.join(names)}" if names else "no robot is on the bus"
+            self._say(WARN, f"Emergency stop: {self.state.name} is a replay and cannot be stopped; {others}")
         operators = [self._desks[name].operator for name in names]
         for operator in operators:  # all within milliseconds: what repeats it takes a thread for each
             operator.tell_stop()
         for operator in operators:
             operator.stop()
-        self.robots.call_roll("estop", "Emergency stop", names)
+        if names:
+            self.robots.call_roll("estop", "Emergency stop", names)
 
     async def on_event(self, event: events.Event) -> None:
         """Leave out keys that were typed before an emergency stop and come after it: a reset may be among them."""
@@ -401,11 +417,25 @@ class ConsoleApp(App[None]):
 
     def action_speed(self, steps: int) -> None:
         """Let simulated time pass faster or slower."""
-        self.operator.change_speed(steps)
+        if self.state.replayed:
+            self.operator.replay.change_speed(steps)
+        else:
+            self.operator.change_speed(steps)
+
+    def action_seek(self, seconds: float) -> None:
+        """Let a replay jump so far."""
+        self.operator.replay.seek_by(seconds)
+
+    def action_step(self) -> None:
+        """Let a replay go one step."""
+        self.operator.replay.step()
 
     def action_abort(self) -> None:
         """Give up the job, once confirmed."""
         operator = self.operator
+        if self.state.replayed:
+            operator.command("abort")  # which says why it cannot be
+            return
 
         def answered(yes: bool | None) -> None:
             if yes:
@@ -447,7 +477,9 @@ class ConsoleApp(App[None]):
             self.push_screen(PlanDialog(operator.options, self.state.vehicle, areas=areas), chosen)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """What moves or sends a goal is of no effect unless the operator aims."""
+        """What moves or sends a goal is of no effect unless the operator aims, nor what moves a replay without one."""
+        if action in ("seek", "step"):
+            return self.state.replayed
         aiming = self.state.drive.goal is not None
         return aiming if action in ("aim", "turn") else super().check_action(action, parameters)
 

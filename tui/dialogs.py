@@ -365,6 +365,7 @@ KEYS_TEXT = (
     )),
     ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
     ("Time", (("[ , and ] .", "slower and faster"),)),
+    ("Replay", (("< > { } n", "10 s, a minute; a step; space pauses, goes on"),)),
     ("Map", (
         ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f, 0, home", "follow the robot, show the whole job"),
     )),

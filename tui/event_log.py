@@ -13,13 +13,17 @@ CAPACITY = 1000
 
 @dataclass(frozen=True)
 class Entry:
-    """One line of the log: sim time (None when unknown), severity, who says it, what, and how often in a row."""
+    """One line of the log: sim time (None when unknown), severity, who says it, what, how often in a row.
+
+    What is `replayed` was said in the time of a recording.
+    """
 
     time_s: float | None
     severity: int
     source: str
     text: str
     times: int = 1
+    replayed: bool = False
 
 
 class OperatorLog:
@@ -30,18 +34,31 @@ class OperatorLog:
         self.entries: deque[Entry] = deque(maxlen=CAPACITY)
         self.total = 0
         self.revision = 0
+        self.cuts = 0
+        """How often entries have been taken out of the middle."""
         self.last_warning: Entry | None = None
         """The last warning or error."""
 
-    def add(self, time_s: float | None, severity: int, source: str, text: str) -> None:
+    def forget_replayed(self) -> None:
+        """Take out what was said in the time of a recording."""
+        kept = [entry for entry in self.entries if not entry.replayed]
+        if len(kept) < len(self.entries):
+            self.entries = deque(kept, maxlen=CAPACITY)
+            warnings = [entry for entry in kept if entry.severity > INFO]
+            self.last_warning = warnings[-1] if warnings else None
+            self.cuts += 1
+            self.revision += 1
+
+    def add(self, time_s: float | None, severity: int, source: str, text: str, *, replayed: bool = False) -> None:
         """Append an entry, without what could command a terminal; a mere repeat of the last is counted on that."""
         source, text = plain(source), plain(text)
         self.revision += 1
         if severity > INFO:
-            self.last_warning = Entry(time_s, severity, source, text)
+            self.last_warning = Entry(time_s, severity, source, text, replayed=replayed)
         last = self.entries[-1] if self.entries else None
-        if last and (last.severity, last.source, last.text) == (severity, source, text):
+        said = (severity, source, text, replayed)
+        if last and (last.severity, last.source, last.text, last.replayed) == said:
             self.entries[-1] = replace(last, time_s=time_s, times=last.times + 1)
             return
-        self.entries.append(Entry(time_s, severity, source, text))
+        self.entries.append(Entry(time_s, severity, source, text, replayed=replayed))
         self.total += 1

@@ -28,17 +28,17 @@ class FleetOrder:
 
 
 def _there(state: ConsoleState) -> bool:
-    return state.robot_alive
+    return state.robot_alive and not state.replayed
 
 
 def _paused(state: ConsoleState) -> bool:
-    return state.traversal == TraversalStatus.PAUSED and not state.robot_stale
+    return state.traversal == TraversalStatus.PAUSED and not state.robot_stale and not state.replayed
 
 
 def _stopped(state: ConsoleState) -> bool:
     """One with an emergency stop under way is left out: a reset would withdraw that."""
     ended = state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED) and not state.robot_stale
-    return ended and state.orders.stop.phase is not Phase.SENT
+    return ended and state.orders.stop.phase is not Phase.SENT and not state.replayed
 
 
 FLEET_ORDERS = (
@@ -61,6 +61,8 @@ def census(states: Mapping[str, ConsoleState]) -> str:
 
 
 def _doing(state: ConsoleState) -> str:
+    if state.replayed:
+        return "replayed"
     if not state.robot_alive:
         return "not on the bus"
     if state.robot_stale:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
-from touchline.schemas import topics
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
@@ -122,7 +121,7 @@ def _badge(state: ConsoleState) -> theme.Badge:
 
 
 def _seen(state: ConsoleState) -> bool:
-    return state.nodes[topics.ROBOT_SIM].seen
+    return state.robot_node.seen
 
 
 def _progress(state: ConsoleState) -> float | None:
@@ -152,9 +151,11 @@ def _trouble(state: ConsoleState, answer: RollReply | None) -> tuple[Trouble, st
 
 def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
     """Of a robot that is heard."""
+    if state.replayed:
+        return Trouble.NONE, state.replay.mark
     found, status = alerts(state), state.robot.status
     if status is None or state.robot_freshness is Freshness.STARTING:
-        return Trouble.WAITING, state.nodes[topics.ROBOT_SIM].message
+        return Trouble.WAITING, state.robot_node.message
     reason = plain(status.reason)
     if state.paused_by_hand and not (found and found[0].stops):
         return Trouble.WAITING, reason

@@ -27,6 +27,8 @@ _KEYS = {TraversalStatus.PAUSED: "g, a", TraversalStatus.ESTOPPED: "r"}
 
 def why_no_goal(state: ConsoleState) -> str:
     """Why no drive to a goal can be prepared and sent now, with the remedy; "" if it can."""
+    if state.replayed:
+        return state.why_replayed
     if state.traversal is None:
         return "no robot has told how it is; wait for it"
     if problem := hindrance(state.traversal):

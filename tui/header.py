@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from textual.content import Content
 
+from touchline.schemas import topics
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import format, theme
 from touchline.tui.node_health import Freshness
@@ -15,7 +16,7 @@ def header_line(state: ConsoleState, width: int) -> Content:
     """The header, `width` cells wide."""
     left = Content.assemble((" TOUCHLINE ", f"bold {theme.BLACK} on {theme.GREEN}"), " ")
     for name in EXPECTED_NODES:
-        left += _node(state, name)
+        left += _node(state, topics.REPLAY if state.replayed and name == topics.ROBOT_SIM else name)
     robot = state.robot
     clock = format.duration(robot.sim_time_s)
     asked, measured = state.speed_factor, state.real_time_factor

@@ -62,6 +62,22 @@ AIM_KEYS = (
     Key("?", "Keys", "keys", 3),
 )
 """Instead of the others, which still work, while the operator aims at a goal."""
+REPLAY_KEYS = (
+    Key("e", "E-STOP", "estop", 0),
+    Key("space", "Pause/go on", "command('pause')", 1),
+    Key("< >", "10 s", "seek(10)", 1),
+    Key("{ }", "1 min", "seek(60)", 2),
+    Key("n", "Step", "step", 1),
+    Key("[ ]", "Speed", "speed(1)", 1),
+    Key("v", "Fleet", "fleet", 2),
+    Key("o", "Other robot", "next_robot", 2),
+    Key("f", "Follow", "follow", 3),
+    Key("0", "Fit", "fit", 4),
+    Key("+ -", "Zoom", "zoom(1)", 5),
+    Key("?", "Keys", "keys", 2),
+    Key("q", "Quit", "quit", 7),
+)
+"""Instead of the others, which are refused, while the robot is a replay."""
 _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
@@ -72,6 +88,8 @@ _OF_SEVERAL = frozenset("vox")
 
 def useless(state: ConsoleState) -> frozenset[str]:
     """Keys whose order would be refused, or change nothing, as things are; they still work, and say why."""
+    if state.replayed:
+        return frozenset()
     goals = frozenset("d" if why_no_goal(state) else "")
     return _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)} | goals
 
@@ -95,7 +113,7 @@ def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
     """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
     idle = useless(state)
     room, chosen = width, set[Key]()
-    keys = KEYS if state.drive.goal is None else AIM_KEYS
+    keys = REPLAY_KEYS if state.replayed else KEYS if state.drive.goal is None else AIM_KEYS
     offered = [key for key in keys if not (state.alone and key.key in _OF_SEVERAL)]
     for key in sorted(offered, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
         if _width(key) <= room:

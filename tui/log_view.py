@@ -72,7 +72,7 @@ class LogView(ScrollView, can_focus=True):
         super().__init__(id=id)
         self.border_title = "Events"
         self._events = OperatorLog()
-        self._revision = self._total = self._width = 0
+        self._revision = self._total = self._cuts = self._width = 0
         self._blocks: list[Block] = []
         self._firsts: list[int] = []
         """The row at which each block begins, counted since the first one ever."""
@@ -89,7 +89,8 @@ class LogView(ScrollView, can_focus=True):
         if log.revision == self._revision or not self._width:
             return
         fresh = log.total - self._total
-        if fresh >= len(log.entries):
+        if fresh >= len(log.entries) or log.cuts != self._cuts:
+            self._cuts = log.cuts
             self._rebuild()
         else:
             self._forget_last()  # it may have been repeated

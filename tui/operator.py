@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import count
 from typing import Protocol
 
+from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
 from touchline.schemas.messages.service_messages import GotoRequest, LoadRequest, SetSpeedRequest
@@ -21,6 +22,7 @@ from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.goal_orders import GoalOrders
 from touchline.tui.order_book import ESTOP_TRIES, Change, OrderLine, Phase
 from touchline.tui.orders import Order, OrderOutcome, Tried
+from touchline.tui.replay_orders import ReplayOrders
 from touchline.tui.state import ConsoleState
 
 WITHDRAWN_AFTER_S = 0.5
@@ -60,6 +62,7 @@ class Operator:
         self._sender, self._say, self._session = sender, say, session
         self._orders = count(1)
         self.goals = GoalOrders(state, sender.send, say, self._request_id)
+        self.replay = ReplayOrders(state, self._send, self._request_id)
         self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
         self._stopped_at_s = -math.inf
         self._speed_asked: float | None = None
@@ -115,6 +118,8 @@ class Operator:
     def heed_status(self) -> None:
         """Act on what the robot's status has said about the emergency stop."""
         latch = self.state.orders.stop
+        if latch.phase is not Phase.OFF and self.state.replayed and not self.state.nodes[topics.ROBOT_SIM].seen:
+            self._forget_stop()
         with self._stopping:
             changes, latch.changes = latch.changes, []
         for change in changes:
@@ -127,6 +132,13 @@ class Operator:
                 self.state.note(ERROR, "console", "the robot is back and not stopped: the emergency stop is sent again")
                 latch.begin(self._request_id())
                 self._sender.send(orders.command("estop", latch.request_id))
+
+    def _forget_stop(self) -> None:
+        """It was given before it was known that there is no robot."""
+        with self._stopping:
+            self._sender.cease()
+            self.state.orders.stop.withdraw()
+        self._say(WARN, f"Emergency stop: {self.state.why_replayed}")
 
     def choose(self, template: Template, text: str) -> None:
         """Take a template into view."""
@@ -141,7 +153,9 @@ class Operator:
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
         """Whether a new job may be prepared now; says why not."""
-        if self.state.busy:
+        if self.state.replayed:
+            self._say(WARN, f"{what}: {self.state.why_replayed}")
+        elif self.state.busy:
             self._say(WARN, f"{what}: the robot is on a job; wait for its end or abort it first")
         elif needs_template and self.state.template is None:
             self._say(WARN, f"{what}: choose a template first (t)")
@@ -186,6 +200,9 @@ class Operator:
 
     def _send(self, order: Order) -> bool:
         """Send it; one of the same name that is under way stands for this one, too."""
+        if self.state.replayed and order.service.server in topics.REPLAYED:
+            self._say(WARN, f"{order.title}: {self.state.why_replayed}")
+            return False
         if self.state.orders.under_way(order.name):
             return False
         self.state.orders.place(order.name, order.title, order.attempts, self.state.now_s)
@@ -211,12 +228,24 @@ class Operator:
         """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
         if outcome.order.name == "estop":
             return self._stop_answered(outcome)
+        if outcome.order.service.server == topics.REPLAY:
+            return self._replay_answered(outcome)
         done = self._answered(outcome)
         if isinstance(outcome.order.request, SetSpeedRequest):
             wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
         return done
+
+    def _replay_answered(self, outcome: OrderOutcome) -> bool:
+        """Of a replay the row of the orders tells, not the log: that is of the time that is replayed."""
+        order = outcome.order
+        fate = outcome.reason if outcome.ok else f"{'not answered' if outcome.failure else 'refused'}: {outcome.reason}"
+        word = OrderLine(INFO if outcome.ok else ERROR, plain(f"{order.title}: {fate}"))
+        answered, now_s = not outcome.failure, self.state.now_s
+        self.state.orders.done(order.name, word, accepted=outcome.ok, answered=answered, now_s=now_s)
+        self.replay.answered(order.name)
+        return outcome.ok
 
     def _answered(self, outcome: OrderOutcome) -> bool:
         order, title = outcome.order, outcome.order.title

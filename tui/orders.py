@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from touchline.schemas import topics
+from touchline.schemas import replay_steps, topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.messages.service_messages import CommandRequest, GotoRequest, LoadRequest, SetSpeedRequest
@@ -145,8 +145,4 @@ def next_speed(factor: float | None, steps: int) -> float:
     """The speed factor so many steps faster (or slower, if negative) than `factor`."""
     if factor is None:
         return SPEEDS[0] if steps < 0 else SPEEDS[1]
-    ranked = [speed if speed > 0 else float("inf") for speed in SPEEDS]
-    now = factor if factor >= 0 else float("inf")
-    if steps > 0:
-        return next((SPEEDS[i] for i, speed in enumerate(ranked) if speed > now), SPEEDS[-1])
-    return next((SPEEDS[i] for i in reversed(range(len(ranked))) if ranked[i] < now), SPEEDS[0])
+    return replay_steps.next_speed(SPEEDS, factor, steps)

@@ -32,6 +32,7 @@ class PaintTrack:
         self._waiting: list[PaintMarks] = []
         self.revision = 0
         self.needs_fetch = False
+        self._asked = self._void = False
 
     def __len__(self) -> int:
         return self._count
@@ -43,7 +44,8 @@ class PaintTrack:
         return Polyline(self._x[:n], self._y[:n], self._joined[:n])
 
     def clear(self) -> None:
-        """Forget all paint."""
+        """Forget all paint; an answer that is on its way is of that."""
+        self._void |= self._asked
         self._count = self._next_index = 0
         self._waiting.clear()
         self.needs_fetch = False
@@ -52,6 +54,16 @@ class PaintTrack:
     def request_fetch(self) -> None:
         """Hold batches back until the list of strokes has been fetched."""
         self.needs_fetch = True
+
+    def fetch_asked(self) -> None:
+        """The list of strokes is on its way, until `fetched`."""
+        self._asked = True
+
+    def fetched(self, strokes: Sequence[PaintMarks] | None) -> None:
+        """The list of strokes has come, or None; one that was asked for before all was forgotten is of no use."""
+        void, self._asked, self._void = self._void, False, False
+        if strokes is not None and not void:
+            self.restore(strokes)
 
     def add(self, marks: PaintMarks) -> None:
         """Take a batch from the topic."""

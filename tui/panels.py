@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from textwrap import wrap
 
 from textual.content import Content
@@ -41,6 +42,8 @@ def badge(state: ConsoleState) -> theme.Badge:
     if state.traversal is None:
         return theme.WAITING
     known = theme.STATES[state.traversal]
+    if state.replayed:
+        known = replace(known, text=f"REPLAY {known.text}")
     if not state.robot_stale:
         return known
     return theme.Badge(known.mark, f"{known.text}? no word for {state.robot_silence_s:.0f} s", theme.ORANGE)
@@ -49,6 +52,8 @@ def badge(state: ConsoleState) -> theme.Badge:
 def hint(state: ConsoleState) -> tuple[str, str]:
     """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
     traversal = state.traversal
+    if state.replayed:
+        return "space", "pause the replay" if state.replay.playing else "go on with the replay"
     if state.orders.stop.phase is Phase.SENT and (state.robot_stale or not state.robot_alive):
         return "", "use the robot's stop button"
     if state.robot_stale and state.busy:

@@ -84,9 +84,12 @@ class Robots:
         return {} if over(roll, heard, self.selected.now_s) else heard
 
     def to_stop(self) -> tuple[str, ...]:
-        """Robots that an emergency stop is for: the selected one, whether or not it is there, and all that are."""
-        there = (name for name, state in self.others.items() if state.robot_alive)
-        return (self.selected_name, *there)
+        """Robots that an emergency stop is for: the selected one, whether or not it is there, and all that are.
+
+        A replay has no robot.
+        """
+        there = (name for name, state in self.others.items() if state.robot_alive and not state.replayed)
+        return (*(() if self.selected.replayed else (self.selected_name,)), *there)
 
     @property
     def stopping(self) -> bool:
@@ -96,10 +99,11 @@ class Robots:
     @property
     def busy(self) -> tuple[str, ...]:
         """Those that are on a job."""
-        return tuple(name for name, state in self.states.items() if state.busy)
+        return tuple(name for name, state in self.states.items() if state.busy and not state.replayed)
 
 
 def never_there(state: ConsoleState) -> bool:
     """Whether nothing was ever heard of a robot, nor is a job prepared for it: its name was only a guess."""
-    seen = any(state.nodes[name].seen for name in topics.SERVING)
+    known = (state.nodes.get(name) for name in (*topics.SERVING, topics.REPLAY))
+    seen = any(node is not None and node.seen for node in known)
     return not seen and state.draft is NOTHING and state.orders.stop.phase is Phase.OFF

@@ -25,6 +25,8 @@ def signal_line(
     `name` stands before what is said of the robot, where several are in view.
     """
     right = _alerts(state, width)
+    if state.replayed:
+        right += Content.styled(f" {state.replay.mark} ", f"bold {theme.BLACK} on {theme.PURPLE}")
     line = _line(state)
     if line is not None and name:
         line = replace(line, text=f"{name}{line.text}")

@@ -12,6 +12,7 @@ from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.plan_messages import PlanReport
+from touchline.schemas.messages.replay_messages import ReplayStatus
 from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
@@ -30,6 +31,7 @@ from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
+from touchline.tui.replay_view import Heard, ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
@@ -73,6 +75,7 @@ class ConsoleState:
     loaded: JobView = NOTHING
     drive: GoalDraft = field(default_factory=GoalDraft)
     """Beside the job that is being prepared."""
+    replay: ReplayView = field(default_factory=ReplayView)
     progress: Progress | None = None
     plan_request: str = ""
     lost: int = 0
@@ -87,13 +90,31 @@ class ConsoleState:
     _speakers: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Which processes a publisher of diagnostics tells of."""
     _rejected_topics: set[str] = field(default_factory=set)
+    _known_job: JobView = NOTHING
+    """What was loaded before a replay jumped: most likely it still is, and need not be laid out again."""
 
     # -- what is shown -----------------------------------------------------------------------------------------------
 
     @property
+    def replayed(self) -> bool:
+        """Whether it is a replay that speaks for the robot, which itself is not there."""
+        replay = self.nodes.get(topics.REPLAY)
+        return replay is not None and replay.alive and not self.nodes[topics.ROBOT_SIM].alive
+
+    @property
+    def why_replayed(self) -> str:
+        """Why the robot takes no orders, if it is replayed; "" if it may."""
+        return f"{self.name or 'the robot'} is a replay: there is no robot that could do it" if self.replayed else ""
+
+    @property
+    def robot_node(self) -> Node:
+        """The process that speaks for the robot."""
+        return self.nodes[topics.REPLAY if self.replayed else topics.ROBOT_SIM]
+
+    @property
     def robot_alive(self) -> bool:
-        """Whether the robot is on the bus."""
-        return self.nodes[topics.ROBOT_SIM].alive
+        """Whether the robot is on the bus, or a replay of it."""
+        return self.robot_node.alive
 
     @property
     def traversal(self) -> int | None:
@@ -109,12 +130,12 @@ class ConsoleState:
     @property
     def robot_freshness(self) -> Freshness:
         """Whether what the robot has said holds now."""
-        return self.nodes[topics.ROBOT_SIM].freshness(self.now_s)
+        return self.robot_node.freshness(self.now_s)
 
     @property
     def robot_silence_s(self) -> float:
         """How long nothing has been heard of the robot."""
-        return self.nodes[topics.ROBOT_SIM].silence_s(self.now_s)
+        return self.robot_node.silence_s(self.now_s)
 
     @property
     def robot_stale(self) -> bool:
@@ -136,7 +157,7 @@ class ConsoleState:
     @property
     def real_time_factor(self) -> float | None:
         """Sim seconds per wall second, as the robot measures it."""
-        return self.nodes[topics.ROBOT_SIM].number("real_time_factor") if self.robot_alive else None
+        return self.robot_node.number("real_time_factor") if self.robot_alive else None
 
     @property
     def speed_factor(self) -> float | None:
@@ -144,7 +165,7 @@ class ConsoleState:
         if not self.robot_alive:
             return None
         factor, set_s = self._speed_set
-        return factor if self.now_s - set_s < SPEED_TOLD_S else self.nodes[topics.ROBOT_SIM].number("speed_factor")
+        return factor if self.now_s - set_s < SPEED_TOLD_S else self.robot_node.number("speed_factor")
 
     @property
     def pace(self) -> float:
@@ -217,8 +238,7 @@ class ConsoleState:
             case NodeChanged(node, alive):
                 self._node_changed(node, alive)
             case PaintFetched(strokes):
-                if strokes is not None:
-                    self.paint.restore(strokes)
+                self.paint.fetched(strokes)
             case Lost(messages):
                 self.lost = messages
             case Rejected(topic, reason):
@@ -235,22 +255,38 @@ class ConsoleState:
         self.log.add(self.robot.sim_time_s, severity, source, text)
 
     def _receive(self, topic: str, message: Message, publisher: str) -> None:
-        if topic == topics.STATUS.name and publisher and publisher != self._publisher:
-            if self._publisher:
-                self._robot_restarted()
-            self._publisher = publisher
-        if topic == topics.STATUS.name and isinstance(message, TraversalStatus):
-            self.orders.stop.status(message.state, publisher)
-            self.lost_job &= message.state in (TraversalStatus.IDLE, TraversalStatus.ESTOPPED)
+        heard = self.replay.hear(publisher)
+        if heard is Heard.VOID:
+            return
+        if heard is Heard.JUMP:
+            self._replay_jumped()
+        if heard is Heard.LIVE and topic == topics.STATUS.name and isinstance(message, TraversalStatus):
+            self._robot_told(message, publisher)
         try:
             if robot_model.take(self.robot, topic, message):
-                self.nodes[topics.ROBOT_SIM].heard(self.now_s)
+                self.robot_node.heard(self.now_s)
             elif isinstance(message, DiagnosticArray):
                 self._diagnostics(message, publisher)
             elif topic in _HANDLERS:
                 _HANDLERS[topic](self, message)
         except (TouchlineError, ValueError, AttributeError, TypeError, ArithmeticError) as error:
             self._reject(topic, str(error))
+
+    def _robot_told(self, message: TraversalStatus, publisher: str) -> None:
+        """The robot itself, and no replay, has told its state."""
+        if publisher and publisher != self._publisher:
+            if self._publisher:
+                self._robot_restarted()
+            self._publisher = publisher
+        self.orders.stop.status(message.state, publisher)
+        self.lost_job &= message.state in (TraversalStatus.IDLE, TraversalStatus.ESTOPPED)
+
+    def _replay_jumped(self) -> None:
+        """Nothing holds that was replayed before; what holds at the new time comes now."""
+        self._known_job = self.loaded if self.loaded is not NOTHING else self._known_job
+        self.robot, self.loaded = Robot(), NOTHING
+        self.paint.clear()
+        self.log.forget_replayed()
 
     def _node_changed(self, name: str, alive: bool) -> None:
         name = plain(name)
@@ -261,14 +297,24 @@ class ConsoleState:
         node.appeared(alive, self.now_s)
         if name not in (topics.CONSOLE, topics.OPERATOR, topics.OBSERVER):
             text = f"{name} is {'back' if back else 'up'}" if alive else f"{name} is down"
-            self.note(INFO if alive else ERROR, "console", text)
+            self.note(INFO if alive or name == topics.REPLAY else ERROR, "console", text)
         if name == topics.ROBOT_SIM:
             if alive:
                 self.paint.request_fetch()
             else:
                 self._forget_robot()
+        if name == topics.REPLAY:
+            self._replay_changed(alive)
         if name == topics.PLANNER and not alive:
             self.progress = None
+
+    def _replay_changed(self, alive: bool) -> None:
+        """A replay has begun, or has ended: of that nothing is left but what was said."""
+        if alive:
+            self.paint.request_fetch()
+        elif not self.nodes[topics.ROBOT_SIM].alive:
+            self.robot, self.loaded, self.replay = Robot(), NOTHING, ReplayView()
+            self.paint.clear()
 
     def _robot_restarted(self) -> None:
         self._forget_robot()
@@ -329,16 +375,18 @@ class ConsoleState:
         if message.data:
             known = self.loaded.template
             parsed = parse_template(message.data, "the robot's template")
-            template = known if known and known.template == parsed else TemplateView.of(parsed, message.data)
+            views = (known, self._known_job.template)
+            same = next((view for view in views if view is not None and view.template == parsed), None)
+            template = same or TemplateView.of(parsed, message.data)
         if path is not None and template is not self.loaded.template:
             path = PathView.of(path.trajectory, template, path.report)
         self.loaded = JobView(template, path)
 
     def _plan(self, message: Trajectory) -> None:
-        path = self.loaded.path
-        if path is None or path.trajectory != message:
-            path = PathView.of(message, self.loaded.template)
-        self.loaded = JobView(self.loaded.template, path)
+        known = self._known_job if self._known_job.template is self.loaded.template else NOTHING
+        views = (self.loaded.path, known.path)
+        path = next((view for view in views if view is not None and view.trajectory == message), None)
+        self.loaded = JobView(self.loaded.template, path or PathView.of(message, self.loaded.template))
         self.paint.request_fetch()
 
     def _setup(self, message: String) -> None:
@@ -347,10 +395,14 @@ class ConsoleState:
         self.vehicle_json = self.vehicle.model_dump_json()
 
     def _event(self, message: Event) -> None:
-        self.log.add(seconds(message.header.stamp), message.severity, message.source or "robot", message.text)
+        at_s, source = seconds(message.header.stamp), message.source or "robot"
+        self.log.add(at_s, message.severity, source, message.text, replayed=self.replayed)
 
     def _supervisor_event(self, message: Event) -> None:
         self.note(message.severity, message.source or topics.SUPERVISOR, message.text)
+
+    def _replay_status(self, message: ReplayStatus) -> None:
+        self.replay.status = message
 
     def _progress(self, message: Progress) -> None:
         if self.plan_request and message.request_id == self.plan_request and math.isfinite(message.fraction):
@@ -365,6 +417,7 @@ _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
     topics.EVENTS.name: ConsoleState._event,
     topics.SUPERVISOR_EVENTS.name: ConsoleState._supervisor_event,
     topics.PLANNER_PROGRESS.name: ConsoleState._progress,
+    topics.REPLAY_STATUS.name: ConsoleState._replay_status,
 }
 
 CONSOLE_TOPICS: tuple[Topic, ...] = tuple(

@@ -49,6 +49,18 @@ class Whereabouts(Message):
     decided: UInt32 = 0
 
 
+class TrueWay(Message):
+    """Where an emulated robot truly was in each tick since it told so last, map frame; the header is of the last.
+
+    It tells so at every exchange with its team in lockstep.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TrueWay"
+    header: Header = Header()
+    x_m: Float64Array = zeros(0)
+    y_m: Float64Array = zeros(0)
+
+
 class TeamCell(Message):
     """One robot of a team: the corners of its newest cell, where the task wants it, where it is told to go.
 

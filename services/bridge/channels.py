@@ -1,9 +1,9 @@
 """Channel metadata of a recording in rosbag2's format: topic names, schemas, type hashes and QoS."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from touchline.schemas.cdr import full_definition, type_hash
-from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, Topic
+from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, VIEWING_BY_NAME, Topic
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 
@@ -30,6 +30,11 @@ def namespace_at(path: str) -> str:
 def robots_among(paths: Iterable[str]) -> tuple[str, ...]:
     """Namespaces of the robots of which there are topics of the table among recorded paths, in their order."""
     return tuple(dict.fromkeys(namespace_at(path) for path in paths if topic_at(path) is not None))
+
+
+def is_drawn(path: str, robots: Collection[str]) -> bool:
+    """Whether what was recorded as ``path`` was made for viewers of the messages of one of these robots."""
+    return any(path == topic_path(robot, topic) for robot in robots for topic in VIEWING_BY_NAME.values())
 
 
 def present_path(path: str) -> str:

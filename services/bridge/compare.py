@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from touchline.services.bridge.alignment import Alignment
-from touchline.services.bridge.channels import present_path, recorded_paths, topic_at
+from touchline.services.bridge.channels import is_drawn, present_path, recorded_paths, robots_among, topic_at
 from touchline.services.bridge.differences import unequal_fields
 from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.output import RecordingError
@@ -236,7 +236,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
     Args:
         left: The one to compare with.
         right: The other.
-        topics: ROS topic names to compare, also by a name of older recordings; all if not given.
+        topics: ROS topic names to compare, also by a name of older recordings; if not given, all that robots send.
 
     Raises:
         RecordingError: A recording cannot be opened or is none, or neither has a message of a topic asked for.
@@ -276,6 +276,9 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
                 f"{name}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
                 "messages wait for their like"
             )
+    robots = robots_among(going)
+    if topics is None:  # what is made for viewers follows from the rest, and older recordings have none
+        going = {name: topic for name, topic in going.items() if not is_drawn(name, robots)}
     absent = sorted(name for name in set(topics or ()) if present_path(name) not in going)
     if absent:
         raise RecordingError(f"neither recording has a message of {', '.join(absent)}; `touchline topics` lists all")

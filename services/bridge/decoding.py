@@ -15,7 +15,7 @@ from touchline.schemas.cdr import decode as decode_payload
 from touchline.schemas.cdr import full_definition, typestore
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
-from touchline.schemas.topics import TOPICS
+from touchline.schemas.topics import TOPICS, VIEWING
 from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 
 M = TypeVar("M", bound=Message)
@@ -31,9 +31,17 @@ def fields_of(node: object) -> Mapping[str, object] | None:
     """The fields of a message in a tree by name; None for a value."""
     if isinstance(node, dict):
         return node
-    if is_dataclass(node):
-        return {field.name: getattr(node, field.name) for field in fields(node) if field.name != "__msgtype__"}
-    return None
+    kind: Any = type(node)
+    names = _field_names(kind)
+    return None if names is None else {name: getattr(node, name) for name in names}
+
+
+@cache
+def _field_names(kind: type[Any]) -> tuple[str, ...] | None:
+    """Of the fields of a decoded message; None if it is none."""
+    if not is_dataclass(kind):
+        return None
+    return tuple(field.name for field in fields(kind) if field.name != "__msgtype__")
 
 
 @cache
@@ -107,7 +115,7 @@ def full_name(name: str) -> str:
 @cache
 def _ours() -> dict[str, str]:
     """The definitions of our topics' types, which need not be parsed."""
-    return {topic.type.ros_type: full_definition(topic.type) for topic in TOPICS}
+    return {topic.type.ros_type: full_definition(topic.type) for topic in (*TOPICS, *VIEWING)}
 
 
 def _store(kind: RecordingKind) -> Typestore | None:

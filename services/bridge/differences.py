@@ -13,6 +13,7 @@ from touchline.services.bridge.schema_change import SchemaChange
 from touchline.services.bridge.units import unit_of
 
 _LONGEST_SHOWN = 80
+_PLAIN = frozenset((float, int, str, bool))
 
 
 class Unequal(NamedTuple):
@@ -48,6 +49,8 @@ def _as_bytes(left: bytes, right: bytes) -> Unequal:
 
 
 def _walk(path: str, left: object, right: object, single: frozenset[str]) -> Iterator[Unequal]:
+    if type(left) is type(right) and type(left) in _PLAIN and left == right:  # most fields of most messages
+        return
     ours, theirs = fields_of(left), fields_of(right)
     if ours is not None and theirs is not None:
         for name in ours:
@@ -64,8 +67,12 @@ def _walk(path: str, left: object, right: object, single: frozenset[str]) -> Ite
         if len(left) != len(right):
             yield Unequal(f"{path} (length)", str(len(left)), str(len(right)), math.inf)
             return
-        for index, (one, other) in enumerate(zip(left, right, strict=True)):
-            yield from _walk(f"{path}[{index}]", one, other, single)
+        if isinstance(left, np.ndarray) and isinstance(right, np.ndarray):
+            places = np.flatnonzero(left != right)
+        else:
+            places = np.arange(len(left))
+        for index in map(int, places):
+            yield from _walk(f"{path}[{index}]", left[index], right[index], single)
     elif _is_number(left) and _is_number(right) and (_is_float(left) or _is_float(right)):
         yield from _numbers(path, float(left), float(right))  # type: ignore[arg-type]
     elif left != right:

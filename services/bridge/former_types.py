@@ -20,9 +20,17 @@ def presented(message: Recorded) -> Recorded:
         present = replaced(read(message.payload))
     except Damage:
         return message
-    schema = full_definition(type(present))
-    kind = RecordingKind("cdr", present.ros_type, "ros2msg", schema)
-    return message._replace(payload=encode(present), kind=kind)
+    return message._replace(payload=encode(present), kind=_kind_of(type(present)))
+
+
+def present_kind(kind: RecordingKind) -> RecordingKind:
+    """Of what `presented` gives for messages of this kind that it can decode."""
+    present = _PRESENT.get(kind.type)
+    return kind if present is None else _kind_of(present)
+
+
+def _kind_of(present: type[Message]) -> RecordingKind:
+    return RecordingKind("cdr", present.ros_type, "ros2msg", full_definition(present))
 
 
 def _actuator_command(wheels: Any) -> ActuatorCommand:
@@ -33,3 +41,5 @@ def _actuator_command(wheels: Any) -> ActuatorCommand:
 
 _REPLACED: dict[str, Callable[[Any], Message]] = {"touchline_msgs/msg/WheelCommand": _actuator_command}
 """By the name of the type that was replaced."""
+_PRESENT: dict[str, type[Message]] = {"touchline_msgs/msg/WheelCommand": ActuatorCommand}
+"""What each of these types has become."""

@@ -8,7 +8,7 @@ import os
 import stat
 import struct
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
@@ -17,7 +17,7 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from touchline.schemas.messages import Header, Time
-from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
+from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, VIEWING, Topic
 from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
 from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
@@ -26,6 +26,7 @@ from touchline.services.bridge.output import RecordingError, RecordingFile
 from touchline.services.bridge.parts import renamed_parts, with_followers
 from touchline.services.bridge.reader import read_summary
 from touchline.services.bridge.robot_time import RobotTime
+from touchline.services.bridge.viewing import Viewing, frame_prefix
 
 CHUNK_BYTES = 64 * 1024
 _STAMP = struct.Struct("<iI")
@@ -96,13 +97,14 @@ class _Channel:
 
 
 class _Robot(RobotTime):
-    """A robot's time, and what came before any was known."""
+    """A robot's time, what came before any was known, and what viewers draw of it."""
 
-    __slots__ = ("waiting",)
+    __slots__ = ("viewing", "waiting")
 
-    def __init__(self) -> None:
+    def __init__(self, viewing: Viewing) -> None:
         super().__init__()
         self.waiting: list[tuple[_Channel, bytes, int]] = []
+        self.viewing = viewing
 
 
 def is_stamped(topic: Topic) -> bool:
@@ -118,6 +120,7 @@ class Recorder:
     the latest of its clock and of the stamps before and in it, so that the same run gives the same recording at any
     pace, alone and beside other robots; it never steps back, and goes on where it was when the robot's clock begins
     anew. What has no stamp takes the robot's latest sim time for both (the first that comes, if none has come yet).
+    What viewers draw (`VIEWING`) is made here and has the times of the messages that it is made of; it is not counted.
 
     Args:
         path: File to write; its folder must exist and its name end in ``.mcap``.
@@ -145,18 +148,22 @@ class Recorder:
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._robots: dict[str, _Robot] = {namespace: _Robot() for namespace in namespaces}
+        self._robots: dict[str, _Robot] = {
+            namespace: _Robot(Viewing(frame_prefix(namespace, namespaces))) for namespace in namespaces
+        }
         if before is not None:
             self._robots = before._robots
         self._span_ns: tuple[int, int] | None = None
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
+        self._drawn: dict[tuple[str, str], _Channel] = {}
         self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
-            self._register(topics)
+            self._channels = self._register(topics)
+            self._drawn = self._register(VIEWING)
         except RecordingError:
             self._file.close()
             path.unlink(missing_ok=True)
@@ -166,8 +173,9 @@ class Recorder:
             part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
             self.note("touchline_part", part)
 
-    def _register(self, topics: Sequence[Topic]) -> None:
+    def _register(self, topics: Sequence[Topic]) -> dict[tuple[str, str], _Channel]:
         schemas: dict[str, int] = {}
+        channels: dict[tuple[str, str], _Channel] = {}
         for namespace, robot in self._robots.items():
             for topic in topics:
                 ros_type = topic.type.ros_type
@@ -175,7 +183,8 @@ class Recorder:
                     schemas[ros_type] = self._writer.register_schema(ros_type, "ros2msg", schema_text(topic))
                 name = topic_path(namespace, topic)
                 channel_id = self._writer.register_channel(name, "cdr", schemas[ros_type], channel_metadata(topic))
-                self._channels[namespace, topic.name] = _Channel(name, channel_id, is_stamped(topic), robot)
+                channels[namespace, topic.name] = _Channel(name, channel_id, is_stamped(topic), robot)
+        return channels
 
     @property
     def messages(self) -> int:
@@ -247,11 +256,23 @@ class Recorder:
             time_ns = robot.latest_ns
         else:
             robot.waiting.append((channel, payload, sequence))
+            robot.waiting += self._drawings(robot, namespace, topic, payload)
             return
         if missed:
             self._losses.add(channel.name, missed, channel.last_ns or time_ns, time_ns)
         channel.last_ns = time_ns
         self._put(channel, time_ns, payload, sequence)
+        for drawn, drawing, number in self._drawings(robot, namespace, topic, payload):
+            self._put(drawn, time_ns, drawing, number)
+
+    def _drawings(
+        self, robot: _Robot, namespace: str, topic: str, payload: bytes
+    ) -> Iterator[tuple[_Channel, bytes, int]]:
+        """What viewers draw of a message of the robot."""
+        for drawn in robot.viewing.take(topic, payload):
+            channel = self._drawn[namespace or self._first, drawn.topic.name]
+            channel.messages += 1
+            yield channel, drawn.payload, channel.messages
 
     def lose(self, topic: str, missing: int, namespace: str) -> None:
         """Count messages that are missing behind all that has come, as nothing shows but their publisher's word."""

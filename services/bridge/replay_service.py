@@ -1,21 +1,35 @@
 """Replaying a recording onto the bus."""
 
+from __future__ import annotations
+
+import math
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from touchline.schemas import topics
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import ReplayStatus
+from touchline.schemas.replay_run import ReplayRun
 from touchline.services.bridge.handshake import shake_hands
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.replayer import Timeline, recorded_robots
-from touchline.services.bus import Bus, BusConfig, Publisher
-from touchline.services.bus.presence import Presence
+from touchline.services.bridge.replay_controls import ReplayControls, where
+from touchline.services.bridge.replay_player import ReplayPlayer
+from touchline.services.bridge.replay_source import ReplaySource
+from touchline.services.bridge.replay_voice import ReplayVoice
+from touchline.services.bridge.replayer import recorded_robots
+from touchline.services.bus import Bus, BusConfig
 
-_SETTLE_S = 0.5
-_HANDSHAKE_TIMEOUT_S = 5.0
-_PROGRESS_PERIOD_S = 0.1
+_SETTLE_S: Final = 0.5
+_HANDSHAKE_TIMEOUT_S: Final = 5.0
+_LOOK_EVERY_S: Final = 0.1
+"""So often it is told where the replay is, and looked whether a robot has come."""
+_TURN_S: Final = 0.02
+"""Messages are sent for so long at most before requests are looked at."""
+_IDLE_S: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -45,11 +59,18 @@ class Playback:
         speed: Sim time per wall time; 0 or less is as fast as it goes.
         robots: Of a recording of several, those that are replayed; all if empty.
         loops: How many times to replay it; 0 without end.
+        from_s, to_s: Where to begin and end, s on the recording's own clock.
+        paused: Whether to wait at the beginning until it is told to go on.
+        stay: Whether to stay at the end, paused.
     """
 
     speed: float = 1.0
     robots: Sequence[str] = ()
     loops: int = 1
+    from_s: float = -math.inf
+    to_s: float = math.inf
+    paused: bool = False
+    stay: bool = False
 
 
 _ONCE = Playback()
@@ -61,6 +82,7 @@ def run_replay(
     config: BusConfig | None = None,
     *,
     progress: Callable[[float, float], None] | None = None,
+    attend: Callable[[ReplayPlayer], None] = lambda _: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> ReplayReport:
     """Put a recording onto the bus: that of one robot as the bus's robot, that of several each under its own namespace.
@@ -70,36 +92,39 @@ def run_replay(
         playback: What of it, how fast and how often.
         config: Where the bus is, and as which robot that of a recording of one appears; from the environment if not
             given.
-        progress: Called now and then with (fraction of the file, sim time s).
+        progress: Called now and then with (fraction of the recording, its time in s).
+        attend: Called now and then with the replay, to tell it what to do.
         stop: Asked before every message whether to end now.
 
     Raises:
-        RecordingError: The file cannot be opened or is not MCAP, or has not one of the robots that are named.
-        CommandRefused: A robot is on the bus under such a namespace, whose messages would mix with the recorded ones.
+        RecordingError: The file cannot be opened or is not MCAP, has not one of the robots that are named, or nothing
+            between the times that are given.
+        CommandRefused: A robot is on the bus under such a namespace, or has come, whose messages would mix with the
+            recorded ones.
+        TouchlineError: Another replay is.
     """
     config = config or BusConfig.from_environment()
     names = _names(path, config, playback.robots)  # a missing file is refused before the bus is opened
+    source = ReplaySource(path)
+    _check_times(path, source, playback)
+    player = ReplayPlayer(source, playback.speed, not playback.paused, playback.loops, playback.from_s, playback.to_s)
     with Bus.open_all(topics.REPLAY, config.of(*names.values()), stop) as buses:
-        presences = [bus.presence() for bus in buses]
-        publishers = {
-            (recorded, topic.name): bus.publisher(topic)
-            for recorded, bus in zip(names, buses, strict=True)
-            for topic in topics.TOPICS
-        }
+        run = ReplayRun(os.urandom(6))
+        voices = {recorded: ReplayVoice(bus, run) for recorded, bus in zip(names, buses, strict=True)}
         time.sleep(_SETTLE_S)  # who is there learns of the publishers, and we of them
-        for bus, presence in zip(buses, presences, strict=True):
-            presence.poll()
-            if topics.ROBOT_SIM in presence.alive():
-                which = f"a robot is on the bus as {bus.namespace}"
-                raise CommandRefused(f"{which}; stop it before replaying, or use another namespace")
-        _meet_the_bridge(buses, presences)
-        total = ReplayReport(0, 0, 0.0, "")
-        done = 0
-        while not stop() and (done < playback.loops or playback.loops == 0):
-            total = _replay_once(Timeline(path), playback.speed, publishers, total, progress, stop)
-            done += 1
-        _meet_the_bridge(buses, presences)
-        return total
+        for bus in buses:
+            bus.claim()
+        session = _Replay(path, player, voices, run, progress)
+        session.check_alone()
+        _meet_the_bridge(buses)
+        controls = ReplayControls(buses, player)
+        while not stop() and not (player.ended and not playback.stay):
+            attend(player)
+            controls.poll()
+            session.turn(stop)
+        controls.poll()  # what ended it is answered, too
+        _meet_the_bridge(buses)
+        return session.report()
 
 
 def _names(path: Path, config: BusConfig, robots: Sequence[str]) -> dict[str, str]:
@@ -113,41 +138,136 @@ def _names(path: Path, config: BusConfig, robots: Sequence[str]) -> dict[str, st
     return {robot: robot for robot in robots or recorded}
 
 
-def _meet_the_bridge(buses: Sequence[Bus], presences: Sequence[Presence]) -> None:
+def _check_times(path: Path, source: ReplaySource, playback: Playback) -> None:
+    """Refuse a stretch in which there is nothing."""
+    end_s = source.begin_s + source.length_s
+    if playback.from_s > end_s or playback.to_s < source.begin_s or playback.to_s < playback.from_s:
+        asked = f"nothing from {playback.from_s:g} s to {playback.to_s:g} s"
+        raise RecordingError(f"{path}: has {asked}; it goes from {source.begin_s:.3f} s to {end_s:.3f} s")
+
+
+def _meet_the_bridge(buses: Sequence[Bus]) -> None:
     """Know, if there is a bridge, which may be recording, that it listens and has all that we have sent."""
-    for bus, presence in zip(buses, presences, strict=True):
+    for bus in buses:
+        presence = bus.presence()
         shake_hands(bus, presence, {topics.BRIDGE}, _HANDSHAKE_TIMEOUT_S)
 
 
-def _replay_once(
-    timeline: Timeline,
-    speed: float,
-    publishers: Mapping[tuple[str, str], Publisher],
-    before: ReplayReport,
-    progress: Callable[[float, float], None] | None,
-    stop: Callable[[], bool],
-) -> ReplayReport:
-    """One pass over a recording, added to the report of those ``before``."""
-    sent, at_s = 0, 0.0
-    begun_s, report_s = time.monotonic(), 0.0
-    for cue in timeline.cues():
-        publisher = publishers.get((cue.namespace, cue.topic.name))
-        if publisher is None:  # of a robot that is not replayed
-            continue
-        due_s = begun_s + cue.at_s / speed if speed > 0 else 0.0
-        while not (ended := stop()) and (now_s := time.monotonic()) < due_s:
-            time.sleep(min(due_s - now_s, _PROGRESS_PERIOD_S))
-        if ended:
-            break
-        publisher.send_bytes(cue.payload)
-        sent, at_s = sent + 1, cue.at_s
-        if progress and now_s >= report_s:
-            report_s = now_s + _PROGRESS_PERIOD_S
-            progress(timeline.reader.fraction, at_s)
-    else:
-        if progress:
-            progress(1.0, at_s)
-    problem = timeline.reader.summary.problem
-    timeline.close()
-    skipped, sim_time_s = before.skipped + timeline.skipped, before.sim_time_s + at_s
-    return ReplayReport(before.sent + sent, skipped, sim_time_s, problem, tuple(timeline.reasons))
+class _Replay:
+    """One replay under way."""
+
+    def __init__(
+        self,
+        path: Path,
+        player: ReplayPlayer,
+        voices: Mapping[str, ReplayVoice],
+        run: ReplayRun,
+        progress: Callable[[float, float], None] | None,
+    ) -> None:
+        self._path, self._player, self._voices, self._progress = path, player, voices, progress
+        self._run = run
+        self._recalling = player.jumping
+        self._sent = 0
+        self._told: ReplayStatus | None = None
+        self._tell_due_s = 0.0
+        self._pace = _Pace()
+
+    def check_alone(self) -> None:
+        """Refuse to replay a robot that is there.
+
+        Raises:
+            CommandRefused: One is.
+        """
+        for voice in self._voices.values():
+            if voice.robot_is_there():
+                which = f"a robot is on the bus as {voice.bus.namespace}"
+                raise CommandRefused(f"{which}; stop it before replaying, or use another namespace")
+
+    def turn(self, stop: Callable[[], bool]) -> None:
+        """Send what is due, answer requests, tell where it is; then rest until more is due."""
+        begun_s = now_s = time.monotonic()
+        while now_s < begun_s + _TURN_S and self._send(now_s) and not stop():
+            now_s = time.monotonic()
+        self._tell(now_s)
+        factor = self._player.speed if self._player.speed > 0.0 else -1.0
+        figures = {"speed_factor": factor, "real_time_factor": f"{self._pace.factor:.3g}", "recording": ""}
+        for voice in self._voices.values():
+            voice.serve(figures, where(self._player))
+        if not self._player.ended:
+            time.sleep(self._player.wait_s(time.monotonic(), _IDLE_S))
+
+    def _send(self, now_s: float) -> bool:
+        """Send the next message if it is due."""
+        player = self._player
+        cue = player.take(now_s)
+        if self._run.jumps != player.jumps:
+            self._run = ReplayRun(self._run.key, player.jumps)
+            for each in self._voices.values():
+                each.begin_anew(self._run)
+            self._recalling = player.jumping or cue is not None
+        if cue is not None and (voice := self._voices.get(cue.namespace)) is not None:
+            (voice.recall if self._recalling else voice.say)(cue)
+            self._sent += 1
+        if self._recalling and not player.jumping:
+            self._recalling = False
+            for each in self._voices.values():
+                each.recall_paint()
+        return cue is not None
+
+    def _tell(self, now_s: float) -> None:
+        status = self._status()
+        changed = self._told is None or status.model_copy(update={"now_s": self._told.now_s}) != self._told
+        if not changed and now_s < self._tell_due_s:
+            return
+        self._tell_due_s = now_s + _LOOK_EVERY_S
+        self._pace.note(now_s, self._player.now_s, self._player.jumps)
+        self.check_alone()
+        if status != self._told:
+            self._told = status
+            for voice in self._voices.values():
+                voice.tell(status)
+        if self._progress is not None:
+            self._progress(self._fraction(), self._player.now_s)
+
+    def _fraction(self) -> float:
+        player = self._player
+        length_s = player.end_s - player.begin_s
+        if math.isnan(length_s):
+            return player.source.fraction
+        return (player.now_s - player.begin_s) / length_s if length_s > 0.0 else 1.0
+
+    def _status(self) -> ReplayStatus:
+        player = self._player
+        return ReplayStatus(
+            file=self._path.name,
+            robots=tuple(voice.bus.namespace for voice in self._voices.values()),
+            begin_s=player.begin_s,
+            end_s=player.end_s,
+            now_s=player.now_s,
+            begin_wall_s=player.source.begin_wall_s(player.begin_s),
+            speed=player.speed if player.speed > 0.0 else -1.0,
+            playing=player.playing,
+            jumps=player.jumps,
+            loop=player.loop,
+            loops=player.loops,
+        )
+
+    def report(self) -> ReplayReport:
+        """What was replayed so far."""
+        source = self._player.source
+        source.close()
+        return ReplayReport(self._sent, source.skipped, self._player.played_s, source.problem, tuple(source.reasons))
+
+
+class _Pace:
+    """How fast recorded time really passes."""
+
+    def __init__(self) -> None:
+        self.factor = 0.0
+        self._last: tuple[float, float, int] | None = None
+
+    def note(self, wall_s: float, time_s: float, jumps: int) -> None:
+        """Where the replay is now; after a jump it is measured anew."""
+        if self._last is not None and self._last[2] == jumps and wall_s > self._last[0]:
+            self.factor = (time_s - self._last[1]) / (wall_s - self._last[0])
+        self._last = wall_s, time_s, jumps

@@ -2,56 +2,20 @@
 
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
 from pathlib import Path
 
-from touchline.schemas.topics import Topic
-from touchline.schemas.wellformed import Wellformed
-from touchline.services.bridge.channels import namespace_at, robots_among, schema_text, topic_at
-from touchline.services.bridge.former_types import presented
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas import topics
+from touchline.services.bridge.channels import is_drawn, robots_among
+from touchline.services.bridge.due_times import DueTimes, due_times_ns
+from touchline.services.bridge.former_types import present_kind, presented
+from touchline.services.bridge.message_index import MessageIndex
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorded import RecordingKind
-from touchline.services.bridge.schema_change import schema_change
-
-#: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
-RESTART_NS = 2_000_000_000
-#: One further ahead than this is damage: nothing is said for so long, and nobody waits for it.
-LONGEST_SILENCE_NS = 24 * 3600 * 1_000_000_000
-#: A robot further behind the others than this was not driving while they were.
-APART_NS = 1_000_000_000
-
-
-@dataclass(frozen=True, slots=True)
-class Cue:
-    """One message of a robot to send, ``at_s`` seconds after the first one; never less than that of the cue before."""
-
-    at_s: float
-    namespace: str
-    topic: Topic
-    payload: bytes
-
-
-class _RobotTime:
-    """How far the replay of one robot is, on a time that all robots of the recording share."""
-
-    def __init__(self) -> None:
-        self._latest_ns: int | None = None
-        self._elapsed_ns = 0
-
-    def at_ns(self, log_time_ns: int, shared_ns: int) -> int:
-        """When a message of this log time is due, ``shared_ns`` being the time of the one before it, of any robot.
-
-        A robot whose clock stood while others went on joins them where they are: its messages were recorded after
-        theirs.
-        """
-        latest_ns = self._latest_ns
-        if latest_ns is None or not latest_ns - RESTART_NS <= log_time_ns <= latest_ns + LONGEST_SILENCE_NS:
-            latest_ns = log_time_ns
-        self._elapsed_ns += max(log_time_ns - latest_ns, 0)
-        self._latest_ns = max(latest_ns, log_time_ns)
-        if self._elapsed_ns < shared_ns - APART_NS:
-            self._elapsed_ns = shared_ns
-        return max(self._elapsed_ns, shared_ns)
+from touchline.services.bridge.replay_cue import Cue
+from touchline.services.bridge.sendable import SendableTopics
+from touchline.services.bridge.standing import ACCUMULATING, Standing, counts
 
 
 def recorded_robots(path: Path) -> tuple[str, ...]:
@@ -77,8 +41,8 @@ class Timeline:
 
     Attributes:
         reader: Tells how far it has been read and, at the end, what the recording held.
+        begin_s: Log time of the first cue, once that has been read.
         skipped: Messages passed over because their topic is not in the topic table, or they are none of its type.
-        reasons: Why those of a topic in the table are none of its type, as far as it is for their schema.
 
     Raises:
         RecordingError: The file cannot be opened.
@@ -86,9 +50,14 @@ class Timeline:
 
     def __init__(self, path: Path) -> None:
         self.reader = RecordingReader(path)
+        self.begin_s: float | None = None
         self.skipped = 0
-        self.reasons: list[str] = []
-        self._topics: dict[tuple[str, RecordingKind], tuple[str, Topic, Wellformed] | None] = {}
+        self._topics = SendableTopics()
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why messages of topics in the table were skipped, as far as it is for their schema."""
+        return self._topics.reasons
 
     def close(self) -> None:
         """Close the recording before its end; harmless when repeated."""
@@ -100,32 +69,84 @@ class Timeline:
         Raises:
             RecordingError: The file is not MCAP.
         """
-        times: dict[str, _RobotTime] = {}
-        at_ns = 0
+        times = DueTimes()
         for message in map(presented, self.reader.messages()):
-            known = self._topic(message.topic, message.kind)
-            if known is None or known[2].problem(message.payload):
+            known = self._topics.find(message.topic, message.kind)
+            if known is None and is_drawn(message.topic, robots_among(self.reader.summary.topics)):
+                continue  # the bridge makes it anew for who looks at the replay
+            if known is None or known.form.problem(message.payload):
                 self.skipped += 1
                 continue
-            namespace, topic, _ = known
-            if namespace not in times:
-                times[namespace] = _RobotTime()
-            at_ns = times[namespace].at_ns(message.log_time_ns, at_ns)
-            yield Cue(at_ns / 1e9, namespace, topic, message.payload)
+            if self.begin_s is None:
+                self.begin_s = message.log_time_ns / 1e9
+            at_ns = times.next_ns(known.namespace, message.log_time_ns)
+            yield Cue(at_ns / 1e9, known.namespace, known.topic, message.payload)
 
-    def _topic(self, path: str, kind: RecordingKind) -> tuple[str, Topic, Wellformed] | None:
-        if (path, kind) not in self._topics:
-            topic = topic_at(path)
-            sendable = topic is not None and self._sendable(path, kind, topic)
-            known = (namespace_at(path), topic, Wellformed(topic.type)) if topic and sendable else None
-            self._topics[path, kind] = known
-        return self._topics[path, kind]
 
-    def _sendable(self, path: str, kind: RecordingKind, topic: Topic) -> bool:
-        """Whether what was recorded so is what the bus has now; why not is noted."""
-        now = RecordingKind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())
-        change = schema_change(
-            replace(kind, schema=kind.schema or now.schema), now, ("the recording", "the topic table")
-        )
-        self.reasons += [f"{path}: {note}" for note in change.notes]
-        return not change.notes
+class IndexedTimeline:
+    """As `Timeline`, for recordings with an index, from any time on.
+
+    Attributes:
+        begin_s: Log time of the first cue.
+        length_s: When the last one is due.
+    """
+
+    def __init__(self, index: MessageIndex) -> None:
+        self._index = index
+        sendable = SendableTopics()
+        self._topics = [sendable.find(path, present_kind(kind)) for path, kind in index.channels]
+        known = [each is not None for each in self._topics]
+        self._rows = np.flatnonzero(np.array(known, dtype=np.bool_)[index.channel])
+        robots = {name: number for number, name in enumerate(sorted({each.namespace for each in self._topics if each}))}
+        numbers = np.array([robots[each.namespace] if each else -1 for each in self._topics], np.int64)
+        channel, log_time_ns = index.channel[self._rows], index.log_time_ns[self._rows]
+        self._at_ns = due_times_ns(numbers[channel], log_time_ns)
+        self._row_at_ns = np.zeros(len(index), np.int64)
+        self._row_at_ns[self._rows] = self._at_ns
+        self.begin_s = float(log_time_ns[0]) / 1e9 if len(log_time_ns) else 0.0
+        self.length_s = float(self._at_ns[-1]) / 1e9 if len(log_time_ns) else 0.0
+
+    @classmethod
+    def of(cls, path: Path) -> "IndexedTimeline | None":
+        """That of a recording; None if it has no index, or nothing to replay."""
+        index = MessageIndex.of(path)
+        timeline = cls(index) if index is not None else None
+        return timeline if timeline is not None and len(timeline._rows) else None
+
+    def standing(self, at_s: float) -> Standing:
+        """What holds after all that is due up to then."""
+        standing = Standing()
+        for cue in self._cues(self._telling(self._count_until(at_s))):
+            standing.take(cue)
+        return standing
+
+    def after(self, at_s: float) -> Iterator[Cue]:
+        """What is due later than that."""
+        return self._cues(np.arange(self._count_until(at_s), len(self._rows)))
+
+    def _count_until(self, at_s: float) -> int:
+        return int(np.searchsorted(self._at_ns, at_s * 1e9 + 0.5, side="right"))
+
+    def _telling(self, count: int) -> NDArray[np.intp]:
+        """Of the first so many cues those that may still hold: all of some topics, of latched ones the last."""
+        channel = self._index.channel[self._rows[:count]]
+        wanted = [np.empty(0, np.intp)]
+        plans = dict[str, int]()
+        for number, known in enumerate(self._topics):
+            if known is not None and known.topic is topics.PLAN and len(found := np.flatnonzero(channel == number)):
+                plans[known.namespace] = int(found[-1])
+        for number, known in enumerate(self._topics):
+            if known is None or not counts(known.topic):
+                continue
+            found = np.flatnonzero(channel == number)
+            if known.topic is topics.PAINT:
+                found = found[found > plans.get(known.namespace, -1)]
+            wanted.append(found if known.topic in (*ACCUMULATING, topics.STATUS) else found[-1:])
+        return np.sort(np.concatenate(wanted))
+
+    def _cues(self, places: NDArray[np.intp]) -> Iterator[Cue]:
+        for row, message in self._index.read(self._rows[places]):
+            known = self._topics[self._index.channel[row]]
+            payload = presented(message).payload
+            if known is not None and not known.form.problem(payload):
+                yield Cue(int(self._row_at_ns[row]) / 1e9, known.namespace, known.topic, payload)

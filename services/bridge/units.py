@@ -27,7 +27,7 @@ _STANDARD = (
     (r"angular_velocity\.[xyz]$|twist\.angular\.[xyz]$", "rad/s"),
     (r"linear_acceleration\.[xyz]$", "m/s²"),
     (r"twist\.linear\.[xyz]$", "m/s"),
-    (r"position\.[xyz]$|altitude$", "m"),
+    (r"(position|translation|points)\.[xyz]$|altitude$", "m"),
     (r"(latitude|longitude)$", "deg"),
     (r"magnetic_field\.[xyz]$", "T"),
     (r"voltage$", "V"),

@@ -1,8 +1,12 @@
-"""Authenticates answers: only sessions with the liveliness token of the serving node may answer."""
+"""Authenticates answers: only sessions with the liveliness token of the serving node may answer.
+
+A replay may, too, for the processes of the robot that it replays: they are not there.
+"""
 
 import threading
 from collections.abc import Callable
 
+from touchline.schemas.topics import REPLAY, REPLAYED
 from touchline.services.bus.presence import Presence
 
 
@@ -22,10 +26,11 @@ class Answerers:
         with self._lock:
             if self._presence is None:
                 self._presence = self._watch()
-        return lambda session: self._is_of(node, session)
+        nodes = (node, REPLAY) if node in REPLAYED else (node,)
+        return lambda session: self._is_of(nodes, session)
 
-    def _is_of(self, node: str, session: str) -> bool:
+    def _is_of(self, nodes: tuple[str, ...], session: str) -> bool:
         assert self._presence is not None, "it is watched before it is asked"
         with self._lock:
             self._presence.poll()
-            return session in self._presence.instances(node)
+            return any(session in self._presence.instances(node) for node in nodes)

@@ -211,6 +211,10 @@ class Bus:
         self._declared.add(publisher)
         return publisher
 
+    def begin_anew(self, publisher: Publisher, publisher_id: bytes) -> None:
+        """Let a publisher of this bus go on as another one; see :meth:`Publisher.begin_anew`."""
+        publisher.begin_anew(self._session, publisher_id)
+
     def sent(self) -> list[LastSent]:
         """What was sent here of each topic that is recorded."""
         ours = [each for each in self._declared if isinstance(each, Publisher) and each.topic.recorded]

@@ -170,7 +170,9 @@ class _Asked(Generic[Request, Response]):
         while not self.done.is_set() and (missing := self._missing() or not self._all_found):
             if self._order.everyone:
                 roster.poll()
-                self._find(roster.robots({topics.ROBOT_SIM}), meets_all and roster.counted_s > begun + _FOUND_S)
+                self._find(
+                    roster.robots({topics.ROBOT_SIM, topics.REPLAY}), meets_all and roster.counted_s > begun + _FOUND_S
+                )
             for robot in self._missing() - asking.keys():
                 buses[robot] = buses.get(robot) or bus.of(robot)
                 asking[robot] = threading.Thread(

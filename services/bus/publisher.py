@@ -38,6 +38,12 @@ class Publisher:
         """Publish by this session from now on."""
         self._put = self._declare(session).put
 
+    def begin_anew(self, session: zenoh.Session, publisher_id: bytes) -> None:
+        """Go on as another publisher: what the former one sent last is kept for late joiners no more."""
+        self.id, self.sequence = publisher_id, 0
+        if self.topic.latched:
+            self.declare(session)
+
     def _declare(self, session: zenoh.Session) -> zenoh.Publisher | ext.AdvancedPublisher:
         control = zenoh.CongestionControl.BLOCK if self.topic.block else zenoh.CongestionControl.DROP
         if not self.topic.latched:

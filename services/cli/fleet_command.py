@@ -38,6 +38,9 @@ _TASK_S: Final = 120.0
 _ROBOT_S: Final = 10.0
 
 TeamNameOption = Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")]
+RecordAllOption = Annotated[
+    Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
+]
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Its name.")]
 
 
@@ -87,6 +90,7 @@ def simulate(
     robots: RobotsCountOption = None,
     seed: SeedOption = None,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
+    record: RecordAllOption = None,
     *,
     choice: TeamChoice,
     report: ReportOption = None,
@@ -94,17 +98,19 @@ def simulate(
 ) -> None:
     """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
     from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.runs.payload_recorder import PayloadRecorder
     from touchline.services.runs.team.team_figures import team_figures
     from touchline.services.runs.team.team_run import TeamRun
 
+    check_recordable(record)
     chosen = choice.chosen(robots, seed)
     with progress_bar("Team") as advance:
         warm_up(say, Setup(vehicle=chosen.vehicle, onboard=chosen.onboard))
         begun = time.perf_counter()
-        run = TeamRun(chosen, hashed=hashed)
-        with without_collecting():
+        with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
+            run = TeamRun(chosen, hashed=hashed, listener=recorder.hear if record is not None else None)
             run.run(advance)
-        figures = team_figures(run, time.perf_counter() - begun)
+        figures = team_figures(run, time.perf_counter() - begun) | recorder.as_figure()
     deliver(f"Team of {len(run.names)}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
@@ -115,9 +121,7 @@ def run(
     seed: SeedOption = None,
     speed: SpeedOption = "max",
     apart: Annotated[bool, typer.Option("--processes", help="A process for each robot, not one for all.")] = False,
-    record: Annotated[
-        Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
-    ] = None,
+    record: RecordAllOption = None,
     *,
     choice: TeamChoice,
     report: ReportOption = None,

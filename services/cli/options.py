@@ -72,7 +72,7 @@ SupervisorOption = Annotated[
 ]
 
 
-def speed_factor(text: str) -> float:
+def speed_factor(text: str, option: str = "--speed") -> float:
     """``max`` as −1, otherwise the number.
 
     Raises:
@@ -85,7 +85,7 @@ def speed_factor(text: str) -> float:
     except ValueError:
         factor = -1.0
     if not 0 < factor <= 10_000:
-        raise SpecError("command line", "--speed", f"is {text!r}", "give a number above 0 (times real time) or max")
+        raise SpecError("command line", option, f"is {text!r}", "give a number above 0 (times real time) or max")
     return factor
 
 

@@ -53,7 +53,8 @@ def robot_sim(
     journal: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Where to keep what a restart goes on from; default: the user's state folder."
+            metavar="PLACE",
+            help="File, or folder for several robots, of what a restart goes on from; default: the user's state.",
         ),
     ] = None,
     supervisor: SupervisorOption = None,

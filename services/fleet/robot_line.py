@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Final
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 from touchline.services.bus import Bus
-
-_MAP: Final = "map"
-
-
-def header_at(tick: int) -> m.Header:
-    """Of a message of the coordinator's at a tick of sim time."""
-    return m.Header(stamp=m.Time(sec=tick // 100, nanosec=tick % 100 * 10_000_000), frame_id=_MAP)
+from touchline.services.fleet.answers import answers
+from touchline.services.fleet.told_contacts import tick_of
 
 
 class RobotLine:
@@ -26,11 +19,14 @@ class RobotLine:
         said: What it has said last.
         said_at_s: When, wall time (monotonic).
         fresh: Whether it has said something since it was asked last.
+        way: Where it truly was until the last exchange in lockstep.
     """
 
-    def __init__(self, bus: Bus) -> None:
-        """By the robot's own bus."""
-        self._inbox = bus.inbox([topics.WHEREABOUTS], keep="recent")
+    def __init__(self, bus: Bus, *, lockstep: bool) -> None:
+        """By the robot's own bus; in lockstep it also tells the truth."""
+        self._inbox = bus.inbox([topics.WHEREABOUTS, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
+        self._lockstep = lockstep
+        self.way: m.TrueWay | None = None
         self._guidance = bus.publisher(topics.GUIDANCE)
         self.said: m.Whereabouts | None = None
         self.said_at_s, self.fresh = time.monotonic(), False
@@ -40,14 +36,19 @@ class RobotLine:
         """Of what it has said last; −1 before."""
         return round(100 * self.said.stamp_s) if self.said is not None else -1
 
+    def has_told(self, tick: int) -> bool:
+        """Whether it has said where it is at a tick and, in lockstep, how it got there."""
+        return self.tick >= tick and (not self._lockstep or (self.way is not None and tick_of(self.way) >= tick))
+
     def listen(self, now_s: float) -> None:
         """Take what it has said."""
         for _, message in self._inbox.messages():
             if isinstance(message, m.Whereabouts):
                 self.said, self.said_at_s, self.fresh = message, now_s, True
+            elif isinstance(message, m.TrueWay):
+                self.way = message
 
     def tell(self, told: Sequence[m.Guidance], tick: int) -> None:
         """Tell it something, at least that it is answered; `tick` is that of its whereabouts."""
-        head = header_at(tick)
-        for message in told or [m.Guidance(echo_s=NOTHING_HEARD_S)]:
-            self._guidance.send(message.model_copy(update={"header": head}))
+        for message in answers(told, tick):
+            self._guidance.send(message)

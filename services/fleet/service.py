@@ -23,16 +23,19 @@ from touchline.schemas.spec import first_problem
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.services.fleet.answers import header_at
 from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
+from touchline.services.fleet.body_contacts import body_radius_m
+from touchline.services.fleet.bumper_presser import BumperPresser
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.invitations import Invitations
 from touchline.services.fleet.removals import Removals
-from touchline.services.fleet.robot_line import RobotLine, header_at
+from touchline.services.fleet.robot_line import RobotLine
 from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.task_books import TaskBooks
-from touchline.services.fleet.team_status import team_status
+from touchline.services.fleet.team_status import team_news
 from touchline.services.fleet.warm_up_team import warm_up_team
 from touchline.services.system.shutdown import until_stopped
 
@@ -70,7 +73,8 @@ class TeamService:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been asked to join
-        self._lines = {name: RobotLine(each) for name, each in self._buses.items()}
+        self._lines = {name: RobotLine(each, lockstep=lockstep) for name, each in self._buses.items()}
+        self._presser = BumperPresser(self._buses, body_radius_m(team.vehicle))
         self._step = self._exchange.step_ticks if lockstep else SAYING_TICKS
         self._next_tick = self._step
         self._offsets: dict[str, int] = {}
@@ -136,8 +140,9 @@ class TeamService:
         for name, line in self._lines.items():
             if line.fresh and -1 < line.tick < tick and line.tick % self._step == 0:
                 self._catch_up(name, line)  # it was frozen, and its time is not that of the others any more
-        if any(line.tick < tick and not _given_up(line, now_s) for line in self._lines.values()):
+        if any(not line.has_told(tick) and not _given_up(line, now_s) for line in self._lines.values()):
             return False
+        self._presser.press(tick, self._lines)
         there = {name: line for name, line in self._lines.items() if line.tick >= tick and line.fresh}
         told = self._exchanged(tick, {name: line.said for name, line in there.items() if line.said is not None})
         for name, line in there.items():
@@ -198,11 +203,12 @@ class TeamService:
 
     def _publish(self, tick: int) -> None:
         self._updates += 1
-        head = header_at(tick)
-        self._cells.send(m.TeamCells(header=head, cells=tuple(self._coordination.cells())))
-        status = team_status(self._coordination, self._area)
-        figures = {"header": head, "task": self._task, "updates": self._updates, "robots": len(self._lines)}
-        self._status.send(status.model_copy(update=figures | ({"problem": self._problem} if self._problem else {})))
+        known: dict[str, str | int] = {"task": self._task, "updates": self._updates, "robots": len(self._lines)}
+        if self._problem:
+            known |= {"problem": self._problem}
+        cells, status = team_news(self._coordination, self._area, tick, known)
+        self._cells.send(cells)
+        self._status.send(status)
 
     def _look_for_end(self, tick: int) -> None:
         """Account for the update, and report once the task has come to its end."""
@@ -298,7 +304,7 @@ class TeamService:
         self._invitations.joins(name)
         self._offsets.pop(name, None)
         if name not in self._lines:
-            self._lines[name] = RobotLine(self._buses[name])
+            self._lines[name] = RobotLine(self._buses[name], lockstep=self._lockstep)
         self._lines[name].said = None
 
     @property

@@ -42,6 +42,10 @@ class TaskBooks:
         self._nearest_m = min(self._nearest_m, hub.nearest_segments_m)
         self._hindrances.update(now_s)
 
+    def hindrance(self, name: str) -> str:
+        """Why a robot does not get to its goal, as far as is known."""
+        return self._hindrances.of(name)
+
     def report(self, *, finished: bool) -> TeamReport | None:
         """What has become of the task, without a header; None before its first update.
 

@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from touchline.schemas.messages import TeamStatus
+from touchline.schemas.messages import TeamCells, TeamStatus
+from touchline.services.fleet.answers import header_at
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.lloyd import EVEN, deployment, square_cost
 from touchline.services.fleet.tasks import Deploy
 
 
+def team_news(
+    coordination: Coordination, area: FreeArea, tick: int, known: Mapping[str, str | int]
+) -> tuple[TeamCells, TeamStatus]:
+    """What is told of a team after an update.
+
+    Args:
+        coordination: Of the team.
+        area: Where it drives.
+        tick: Of the update.
+        known: Fields of the status that coordination does not know.
+    """
+    head = header_at(tick)
+    status = team_status(coordination, area).model_copy(update={"header": head, **known})
+    return TeamCells(header=head, cells=tuple(coordination.cells())), status
+
+
 def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
-    """See the module; without what only the service knows.
+    """See the module; without what only others know.
 
     Args:
         coordination: Of the team.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Final
+
 from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.services.fleet.coordination import Coordination
@@ -9,9 +12,12 @@ from touchline.services.fleet.exchange import Exchange
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.team_status import team_status
 
+_SILENT_TICKS: Final = 1000
+"""Who has said nothing for so long is at rest."""
+
 
 def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
-    """Two exchanges of a throw-away team of two, by the team's task if they can have it.
+    """Exchanges of a throw-away team of two, one of which falls silent, by the team's task if they can have it.
 
     Args:
         team: That will be coordinated.
@@ -24,10 +30,11 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
     pair = team.model_copy(update={"robots": 2, "places": {}, "task": task})
     coordination = Coordination(pair, area)
     exchange = Exchange(pair, coordination)
-    for tick in (exchange.update_ticks, 2 * exchange.update_ticks):
+    silent = exchange.update_ticks * math.ceil(_SILENT_TICKS / exchange.update_ticks)
+    for tick in (exchange.update_ticks, 2 * exchange.update_ticks, silent):
         said = {
             name: Whereabouts(stamp_s=tick / 100.0, x_m=x + k * off, y_m=y, stop_x_m=x + k * off, stop_y_m=y)
-            for k, name in enumerate(pair.names)
+            for k, name in enumerate(pair.names[:1] if tick == silent else pair.names)
         }
         exchange.at(tick, said)
     coordination.cells()

@@ -104,7 +104,7 @@ class Commands:
             topics.AUTHORIZE: self.authorize,
             topics.INJECT_FAULT: self.inject_fault,
             topics.START: self._plain(emulator.start),
-            topics.PAUSE: self._plain(emulator.pause),
+            topics.PAUSE: self.pause,
             topics.RESUME: self._plain(emulator.resume),
             topics.ABORT: self._plain(emulator.abort),
             topics.ESTOP: self._plain(emulator.estop),
@@ -279,6 +279,13 @@ class Commands:
         self.told += self._telemetry.news()
         return m.InjectFaultResponse(success=True, message=describe(fault))
 
+    def pause(self, request: m.CommandRequest) -> m.CommandResponse:
+        """Brake; a robot that is paused for good already is what it is told to be."""
+        response = self._plain(self._emulator.pause)(request)
+        if not response.success and self._emulator.onboard.state == m.TraversalStatus.PAUSED:
+            return m.CommandResponse(success=True, message="already paused")
+        return response
+
     def fail_safe(self, missed_s: float) -> None:
         """The loop has missed its turns for so long that the actuators have stopped by themselves."""
         self._emulator.pause()
@@ -324,7 +331,7 @@ class Commands:
 
         return handle
 
-    def _plain(self, command: Callable[[], None]) -> Handler:
+    def _plain(self, command: Callable[[], None]) -> Callable[[m.CommandRequest], m.CommandResponse]:
         def handle(_request: m.CommandRequest) -> m.CommandResponse:
             try:
                 command()

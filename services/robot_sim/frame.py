@@ -12,6 +12,7 @@ HEADER: Final = struct.Struct("<IHQ")
 
 _OTHERS: Final = (
     topics.PLANNER_PROGRESS,
+    topics.REPLAY_STATUS,
     topics.SUPERVISOR_EVENTS,
     topics.DIAGNOSTICS,
     topics.GUIDANCE,

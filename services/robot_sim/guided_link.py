@@ -1,14 +1,24 @@
-"""A guided robot's link to its team's coordinator over the bus; in lockstep, sim time is held until that answers."""
+"""A guided robot's link to its team's coordinator over the bus; in lockstep, sim time is held until that answers.
+
+Then it also tells where the robot truly was since the last exchange: no robot knows where the others are, so who
+touches whom, and has its bumper pressed, is found by who hears them all.
+"""
 
 from __future__ import annotations
 
 import math
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.schemas import topics
-from touchline.schemas.messages import Guidance
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import Guidance, TrueWay
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.packing import Payload, header
+from touchline.services.robot_sim.tick_log import TRUTH, Rows
 
 PATIENCE_S: Final = 10.0
 """Wall clock: a coordinator that has not answered for so long is waited for no more, until it answers again."""
@@ -30,10 +40,12 @@ class GuidedLink:
         self._answered_tick = -1
         self._held_since_s = math.inf
         self._waits = True
+        self._way: list[NDArray[np.float64]] = []
 
     def begin(self, lockstep_s: float) -> None:
         """The robot is guided from now on; at every multiple of a time (s) it waits for an answer, if that is not 0."""
         self._inbox.drain()
+        self._way = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
@@ -46,15 +58,32 @@ class GuidedLink:
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
 
     @property
+    def under_way(self) -> bool:
+        """Whether the robot is guided: it tells where it is until that ends, emergency-stopped or not."""
+        return self._emulator.onboard.whereabouts is not None
+
+    @property
     def in_step(self) -> bool:
         """Whether sim time waits for the coordinator, and so does not go by the wall clock."""
-        return self._step > 0 and self._emulator.onboard.whereabouts is not None
+        return self._step > 0 and self.under_way
 
     def ticks_ahead(self) -> int:
         """How many ticks may pass before the next answer is needed."""
         if not self.in_step:
             return _NEVER
         return self._step - self._emulator.tick_count % self._step
+
+    def drove(self, rows: Rows) -> list[Payload]:
+        """What is to be told of ticks (n, tick_log.COLUMNS) that have passed: at an exchange, where the robot was."""
+        if not self.in_step:
+            return []
+        self._way.append(rows[:, TRUTH : TRUTH + 2].copy())
+        tick = self._emulator.tick_count
+        if tick % self._step:
+            return []
+        x_m, y_m = np.ascontiguousarray(np.concatenate(self._way).T)
+        self._way = []
+        return [(topics.TRUE_WAY, encode(TrueWay(header=header(tick), x_m=x_m, y_m=y_m)))]
 
     def held(self, now_s: float) -> bool:
         """Whether sim time has to wait for an answer.
@@ -64,7 +93,7 @@ class GuidedLink:
         """
         tick = self._emulator.tick_count
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
-        if not at_gate or self._emulator.onboard.whereabouts is None:
+        if not at_gate or not self.under_way:
             self._held_since_s = math.inf
             self._waits = self._waits or self._answered_tick == tick
             return False

@@ -13,6 +13,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import Telemetry
 
 _ALIGNED_TICKS: Final = 1000
 """More than a robot with a usual receiver or camera needs to know where it is."""
@@ -43,13 +44,17 @@ def _drive_a_moment(setup: Setup) -> None:
     world = setup.scenario.model_copy(update={"faults": (), "start": setup.scenario.standing()})
     emulator = Emulator(setup.vehicle, world, setup.onboard)
     emulator.begin_guided()
-    runner = FastRunner(emulator)
+    runner, telemetry = FastRunner(emulator), Telemetry(emulator)
+    telemetry.begin([])
     while (said := emulator.onboard.whereabouts) is not None and not said.aligned:
         if emulator.tick_count > _ALIGNED_TICKS:
             return
         emulator.tick()
+        telemetry.after_tick()
     if said is not None:
         far = np.array([(1.0, 0.0, said.x_m + 1.0)])
         told = Guidance(number=1, echo_s=said.stamp_s, target_x_m=said.x_m, half_planes=far.ravel())
         emulator.onboard.take_guidance(told)
+    emulator.tick()  # as when a tick is not nominal
+    telemetry.after_tick()
     runner.run(_DRIVEN_TICKS)

@@ -6,12 +6,8 @@ from functools import lru_cache
 from typing import Final
 
 from touchline.schemas import messages as m
+from touchline.schemas.frames import BODY_FRAME, GNSS_FRAME, IMU_FRAME, MAP_FRAME
 from touchline.schemas.layout import FixedLayout
-
-MAP_FRAME: Final = "map"
-BODY_FRAME: Final = "base_link"
-IMU_FRAME: Final = "imu_link"
-GNSS_FRAME: Final = "gnss_link"
 
 CLOCK: Final = FixedLayout(m.Clock)
 GNSS_FIX: Final = FixedLayout(m.NavSatFix, {"header.frame_id": GNSS_FRAME})

@@ -7,6 +7,7 @@ from typing import Final
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.frames import MAP_FRAME
 from touchline.schemas.topics import Topic
 from touchline.services.onboard.interface import CameraSample
 from touchline.services.robot_sim import layouts
@@ -38,7 +39,7 @@ def stamp_of(time_s: float) -> Stamp:
     return nanoseconds // 1_000_000_000, nanoseconds % 1_000_000_000
 
 
-def header(tick: int, frame_id: str = layouts.MAP_FRAME) -> m.Header:
+def header(tick: int, frame_id: str = MAP_FRAME) -> m.Header:
     """The header of a message sent after `tick`."""
     sec, nanosec = stamp(tick)
     return m.Header(stamp=m.Time(sec=sec, nanosec=nanosec), frame_id=frame_id)

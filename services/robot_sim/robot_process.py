@@ -218,7 +218,7 @@ class RobotProcess:
 
     @property
     def _time_passes(self) -> bool:
-        return self._free or self._emulator.active or self._goals.waking
+        return self._free or self._emulator.active or self._goals.waking or self._guided.under_way
 
     def _pace(self) -> float:
         """Sim time per wall time."""
@@ -239,9 +239,11 @@ class RobotProcess:
                 self._pacer.give_back(ticks)
                 return
             most = min(ticks, self._guided.ticks_ahead())
-            done = self._runner.step(self._telemetry.until_due(most), self._telemetry.rows)
+            rows = self._telemetry.rows
+            done = self._runner.step(self._telemetry.until_due(most), rows)
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
+            self._publish(self._guided.drove(rows[:done]))
             ticks -= done
             now = time.monotonic()
             self._answer_all_stops(now)

@@ -17,11 +17,11 @@ from typing import Final
 
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
+from touchline.schemas.paint_history import PaintHistory
 from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.bus.calls import ServedCall
 from touchline.services.bus.config import PATIENCE_S
 from touchline.services.robot_sim.frame import CARRIED, HEADER
-from touchline.services.robot_sim.paint_history import PaintHistory
 from touchline.services.system.priority import USUAL, run_at
 
 _READ_BYTES: Final = 1024 * 1024

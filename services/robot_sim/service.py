@@ -47,7 +47,8 @@ def run_service(
         speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
-        journal: Where is kept what another process would go on from; default: in the user's state folder.
+        journal: Where is kept what another process would go on from: a file, or a folder with one for each robot;
+            default: in the user's state folder.
         supervisor: Process id of the parent, to end with it.
 
     Raises:
@@ -80,7 +81,7 @@ def run_service(
                             RobotOutlet(outbox, number),
                             speed=speed,
                             clock=clock,
-                            journal=journals.enter_context(Journal(journal or journal_path(bus.namespace))),
+                            journal=journals.enter_context(Journal(journal_path(bus.namespace, journal))),
                         )
                         for number, (bus, setup) in enumerate(zip(buses, robots.values(), strict=True))
                     ]
@@ -107,7 +108,9 @@ def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
             warm_up(tell, setup)
 
 
-def journal_path(namespace: str) -> Path:
-    """Where the robot of this namespace keeps its journal."""
+def journal_path(namespace: str, chosen: Path | None = None) -> Path:
+    """Where the robot of this namespace keeps its journal: in a file or folder that was chosen, or the user's state."""
+    if chosen is not None:
+        return chosen / f"{namespace}.journal" if chosen.is_dir() else chosen
     base = os.environ.get("XDG_STATE_HOME")
     return (Path(base) if base else Path.home() / ".local" / "state") / "touchline" / f"{namespace}.journal"

@@ -9,15 +9,15 @@ from touchline.schemas.setup import Setup
 
 
 def check_together(robots: Mapping[str, Setup], journal: Path | None = None) -> None:
-    """Whether these robots can be of one process.
+    """Whether these robots can be of one process, with their journal in a file or their journals in a folder.
 
     Raises:
         SpecError: They cannot; one alone always can.
     """
     if len(robots) == 1:
         return
-    if journal is not None:
-        remedy = "leave it out: each keeps its own in the state folder ($XDG_STATE_HOME)"
+    if journal is not None and not journal.is_dir():
+        remedy = "name a folder for theirs, or leave it out for that of the state ($XDG_STATE_HOME)"
         raise SpecError("command line", "--journal", f"is one file for {len(robots)} robots", remedy)
     for namespace, setup in robots.items():
         if setup.onboard.follower in ASKED:

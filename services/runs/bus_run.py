@@ -32,6 +32,7 @@ from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, Inbox
 from touchline.services.bus.counters import Counters
+from touchline.services.onboard.executive.traversal import PAUSED_BY_OPERATOR
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 from touchline.services.system.diagnostics import read_health
@@ -192,6 +193,8 @@ class BusRun:
                 moved_at, moved_to = time.monotonic(), status.arc_length_m
                 fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
                 self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % done")
+            elif is_paused_by_operator(status):
+                moved_at = time.monotonic()  # it stands until an operator resumes it
             elif time.monotonic() - moved_at > _STALLED_S and status.state not in _FINISHED:
                 raise JobFailed(
                     f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
@@ -276,6 +279,11 @@ class BusRun:
         while_waiting: Callable[[], None] | None = None,
     ) -> Response:
         return self.bus.call(service, request, timeout_s, while_waiting or self.watcher.check)
+
+
+def is_paused_by_operator(status: TraversalStatus) -> bool:
+    """Whether a robot stands until an operator resumes it, however long that takes."""
+    return status.state == TraversalStatus.PAUSED and status.reason == PAUSED_BY_OPERATOR
 
 
 def _new_id() -> str:

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from touchline.schemas.digest import scenario_hash
@@ -25,8 +24,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.payload_recorder import PayloadRecorder
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 
 Progress = Callable[[float, str], None]
@@ -199,17 +198,17 @@ def carry_out(
         reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
         reports, recording = telemetry.reports(), None
     else:
-        with _Listener(products.record) as listener:
-            listener.hear(before)
-            listener.hear(telemetry.loaded(drive.trajectory, drive.template))
+        with PayloadRecorder(products.record) as listener:
+            listener.hear("", before)
+            listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
             emulator.start()
-            listener.hear(telemetry.news())
+            listener.hear("", telemetry.news())
 
             def tell() -> None:
                 if products.record is None:
                     telemetry.only_hashed()
                 else:
-                    listener.hear(telemetry.told())
+                    listener.hear("", telemetry.told())
 
             def run_slice() -> None:
                 last = emulator.tick_count + _SLICE_TICKS
@@ -246,44 +245,3 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
             why = status.reason or "it did not move on"
             emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
     return emulator.onboard.status.reason
-
-
-class _Listener:
-    """Takes the payloads, to a recording if there is one."""
-
-    def __init__(self, path: Path | None) -> None:
-        from touchline.services.bridge.recorder import Recorder
-
-        self._path = path
-        self._recorder = Recorder(path.absolute()) if path is not None else None
-        self._sequences: dict[str, int] = {}
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._recorder is not None:
-            self._finished = self._recorder.finish()
-
-    def hear(self, said: list[Payload]) -> None:
-        """Write them down."""
-        if self._recorder is None:
-            return
-        for topic, payload in said:
-            sequence = self._sequences[topic.name] = self._sequences.get(topic.name, 0) + 1
-            self._recorder.write(topic.name, payload, sequence)
-
-    def figures(self) -> dict[str, Any] | None:
-        """What was recorded, once it is finished."""
-        if self._recorder is None:
-            return None
-        done = self._finished
-        return {
-            "path": str(self._path),
-            "complete": not done.problem,
-            "messages": done.messages,
-            "bytes": done.bytes,
-            "lost": done.lost,
-        }

@@ -203,7 +203,7 @@ def _robot_children(
     for number, group in enumerate(groups):
         path = folder / f"robots-{number}.json"
         path.write_text(Fleet.of(group).model_dump_json(), encoding="utf-8")
-        journal = ["--journal", str(folder / f"robot-{number}.journal")] if private and len(group) == 1 else []
+        journal = ["--journal", str(folder)] if private else []
         alone = next(iter(group)) if len(groups) > 1 else ""
         command = ["robot-sim", "--robots", str(path), *options.robot_sim, *journal]
         children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))

@@ -1,5 +1,6 @@
 """The sessions that are shipped come out the same, through the plugin that anybody's tests use."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from touchline.services.runs.checking.check_session import update_recording
 pytest_plugins = ["pytester"]
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
 pytestmark = pytest.mark.xdist_group("checking")
+#: Where compiled kernels are; `pytester` gives its process a home of its own, where all would be compiled anew.
+CACHES = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
 
 
 @pytest.mark.touchline_session("examples/sessions/square.mcap")
@@ -43,7 +46,8 @@ def test_every_shipped_session_is_tested_and_small():
     assert max(path.stat().st_size for path in shipped) <= 1_000_000
 
 
-def test_a_difference_is_told_by_the_assertion(pytester, tmp_path):
+def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", CACHES)
     shutil.copy(SESSIONS / "square.mcap", pytester.path / "square.mcap")
     pytester.makepyfile(
         """

@@ -12,7 +12,13 @@ from tests.sharing.test_shared_simulation import GRID, TEMPLATE
 from tests.system.commands import start_touchline, touchline
 from tests.system.test_failures import wait_until
 from touchline.schemas import topics
-from touchline.schemas.messages import AuthorizeRequest, GetDiagnosticsRequest, PlanOptions, TraversalStatus
+from touchline.schemas.messages import (
+    AuthorizeRequest,
+    GetDiagnosticsRequest,
+    PlanOptions,
+    SetSpeedRequest,
+    TraversalStatus,
+)
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig
@@ -66,14 +72,21 @@ class Site:
         self.config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
         template, self.report, self.log = folder / "grid.json", folder / "report.json", folder / "run.log"
         template.write_text(TEMPLATE.to_json())
-        options = ("--robots", "2", "--speed", "4", "--report", str(self.report), *arguments)
+        options = ("--robots", "2", "--speed", "30", "--report", str(self.report), *arguments)
         self.run = start_touchline("run", str(template), *options, config=self.config, log=self.log)
 
     def paints(self, robot, coverage_pct):
-        """Wait until a robot paints, and has painted so much of its share."""
-        with Bus.open(topics.OBSERVER, self.config.of(robot)) as bus:
+        """Wait until a robot paints, and has painted so much of its share; from its start on both drive slowly."""
+        with Bus.open_all(topics.OBSERVER, self.config.of("r1", "r2")) as buses:
+            bus = buses[int(robot[1:]) - 1]
             inbox, status = bus.inbox([topics.STATUS], keep="latest"), TraversalStatus()
+            slowed = False
             while not (status.spraying and status.coverage_pct > coverage_pct):
+                if status.state == TraversalStatus.RUNNING and not slowed:
+                    slowed = all(
+                        each.call(topics.SET_SPEED, SetSpeedRequest(request_id="slow", factor=4.0)).success
+                        for each in buses
+                    )
                 assert self.run.poll() is None, self.said
                 status = next((told for _, told in inbox.messages()), status)
                 time.sleep(0.01)
@@ -149,7 +162,7 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
 
 @pytest.mark.xdist_group("shared-run")
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
-    team = site()
+    team = site("--speed", "5")  # time for a reset and a resume while the other does the rest
     team.paints("r2", 1.0)
     assert team.order("estop", "r2").returncode == 0
     team.wait_for("r2 is out of service")

@@ -53,6 +53,7 @@ NAMES = {
 MAX_RESUME_DISTANCE_M = 0.5
 EMERGENCY_STOP = "emergency stop"
 ABORTED_BY_OPERATOR = "aborted by the operator"
+PAUSED_BY_OPERATOR = "paused by the operator"
 
 
 class Course(NamedTuple):
@@ -193,7 +194,7 @@ class Traversal:
         self._require("start", READY)
         self._become(RUNNING, "")
 
-    def pause(self, reason: str = "paused by the operator") -> None:
+    def pause(self, reason: str = PAUSED_BY_OPERATOR) -> None:
         """Close the valve and brake along the path."""
         if self.state == PAUSED and self._automatic:
             self._automatic = False

@@ -1,7 +1,7 @@
 """How near to each other the bodies of robots come, by their true poses."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -25,12 +25,18 @@ class BodyGap:
         self.closest_m = math.inf
         self._outline: Floats = np.array(vehicle.body.footprint_m)
         self._middle, self._radius_m = body_disc(vehicle)
+        self._touching: set[tuple[str, str]] = set()
 
-    def look(self, poses: Sequence[Floats]) -> None:
-        """Take the poses (n, 3) of each robot, all at the same n instants: x (m), y (m), heading (rad)."""
+    def look(self, poses: Mapping[str, Floats]) -> list[str]:
+        """Take the poses (n, 3) of each robot, all at the same n instants: x (m), y (m), heading (rad).
+
+        Returns:
+            The robots that have come to touch another.
+        """
         import shapely
 
-        for one, other in combinations(poses, 2):
+        touching = set[tuple[str, str]]()
+        for (name, one), (others_name, other) in combinations(poses.items(), 2):
             off = np.hypot(
                 *(_carried(one, np.array([self._middle])) - _carried(other, np.array([self._middle])))[:, 0].T
             )
@@ -38,7 +44,12 @@ class BodyGap:
             if near.any():
                 bodies = shapely.polygons(_carried(one[near], self._outline))
                 others = shapely.polygons(_carried(other[near], self._outline))
-                self.closest_m = min(self.closest_m, float(np.min(shapely.distance(bodies, others))))
+                apart_m = float(np.min(shapely.distance(bodies, others)))
+                self.closest_m = min(self.closest_m, apart_m)
+                if apart_m == 0.0:
+                    touching.add((name, others_name))
+        new, self._touching = touching - self._touching, touching
+        return sorted({name for pair in new for name in pair})
 
 
 def _carried(poses: Floats, points: Floats) -> Floats:

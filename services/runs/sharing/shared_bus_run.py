@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from touchline.schemas import topics
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse, Event
@@ -17,6 +19,7 @@ from touchline.services.bus import Bus
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.runs.bus_run import JobFailed, Watcher
+from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.rest import Mate, errands, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
@@ -63,6 +66,7 @@ class SharedBusRun:
     Attributes:
         robots: All of them.
         job: What is done now: the rest, once that was taken over.
+        gap: Between bodies, each where it was last told to be in truth.
         left_out: Parts of lines that could not be reached.
         recording: Its figures, if there is one.
         orders: That operators have given, with what came of each.
@@ -73,7 +77,7 @@ class SharedBusRun:
     def __init__(self, buses: Sequence[Bus], job: SharedJob, conduct: Conduct, watcher: Watcher) -> None:
         self.robots, self.job = [SharedRobot(bus, watcher.event) for bus in buses], job
         self._conduct, self._watcher = conduct, watcher
-        self._crew = list(self.robots)
+        self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
         self._gathering = self._undone = False
         self._painted, self._begun_s = NO_LINES, 0.0
         self._said = dict.fromkeys((robot.name for robot in self.robots), "")
@@ -171,6 +175,11 @@ class SharedBusRun:
             if robot.out != self._said[robot.name]:
                 self._said[robot.name] = robot.out
                 self._tell_of(robot)
+        poses = {robot.name: robot.true_pose for robot in self.robots if not robot.gone}
+        known = {name: np.array([pose]) for name, pose in poses.items() if pose is not None}
+        for name in self.gap.look(known):
+            self._watcher.event(Event.ERROR, f"{name} touches another robot")
+            next(robot for robot in self.robots if robot.name == name).touch()
 
     def _tell_of(self, robot: SharedRobot) -> None:
         if not robot.out:
@@ -194,6 +203,10 @@ class SharedBusRun:
             self._moved_at, self._reached_m = time.monotonic(), now_m
             where = ", ".join(f"{robot.name} {robot.status.segment_id}" for robot in self._crew)
             self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), where)
+        if paused := [robot for robot in self._crew if robot.paused_since is not None]:
+            self._moved_at = time.monotonic()  # who is paused by an operator stands until an operator resumes it
+            since = ", ".join(f"{robot.name} since {_clock(robot.paused_since)}" for robot in paused)
+            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), f"paused: {since}")
         failed = [robot for robot in self._crew if robot.out and not robot.done]
         after_s = self._conduct.take_over_after_s
         if failed and after_s is not None and not (self._gathering or self._undone):
@@ -307,3 +320,8 @@ class SharedBusRun:
                 robot.bus.call(topics.ABORT, CommandRequest(request_id=fresh_id()), 2.0)
             except TouchlineError as error:
                 self._watcher.event(Event.WARN, str(error))
+
+
+def _clock(at_s: float | None) -> str:
+    """A time of the clock on the wall; `at_s` is in seconds since the epoch."""
+    return time.strftime("%H:%M:%S", time.localtime(at_s))

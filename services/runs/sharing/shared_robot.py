@@ -14,6 +14,7 @@ from touchline.schemas.messages import (
     CommandResponse,
     Event,
     GetPaintRequest,
+    InjectFaultRequest,
     LoadRequest,
     Odometry,
     PaintMarks,
@@ -23,9 +24,10 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.topics import Request, Response, Service
 from touchline.services.bus import Bus, CallError, ServedCall
+from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
-from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
 from touchline.services.runs.recorded_paint import joined
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.rest import Errand
@@ -62,11 +64,13 @@ class SharedRobot:
         """Listen, from before it is given anything to do; `tell` is told its events."""
         self.bus, self._tell = bus, tell
         self._told = bus.inbox([topics.EVENTS, topics.REPORT, topics.PAINT])
-        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY], keep="latest")
+        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
         self._presence = bus.presence()
         self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
         self._batches, self._since_s = list[PaintMarks](), -math.inf
         self._place = Odometry()
+        self._true_place: Odometry | None = None
+        self._paused_at = math.inf
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
         self.furthest_m, self.until_m, self.limit_m = 0.0, -math.inf, math.inf
@@ -101,9 +105,17 @@ class SharedRobot:
     @property
     def place(self) -> Standing:
         """Where it believes to be, or did when it was last heard."""
-        pose = self._place.pose.pose
-        heading_rad = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
-        return Standing(self.name, (pose.position.x, pose.position.y, heading_rad))
+        return Standing(self.name, _pose(self._place))
+
+    @property
+    def true_pose(self) -> tuple[float, float, float] | None:
+        """Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells."""
+        return _pose(self._true_place) if self._true_place is not None else None
+
+    @property
+    def paused_since(self) -> float | None:
+        """Since when (seconds since the epoch) it is paused by an operator; None if it is not."""
+        return self._paused_at if math.isfinite(self._paused_at) and not self.out else None
 
     @property
     def painted(self) -> PaintBelief:
@@ -133,11 +145,15 @@ class SharedRobot:
                 self.report = message if self.errand is not None else self.report
             elif isinstance(message, PaintMarks) and _seconds(message) > self._since_s:
                 self._batches.append(message)
-        for _, message in self._latest.messages():
+        for sample, message in self._latest.messages():
             if isinstance(message, Odometry):
-                self._place = message
+                if sample.topic is topics.TRUTH:
+                    self._true_place = message
+                else:
+                    self._place = message
             elif isinstance(message, TraversalStatus) and self._is_of_errand(message):
                 self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
+                self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
                 self.furthest_m = max(self.furthest_m, message.arc_length_m)
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:
@@ -213,6 +229,12 @@ class SharedRobot:
             self.ask(topics.AUTHORIZE, AuthorizeRequest(request_id=fresh_id(), until_m=until_m))
             self.until_m = until_m
 
+    def touch(self) -> None:
+        """Have its bumper pressed."""
+        request = InjectFaultRequest(request_id=fresh_id(), fault_json=PRESSED.model_dump_json())
+        with suppress(JobFailed, CallError):  # the contact is told and counted whether or not it stops
+            self.ask(topics.INJECT_FAULT, request)
+
     def keep_out(self) -> None:
         """Let it drive no further on its errand, should it be set going again: others do the rest of that."""
         with suppress(JobFailed):  # it may have been given up already
@@ -263,6 +285,12 @@ class SharedRobot:
 
 class _Lost(CallError):
     """The process that was asked is gone."""
+
+
+def _pose(place: Odometry) -> tuple[float, float, float]:
+    """Where it is: x (m), y (m), heading (rad)."""
+    at, turned = place.pose.pose.position, place.pose.pose.orientation
+    return at.x, at.y, 2.0 * math.atan2(turned.z, turned.w)
 
 
 def fresh_id() -> str:

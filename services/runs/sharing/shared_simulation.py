@@ -13,6 +13,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import TemplateSegment
+from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
@@ -151,7 +152,10 @@ class _SharedRun:
             while orders and orders[0].order.at_s <= self._now_s:
                 self._obey(orders.pop(0))
             poses = [(member, member.run_slice()) for member in self.members]
-            self.gap.look([each for member, each in poses if not member.gone])
+            touched = self.gap.look({member.name: each for member, each in poses if not member.gone})
+            for member in self.members:
+                if member.name in touched:
+                    member.order(partial(member.emulator.inject_fault, PRESSED))
             self._authorize()
             self._slices += 1
             if self._gathering and all(member.waits for member in self.crew if not member.dead):

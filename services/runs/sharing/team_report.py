@@ -1,5 +1,6 @@
 """The figures of a shared job, as a JSON object: of all robots together, and of each."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -95,6 +96,7 @@ def bus_figures(job: SharedJob, run: "SharedBusRun", paint: JointPaint) -> dict[
         "traversal": {
             "total_time_s": max(report.header.stamp.sec + 1e-9 * report.header.stamp.nanosec for report in reports),
             "wall_time_s": run.wall_time_s,
+            "closest_bodies_m": run.gap.closest_m if math.isfinite(run.gap.closest_m) else None,
             "left_out_m": length_m(run.left_out),
         },
         "paint": judged,

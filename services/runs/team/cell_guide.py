@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Guidance
 from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.answers import answers, header_at
 from touchline.services.fleet.cells import SegmentsMeet
 from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import Exchange
 from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.hindrances import Hindrances
+from touchline.services.fleet.task_books import TaskBooks
 from touchline.services.fleet.tasks import TeamTask
+from touchline.services.fleet.team_status import team_news
+from touchline.services.robot_sim.packing import Payload
 from touchline.services.runs.team.team_guide import BelievedApart
 from touchline.services.runs.team.team_robot import TeamRobot
+
+TeamListener = Callable[[str, list[Payload]], None]
+"""Told who says what: a robot, or under the team's own name its coordinator."""
 
 
 class CellGuide:
     """See `TeamGuide`."""
 
-    def __init__(self, team: TeamScenario, area: FreeArea, robots: Mapping[str, TeamRobot]) -> None:
+    def __init__(
+        self, team: TeamScenario, area: FreeArea, robots: Mapping[str, TeamRobot], listener: TeamListener | None = None
+    ) -> None:
         """All robots are to be guided from now on.
+
+        Args:
+            team: What they do.
+            area: Where.
+            robots: By name.
+            listener: Told what is told to whom, and of the team, if anybody listens.
 
         Raises:
             CommandRefused: Such a robot cannot be guided.
@@ -30,7 +47,8 @@ class CellGuide:
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self.believed, self.problem = BelievedApart(), ""
-        self._hindrances = Hindrances(self._coordination)
+        self._area, self._kind, self._listener = area, team.task.kind, listener
+        self._books, self._updates, self._ended = TaskBooks(self._coordination, self._kind), 0, False
         for robot in robots.values():
             robot.begin_guided()
 
@@ -61,14 +79,38 @@ class CellGuide:
         for name, messages in told.items():
             for message in messages if name in onboard else ():
                 onboard[name].take_guidance(message)
+        self._books.count(len(said), sum(map(len, told.values())))
+        self._tell(tick, told, awake)
         hub = self._coordination.hub
         if hub is None or not self._exchange.updated:
             return False
-        self._hindrances.update(tick / 100.0)
         believed = self.believed
         believed.nearest_segments_m = min(believed.nearest_segments_m, hub.nearest_segments_m)
         believed.outside_cell_m = max(believed.outside_cell_m, *hub.strays_m.values())
         return True
+
+    def _tell(self, tick: int, told: Mapping[str, list[Guidance]], awake: Collection[str]) -> None:
+        """Keep the books, and let who listens hear what the coordinator tells over the bus."""
+        updated, now_s = self._exchange.updated, tick / 100.0
+        self._updates += updated
+        if updated:
+            self._books.update(now_s)
+        if (hear := self._listener) is None:
+            return
+        finished = self._coordination.finished(now_s)
+        for name in () if finished else sorted(awake):
+            hear(name, [(topics.GUIDANCE, encode(each)) for each in answers(told.get(name, ()), tick)])
+        if not updated:
+            return
+        known: dict[str, str | int] = {"task": self._kind, "updates": self._updates, "robots": len(self._robots)}
+        known |= {"problem": self.problem} if self.problem else {}
+        cells, status = team_news(self._coordination, self._area, tick, known)
+        news: list[Payload] = [(topics.TEAM_CELLS, encode(cells)), (topics.TEAM_STATUS, encode(status))]
+        if finished and not self._ended:
+            self._ended = True
+            if (report := self._books.report(finished=True)) is not None:
+                news.append((topics.TEAM_REPORT, encode(report.model_copy(update={"header": header_at(tick)}))))
+        hear(topics.TEAM_NAMESPACE, news)
 
     def _pause_all(self, problem: str) -> None:
         """As the coordinator does over the bus when a robot is where it may not be."""
@@ -83,4 +125,4 @@ class CellGuide:
 
     def hindrance(self, name: str) -> str:
         """See `TeamGuide`."""
-        return self._hindrances.of(name)
+        return self._books.hindrance(name)

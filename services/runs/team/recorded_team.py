@@ -16,7 +16,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Odometry, String
 from touchline.schemas.spec import parse
 from touchline.schemas.team import TeamScenario
-from touchline.services.runs.team.body_contacts import BodyContacts
+from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +40,7 @@ class RecordedTeam:
 
     def contacts(self) -> BodyContacts:
         """Who has touched whom, at 50 Hz."""
-        body = np.array(self.team.vehicle.body.footprint_m)
-        found = BodyContacts(len(self.names), float(np.hypot(*body.T).max()))
+        found = BodyContacts(len(self.names), body_radius_m(self.team.vehicle))
         if len(self.places):
             found.look(self.places)
         return found
@@ -115,7 +114,7 @@ def draw_team(recorded: RecordedTeam, path: Path, robot: str | None = None) -> N
     axes.add_patch(Polygon(np.array(area.shape.exterior.coords), fill=False, color="0.4"))
     for ring in area.shape.interiors:
         axes.add_patch(Polygon(np.array(ring.coords), color="0.85"))
-    radius_m = float(np.hypot(*np.array(recorded.team.vehicle.body.footprint_m).T).max())
+    radius_m = body_radius_m(recorded.team.vehicle)
     for number, name in enumerate(recorded.names):
         way = recorded.places[:, number]
         if robot not in (None, name) or not len(way):

@@ -13,8 +13,9 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.team import TeamScenario
 from touchline.services.bus import Bus, Inbox
+from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
+from touchline.services.fleet.told_contacts import ToldContacts, tick_of
 from touchline.services.runs.bus_run import JobFailed, Watcher
-from touchline.services.runs.team.recorded_team import read_team
 from touchline.services.runs.team.team_figures import hash_of
 from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
@@ -49,11 +50,16 @@ class TeamOnBus:
     _status: m.TeamStatus = field(default=m.TeamStatus(), init=False)
     _report: m.TeamReport = field(default=m.TeamReport(), init=False)
 
+    def __post_init__(self) -> None:
+        """Nobody has touched anybody."""
+        self._told = ToldContacts(self.buses, body_radius_m(self.team.vehicle))
+        self._ways_tick = 0
+
     def run(self) -> dict[str, Any]:
         """Do all of it.
 
         Returns:
-            The run's report, without what only the truth tells.
+            The run's report.
 
         Raises:
             JobFailed: A service refused, died, or the team stands still.
@@ -63,7 +69,7 @@ class TeamOnBus:
         coordinator = first.of(topics.TEAM_NAMESPACE)
         setup = coordinator.inbox([topics.TEAM_SETUP], keep="latest")
         self._wait_for(setup)
-        inboxes = [bus.inbox([topics.REPORT, topics.EVENTS]) for bus in self.buses.values()]
+        inboxes = [bus.inbox([topics.REPORT, topics.EVENTS, topics.TRUE_WAY]) for bus in self.buses.values()]
         statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT], keep="latest")
         if self.record is not None:
             begin_team_recording(first, self.record, self.watcher)
@@ -123,6 +129,8 @@ class TeamOnBus:
         for _, message in inbox.messages():
             if isinstance(message, m.TraversalReport):
                 self._reports[name] = message
+            elif isinstance(message, m.TrueWay):
+                self._note_way(name, message)
             elif isinstance(message, m.Event) and message.severity >= m.Event.WARN:
                 if message.code == _LATCHED:
                     self._stopped[name] = message.text
@@ -133,28 +141,33 @@ class TeamOnBus:
         text = status.problem or f"{status.robots} robots, {status.arrived} arrived, {status.stuck} stuck"
         self.watcher.progress(min(done, 1.0), text)
 
-    def _truth(self) -> dict[str, Any]:
-        """What the recording tells of contacts."""
-        if self.record is None:
-            return {}
-        contacts = read_team(self.record).contacts()
-        closest_m = contacts.closest_m if math.isfinite(contacts.closest_m) else None
-        return {"contacts": len(contacts.pairs), "closest_m": closest_m}
+    def _note_way(self, name: str, way: m.TrueWay) -> None:
+        """Count contacts up to an exchange once somebody has told of the next one: then all have told of it."""
+        if (tick := tick_of(way)) > self._ways_tick:
+            self._count_contacts()
+            self._ways_tick = tick
+        self._told.take(name, way)
+
+    def _count_contacts(self) -> None:
+        if self._ways_tick > self._told.looked_tick:
+            self._told.look(self._ways_tick)
 
     def _figures(self, wall_s: float, recording: dict[str, Any] | None, bus: Bus) -> dict[str, Any]:
-        truth = self._truth() if recording is not None else {}
+        self._count_contacts()
+        contacts = self._told.contacts
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped
         lacks = recording is not None and not recording["complete"]
         return {
-            "success": not stopped and not lacks and not truth.get("contacts"),
-            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else _touched(truth)),
+            "success": not stopped and not lacks and not contacts.pairs,
+            "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else _touched(contacts)),
             "team": self.team.name,
             "robots": len(self.buses),
             "task": self.team.task.kind,
             "seed": self.team.world.seed,
             "time_s": sim_s,
-            **truth,
+            "contacts": len(contacts.pairs),
+            "closest_m": contacts.closest_m if math.isfinite(contacts.closest_m) else None,
             "updates": self._status.updates,
             "arrived": self._status.arrived,
             "missing": list(self._report.missing),
@@ -168,8 +181,8 @@ class TeamOnBus:
         }
 
 
-def _touched(truth: dict[str, Any]) -> str:
-    return f"{truth['contacts']} contacts" if truth.get("contacts") else ""
+def _touched(contacts: BodyContacts) -> str:
+    return f"{len(contacts.pairs)} contacts" if contacts.pairs else ""
 
 
 def _new_id() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
@@ -11,12 +12,15 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.setup import Setup
+from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
 
 Floats = NDArray[np.float64]
+Listener = Callable[[list[Payload]], None]
 
 _STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
 
@@ -26,14 +30,23 @@ class TeamRobot:
 
     Attributes:
         emulator: The robot.
-        telemetry: What it tells, if that is to be hashed.
+        telemetry: What it tells, if that is to be hashed or recorded.
         stopped: Why it did not drive any more in the end, if so.
     """
 
-    def __init__(self, setup: Setup, *, hashed: bool) -> None:
-        """It stands at its scenario's start."""
+    def __init__(self, setup: Setup, *, hashed: bool, listener: Listener | None = None) -> None:
+        """It stands at its scenario's start.
+
+        Args:
+            setup: The robot, its computer and its world.
+            hashed: Whether the hash of its session is to be worked out.
+            listener: Told all that it tells, if anybody listens.
+        """
         self.emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
-        self.telemetry = Telemetry(self.emulator) if hashed else None
+        self.telemetry = Telemetry(self.emulator) if hashed or listener is not None else None
+        self._listener = listener
+        if self.telemetry is not None:
+            self._tell([self.telemetry.setup(), *self.telemetry.standing()])
         self.stopped = ""
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.COLUMNS))
@@ -46,7 +59,13 @@ class TeamRobot:
         """
         self.emulator.begin_guided()
         if self.telemetry is not None:
-            self.telemetry.begin([])
+            self._tell(self.telemetry.begin([]))
+
+    def touch(self) -> None:
+        """Have its bumper pressed from the next tick on, as over the bus."""
+        self.emulator.inject_fault(PRESSED)
+        if self.telemetry is not None:
+            self._tell(self.telemetry.news())
 
     def end(self) -> None:
         """Brake, and be guided no more."""
@@ -56,7 +75,19 @@ class TeamRobot:
         with suppress(CommandRefused):  # one that is emergency-stopped stays so
             self.emulator.abort()
         if self.telemetry is not None:
-            self.telemetry.news()
+            self._tell(self.telemetry.news())
+
+    def _tell_held(self) -> None:
+        if self.telemetry is None:
+            return
+        if self._listener is None:
+            self.telemetry.only_hashed()
+        else:
+            self._listener(self.telemetry.told())
+
+    def _tell(self, told: list[Payload]) -> None:
+        if self._listener is not None:
+            self._listener(told)
 
     @property
     def session_hash(self) -> str:
@@ -78,8 +109,8 @@ class TeamRobot:
         done = 0
         while done < ticks:
             done += self._step(ticks - done, places[done:])
-        if self.telemetry is not None:
-            self.telemetry.only_hashed()
+            if self.emulator.settled or done == ticks:
+                self._tell_held()  # the report is made where the traversal has ended, though the robot be told on
 
     def _step(self, most: int, places: Floats) -> int:
         rows, telemetry = self._rows, self.telemetry

@@ -5,23 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused, SpecError
-from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import String
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
+from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
 from touchline.services.fleet.coordination import LOST_S
 from touchline.services.fleet.density import Density
 from touchline.services.fleet.lloyd import EVEN, deployment
 from touchline.services.fleet.starts import free_area, starts
 from touchline.services.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.services.robot_sim.emulator import SETTLE_TICKS
-from touchline.services.runs.team.body_contacts import BodyContacts
-from touchline.services.runs.team.cell_guide import CellGuide
+from touchline.services.runs.team.cell_guide import CellGuide, TeamListener
 from touchline.services.runs.team.path_guide import PathGuide
 from touchline.services.runs.team.team_guide import TeamGuide
 from touchline.services.runs.team.team_robot import TeamRobot
@@ -29,7 +32,6 @@ from touchline.services.runs.team.team_robot import TeamRobot
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
-_TOUCH_S: Final = 1.0
 _OF_WHEELS: Final = ("wheel-blocked", "wheel-slip", "motor-weak", "encoder-dropout")
 _TAKEN: Final = 3.0
 """Who stands within so many radii that are kept free of a robot's goal has taken it."""
@@ -77,8 +79,13 @@ class TeamRun:
         ticks: So far.
     """
 
-    def __init__(self, team: TeamScenario, *, hashed: bool = False) -> None:
+    def __init__(self, team: TeamScenario, *, hashed: bool = False, listener: TeamListener | None = None) -> None:
         """Everybody at its start.
+
+        Args:
+            team: The scenario.
+            hashed: Whether the hashes of the sessions are to be worked out.
+            listener: Told all that would be told over the bus, if anybody listens.
 
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
@@ -88,16 +95,23 @@ class TeamRun:
         self.team, self.area, self.names = team, free_area(team), team.names
         self.starts: dict[str, Pose2] = starts(team, self.area)
         setups = {name: team.setup(name, self.starts[name]) for name in self.names}
-        self.robots = {name: TeamRobot(setup, hashed=hashed) for name, setup in setups.items()}
-        self.body_radius_m = float(np.hypot(*np.array(team.vehicle.body.footprint_m).T).max())
+        if listener is not None:
+            told = String(data=team.model_dump_json())
+            listener(topics.TEAM_NAMESPACE, [(topics.TEAM_SETUP, encode(told))])
+        heard = {name: partial(listener, name) if listener is not None else None for name in self.names}
+        self.robots = {name: TeamRobot(setup, hashed=hashed, listener=heard[name]) for name, setup in setups.items()}
+        self.body_radius_m = body_radius_m(team.vehicle)
         if team.radius_m < self.body_radius_m:
             problem = f"is {team.radius_m:g} m, less than the body's {self.body_radius_m:.3f} m"
             raise SpecError("team", "radius_m", problem, "give the body's radius and a margin of some centimetres")
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = self._first_tick = 0
-        guided = CellGuide if team.avoid == "cells" else PathGuide
-        self.guide: TeamGuide = guided(team, self.area, self.robots)
+        self.guide: TeamGuide
+        if team.avoid == "cells":
+            self.guide = CellGuide(team, self.area, self.robots, listener)
+        else:
+            self.guide = PathGuide(team, self.area, self.robots)
 
     @property
     def task(self) -> TeamTask:
@@ -164,9 +178,8 @@ class TeamRun:
             self.trace.touched.append(((self.ticks - self._first_tick) / 100.0, frozenset(touched)))
         if self.team.avoid == "none":
             return
-        for k in touched:
-            press = parse_fault(f'{{"kind": "bumper", "duration_s": {_TOUCH_S}}}')
-            self.robots[self.names[k]].emulator.inject_fault(press)
+        for k in sorted(touched):
+            self.robots[self.names[k]].touch()
 
     def places(self) -> Floats:
         """(n, 2) where the robots truly are (m)."""

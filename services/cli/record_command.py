@@ -1,10 +1,9 @@
-"""``touchline record|replay``: sessions to files and back onto the bus."""
+"""``touchline record``: the session on the bus to a file."""
 
 import json
 import sys
 import time
 import uuid
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,10 +12,10 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest
-from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus import Bus
 from touchline.services.bus.config import named_robots
-from touchline.services.cli.display import print_event, print_figures, progress_bar, say
-from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, SpeedOption, config_of, speed_factor
+from touchline.services.cli.display import print_event, print_figures, say
+from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.shutdown import until_stopped
@@ -28,9 +27,8 @@ _LOOK_S = 0.5
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommand."""
     app.command("record")(record)
-    app.command("replay")(replay)
 
 
 def record(
@@ -140,44 +138,3 @@ class _Watch:
         elif any(pair.key == "recording" and not pair.value for pair in status.values):
             idle = "somebody else has stopped it" if self._gone_s is None else "the bridge was ended and began anew"
             raise TouchlineError(f"the recording has ended: {idle if status.message == 'idle' else status.message}")
-
-
-def replay(
-    file: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="What to replay (docs/recording.md).", show_default=False)
-    ],
-    speed: SpeedOption = "1",
-    robot: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--robot",
-            metavar="NAME",
-            help="Of a recording of several robots, one to replay; may be repeated. One robot alone is replayed as "
-            "NAME; default: $TOUCHLINE_NAMESPACE, or tt2.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Send a recording onto the bus again, as if its robots were there; a cut-off file is sent up to its break."""
-    from touchline.services.bridge.replay_service import Playback, run_replay
-
-    with until_stopped() as stop, progress_bar("Replaying") as advance:
-        sent = run_replay(
-            file,
-            Playback(speed_factor(speed), robot or ()),
-            BusConfig.from_environment(robot or ()),
-            progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
-            stop=lambda: bool(stop),
-        )
-        interrupted = bool(stop)
-    if as_json:
-        typer.echo(json.dumps(asdict(sent), indent=2))
-    else:
-        print_figures(f"Replay of {file}", asdict(sent))
-    for reason in sent.reasons:
-        print_event(Event.WARN, f"not sent: {reason}")
-    if interrupted:
-        sys.exit(ExitCode.INTERRUPTED)
-    if sent.skipped and not sent.sent:
-        raise TouchlineError(f"{file}: none of its {sent.skipped:,} messages is one that the bus has a topic for")

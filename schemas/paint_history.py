@@ -64,10 +64,14 @@ class PaintHistory:
         del self._unread[:most]
         return bool(self._unread)
 
+    def strokes(self) -> tuple[m.PaintMarks, ...]:
+        """Every stroke, whole."""
+        while self.link():
+            pass
+        return tuple(stroke.whole() for stroke in self._strokes)
+
     def answer(self) -> bytes:
         """CDR of the response to `truth/get_paint`."""
         if self._answer is None:
-            while self.link():
-                pass
-            self._answer = encode(m.GetPaintResponse(strokes=tuple(stroke.whole() for stroke in self._strokes)))
+            self._answer = encode(m.GetPaintResponse(strokes=self.strokes()))
         return self._answer

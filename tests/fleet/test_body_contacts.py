@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchline.services.runs.team.body_contacts import BodyContacts
+from touchline.services.fleet.body_contacts import BodyContacts
 
 
 def ticks(*rows: tuple[float, ...]) -> np.ndarray:

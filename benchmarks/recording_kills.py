@@ -1,0 +1,186 @@
+"""SIGKILL of a recording's bridge, and of the whole system, at random moments: what is lost, and who reads the rest.
+
+`python -m benchmarks recording_kills`; TOUCHLINE_RUNS sets the number of kills of each kind (20), TOUCHLINE_SEED their
+seed (1), TOUCHLINE_DOCTOR a command that is given each salvaged file and must end with exit code 0.
+
+After each kill: how much of the wall clock before it is missing in the file, by what an observer had heard of the
+robot's clock; after that of the bridge, how long it takes until the next part goes on. Each file is salvaged; the
+salvaged file must have every message, in the readers of the MCAP project (checksums verified) and of rosbags.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shlex
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+from mcap.reader import SeekingReader
+from rosbags.rosbag2 import Reader
+
+from benchmarks._system import Hand, System, SystemLost, running_system
+from touchline.schemas import topics
+from touchline.schemas.messages import Clock, Message, TraversalStatus
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bridge.salvage import salvage
+from touchline.services.bus import Bus
+
+_SPEED: Final = 20.0
+_TEMPLATE: Final = "soccer-11"
+_GOES_ON_S: Final = 60.0
+_KEPT_S: Final = 0.5
+
+
+def main() -> None:
+    """Kill, read what is left, and print it."""
+    runs = int(os.environ.get("TOUCHLINE_RUNS", "20"))
+    chance = random.Random(int(os.environ.get("TOUCHLINE_SEED", "1")))
+    doctor = shlex.split(os.environ.get("TOUCHLINE_DOCTOR", ""))
+    problems: list[str] = []
+    lost_s = list(_kill_bridges(runs, chance, doctor, problems))
+    print(f"bridge killed {runs} times: {_spread(lost_s)} of wall clock lost before the kill", flush=True)
+    lost_s = [_kill_tree(chance, doctor, problems) for _ in range(runs)]
+    print(f"whole system killed {runs} times: {_spread(lost_s)} of wall clock lost before the kill")
+    for problem in problems:
+        print(f"  BAD: {problem}")
+    if problems:
+        sys.exit(1)
+
+
+def _spread(values: list[float]) -> str:
+    return f"median {statistics.median(values):.2f} s, at most {max(values):.2f} s"
+
+
+class _Listener:
+    """Hears the robot's clock, and knows when on the wall clock it heard each time."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._inbox = bus.inbox([topics.CLOCK, topics.STATUS], keep="recent")
+        self._heard: deque[tuple[float, int]] = deque(maxlen=100_000)
+        self.done = False
+
+    def listen(self, duration_s: float = 0.0) -> None:
+        """Take in what has come, for so long."""
+        deadline = time.monotonic() + duration_s
+        while True:
+            for _, message in self._inbox.messages():
+                self._take(message)
+            if time.monotonic() >= deadline:
+                return
+            time.sleep(0.005)
+
+    def _take(self, message: Message) -> None:
+        if isinstance(message, Clock):
+            self._heard.append((time.monotonic(), message.clock.sec * 1_000_000_000 + message.clock.nanosec))
+        elif isinstance(message, TraversalStatus):
+            self.done = message.state == TraversalStatus.DONE
+
+    def lost_s(self, last_ns: int, killed_s: float) -> float:
+        """Wall clock from the first time that was heard before the kill, and is not in the file, to the kill."""
+        missing = [at_s for at_s, clock_ns in self._heard if clock_ns > last_ns and at_s < killed_s]
+        return killed_s - missing[0] if missing else 0.0
+
+
+@contextmanager
+def _recorded_job() -> Iterator[tuple[System, Hand, _Listener, Path]]:
+    """A system that paints a pitch and records it."""
+    with running_system(_SPEED) as system, Bus.open(topics.OPERATOR, system.config) as bus:
+        hand, listener = Hand(system, bus), _Listener(bus)
+        hand.ready()
+        hand.plan(_TEMPLATE)
+        path = system.recordings / "killed.mcap"
+        if problem := hand.record(path):
+            raise SystemLost(f"no recording: {problem}")
+        hand.drive(_TEMPLATE)
+        yield system, hand, listener, path
+
+
+def _kill_bridges(runs: int, chance: random.Random, doctor: list[str], problems: list[str]) -> Iterator[float]:
+    """Kill the bridge of one recording again and again; a job that is done is followed by another."""
+    with _recorded_job() as (system, hand, listener, path):
+        part, gaps_s = path, []
+        for number in range(2, runs + 2):
+            until = time.monotonic() + chance.uniform(0.2, 4.0)
+            pid = system.processes()[topics.BRIDGE]
+            while time.monotonic() < until:
+                if listener.done:
+                    hand.drive(_TEMPLATE)
+                listener.listen(0.05)
+            killed_s = time.monotonic()
+            os.kill(pid, signal.SIGKILL)
+            following = path.with_name(f"{path.stem}.part{number}.mcap")
+            while not (following.exists() and following.stat().st_size > 0):
+                if time.monotonic() - killed_s > _GOES_ON_S:
+                    raise SystemLost(f"the recording does not go on after {part.name}")
+                listener.listen(0.01)
+            gaps_s.append(time.monotonic() - killed_s)
+            yield _judged(listener, part, killed_s, doctor, problems)
+            part = following
+        print(f"the next part is there after {_spread(gaps_s)}")
+        listener.listen(1.0)
+        if problem := hand.finish_recording():
+            problems.append(f"the last part: {problem}")
+        _look(path, doctor, problems)
+
+
+def _kill_tree(chance: random.Random, doctor: list[str], problems: list[str]) -> float:
+    """Kill every process of a system that records."""
+    with _recorded_job() as (system, _, listener, path):
+        pids = (system.supervisor.pid, *system.processes().values())
+        listener.listen(chance.uniform(0.2, 6.0))
+        killed_s = time.monotonic()
+        for pid in pids:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        listener.listen(0.5)
+        return _judged(listener, path, killed_s, doctor, problems)
+
+
+def _judged(listener: _Listener, path: Path, killed_s: float, doctor: list[str], problems: list[str]) -> float:
+    """How much is missing before the kill; problems of the file are added."""
+    last_ns = _look(path, doctor, problems, alone=True)
+    lost_s = listener.lost_s(last_ns, killed_s)
+    if lost_s > _KEPT_S:
+        problems.append(f"{path.name} lacks {lost_s:.2f} s")
+    return lost_s
+
+
+def _look(path: Path, doctor: list[str], problems: list[str], *, alone: bool = False) -> int:
+    """Read a file and salvage it; what others find in it is added. Returns the latest clock in it (ns)."""
+    given = path
+    if alone:  # the name of a recording stands for its further parts, too
+        given = path.with_name(f"alone-{path.stem.replace('.', '-')}.mcap")
+        given.write_bytes(path.read_bytes())
+    messages, last_ns = 0, 0
+    for message in RecordingReader(given).messages():
+        messages += 1
+        if message.topic.endswith("/clock"):
+            last_ns = max(last_ns, message.publish_time_ns)
+    whole = given.with_name(f"whole-{given.stem.replace('.', '-')}.mcap")
+    salvage(given, whole)
+    problems += [f"{given.name}: {problem}" for problem in _foreign_problems(whole, messages, doctor)]
+    return last_ns
+
+
+def _foreign_problems(whole: Path, messages: int, doctor: list[str]) -> Iterator[str]:
+    with whole.open("rb") as stream:
+        found = sum(1 for _ in SeekingReader(stream, validate_crcs=True).iter_messages())
+    if found != messages:
+        yield f"the MCAP project's reader finds {found} of {messages} messages"
+    with Reader(whole) as reader:
+        found = sum(1 for _ in reader.messages())
+    if found != messages:
+        yield f"rosbags finds {found} of {messages} messages"
+    if doctor:
+        done = subprocess.run([*doctor, str(whole)], capture_output=True, text=True, check=False)
+        if done.returncode:
+            yield f"the doctor ends with {done.returncode}: {(done.stdout + done.stderr).strip()[-200:]}"

@@ -1,0 +1,44 @@
+"""Which messages belong together in a replay: ids of their publishers.
+
+Within a topic messages come in order, across topics they need not. So the id of whoever publishes them tells which
+replay they are of, and after how many of its jumps (seeks and new passes) they were sent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+_MARK: Final = b"replay"
+_RUN_BYTES: Final = 6
+_JUMP_BYTES: Final = 4
+
+
+@dataclass(frozen=True)
+class ReplayRun:
+    """What a replay sends between two of its jumps.
+
+    Attributes:
+        key: Tells this replay from all others: 6 bytes.
+        jumps: How often it has jumped before.
+    """
+
+    key: bytes
+    jumps: int = 0
+
+    @property
+    def publisher_id(self) -> bytes:
+        """Of the publisher of each topic: 16 bytes."""
+        return _MARK + self.key + self.jumps.to_bytes(_JUMP_BYTES, "big")
+
+    @classmethod
+    def of_publisher(cls, publisher_id: bytes) -> ReplayRun | None:
+        """The one whose publishers have this id; None if that is no replay's."""
+        if len(publisher_id) != len(_MARK) + _RUN_BYTES + _JUMP_BYTES or not publisher_id.startswith(_MARK):
+            return None
+        key = publisher_id[len(_MARK) : -_JUMP_BYTES]
+        return cls(key, int.from_bytes(publisher_id[-_JUMP_BYTES:], "big"))
+
+    def next(self) -> ReplayRun:
+        """After another jump."""
+        return ReplayRun(self.key, self.jumps + 1)

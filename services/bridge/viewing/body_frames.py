@@ -1,0 +1,86 @@
+"""Transforms between the map, the robot's body and what is fixed to it (REP-103, REP-105)."""
+
+from __future__ import annotations
+
+import struct
+from typing import Final
+
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.frames import BODY_FRAME, GNSS_FRAME, IMU_FRAME, MAP_FRAME, TOOL_FRAME
+from touchline.schemas.layout import FixedLayout
+from touchline.schemas.messages import Header, Odometry, TFMessage, Transform, TransformStamped, Vector3
+from touchline.schemas.vehicles import Vehicle
+
+_ODOMETRY: Final = FixedLayout(Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
+_POSE: Final = struct.Struct("<7d")
+_POSE_AT: Final = _ODOMETRY.place("pose.pose.position.x", 7)[0]
+_STAMP: Final = struct.Struct("<iI")
+#: Behind the CDR header; in a TFMessage the count of its transforms comes first.
+_STAMP_AT: Final = 4
+_TRANSFORM_STAMP_AT: Final = 8
+
+Stamp = tuple[int, int]
+"""Seconds and nanoseconds."""
+PoseNumbers = tuple[float, float, float, float, float, float, float]
+"""Position (m) and orientation (quaternion x, y, z, w)."""
+
+
+def stamp_of(payload: bytes) -> Stamp:
+    """The stamp of a message that begins with a header."""
+    seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_AT)
+    return seconds, nanoseconds
+
+
+def pose_of(odometry: bytes) -> PoseNumbers:
+    """The pose in an odometry message.
+
+    Raises:
+        PayloadError: It is none.
+    """
+    if len(odometry) == _ODOMETRY.size:  # as robots send it; decoding takes ten times as long
+        found: PoseNumbers = _POSE.unpack_from(odometry, _POSE_AT)
+        return found
+    pose = decode(Odometry, odometry).pose.pose
+    at, turn = pose.position, pose.orientation
+    return at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w
+
+
+class MovingFrame:
+    """Packs where a frame is in the map."""
+
+    def __init__(self, frame: str) -> None:
+        stamped = TransformStamped(header=Header(frame_id=MAP_FRAME), child_frame_id=frame)
+        self._sample = encode(TFMessage(transforms=(stamped,)))
+
+    def at(self, stamp: Stamp, pose: PoseNumbers) -> bytes:
+        """A TFMessage, whose numbers are at its end."""
+        payload = bytearray(self._sample)
+        _STAMP.pack_into(payload, _TRANSFORM_STAMP_AT, *stamp)
+        _POSE.pack_into(payload, len(payload) - _POSE.size, *pose)
+        return bytes(payload)
+
+
+def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
+    """Where antenna, IMU, tool and wheels are in the body's frame.
+
+    Args:
+        vehicle: The robot.
+        prefix: Before the names of its frames.
+    """
+    body, (tool_x, tool_y) = vehicle.body, vehicle.tool.point_m
+    places = {
+        GNSS_FRAME: (body.gnss_antenna_x_m, body.gnss_antenna_y_m, body.gnss_antenna_z_m),
+        IMU_FRAME: (0.0, 0.0, 0.0),
+        TOOL_FRAME: (tool_x, tool_y, 0.0),
+    }
+    header = Header(frame_id=prefix + BODY_FRAME)
+    return TFMessage(
+        transforms=tuple(
+            TransformStamped(
+                header=header,
+                child_frame_id=prefix + name,
+                transform=Transform(translation=Vector3(x=x, y=y, z=z)),
+            )
+            for name, (x, y, z) in places.items()
+        )
+    )

@@ -1,0 +1,135 @@
+"""Turns the messages of one robot into those that viewers draw, one by one as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError, SpecError
+from touchline.schemas.frames import BODY_FRAME, TRUE_BODY_FRAME
+from touchline.schemas.messages import Message, PaintMarks, String, Trajectory
+from touchline.schemas.placement import to_map
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.viewing.body_frames import MovingFrame, fixed_frames, pose_of, stamp_of
+from touchline.services.bridge.viewing.markers import body_markers, template_markers
+from touchline.services.bridge.viewing.planned_poses import planned_poses
+from touchline.services.bridge.viewing.tool_track import ToolTrack
+from touchline.services.bridge.viewing.work_lines import WorkLines
+
+
+def frame_prefix(robot: str, robots: Collection[str]) -> str:
+    """What the names of a robot's frames begin with; one that is alone has the plain ones of REP-105."""
+    return "" if len(robots) == 1 else f"{robot}/"
+
+
+class Drawn(NamedTuple):
+    """A message for viewers."""
+
+    topic: Topic
+    payload: bytes
+
+
+class Viewing:
+    """What viewers draw of one robot. The same messages give the same drawing, live and from a recording.
+
+    Args:
+        prefix: Before the names of the robot's own frames, so that those of several robots differ: ``r01/``.
+    """
+
+    def __init__(self, prefix: str = "") -> None:
+        self._prefix = prefix
+        self._body, self._true_body = MovingFrame(prefix + BODY_FRAME), MovingFrame(prefix + TRUE_BODY_FRAME)
+        self._setup: Setup | None = None
+        self._work: WorkLines | None = None
+        self._marks: PaintMarks | None = None
+        self._track: ToolTrack | None = None
+        self._of: dict[str, Callable[[bytes], Iterator[Drawn]]] = {
+            topics.SETUP.name: self._take_setup,
+            topics.TEMPLATE.name: self._take_template,
+            topics.PLAN.name: self._take_plan,
+            topics.ODOMETRY.name: self._take_odometry,
+            topics.TRUTH.name: self._take_truth,
+            topics.PAINT.name: self._take_paint,
+        }
+
+    def take(self, topic: str, payload: bytes) -> list[Drawn]:
+        """What a message of one of the `SOURCES` adds; nothing if it is none of its topic."""
+        taker = self._of.get(topic)
+        if taker is None:
+            return []
+        try:
+            return list(taker(payload))
+        except (PayloadError, SpecError):  # the one who reads that topic tells
+            return []
+
+    def _take_setup(self, payload: bytes) -> Iterator[Drawn]:
+        self._setup = parse(Setup, decode(String, payload).data, "setup", recorded=True)
+        vehicle = self._setup.vehicle
+        self._track = ToolTrack(vehicle.tool.point_m) if vehicle.tool.covers else None
+        yield _drawn(topics.STATIC_TRANSFORMS, fixed_frames(vehicle, self._prefix))
+        yield _drawn(topics.BODY_MARKERS, body_markers(vehicle, self._prefix + BODY_FRAME))
+        yield _drawn(topics.TRUE_BODY_MARKERS, body_markers(vehicle, self._prefix + TRUE_BODY_FRAME, true=True))
+
+    def _take_template(self, payload: bytes) -> Iterator[Drawn]:
+        template = parse_template(decode(String, payload).data, recorded=True)
+        if self._setup is not None:
+            template = to_map(template, self._setup.scenario.origin)
+        yield _drawn(topics.TEMPLATE_MARKERS, template_markers(template))
+        if self._work is not None:
+            older, latest = self._work.cleared()
+            yield Drawn(topics.WORK_MARKERS, older)
+            yield Drawn(topics.LATEST_WORK_MARKERS, latest)
+        self._work = self._marks = None
+
+    def _take_plan(self, payload: bytes) -> Iterator[Drawn]:
+        yield _drawn(topics.PLAN_PATH, planned_poses(decode(Trajectory, payload)))
+
+    def _take_odometry(self, payload: bytes) -> Iterator[Drawn]:
+        yield Drawn(topics.TRANSFORMS, self._body.at(stamp_of(payload), pose_of(payload)))
+
+    def _take_truth(self, payload: bytes) -> Iterator[Drawn]:
+        stamp, pose = stamp_of(payload), pose_of(payload)
+        yield Drawn(topics.TRUE_TRANSFORMS, self._true_body.at(stamp, pose))
+        if self._track is not None and (points := self._track.moved(pose)) is not None:
+            assert self._setup is not None, "there is a track since the setup is known"
+            self._work = self._work or WorkLines(self._setup.vehicle.tool.width_m, covers=True)
+            self._work.add(points, goes_on=True)
+        if self._work is not None:
+            yield from _work_drawn(*self._work.told(stamp))
+
+    def _take_paint(self, payload: bytes) -> Iterator[Drawn]:
+        marks, before = decode(PaintMarks, payload), self._marks
+        if len(marks.x_m) != len(marks.y_m):
+            raise PayloadError(f"{topics.PAINT.name}: x_m and y_m have different lengths")
+        if self._work is None or self._work.width_m != marks.width_m:
+            self._work = WorkLines(marks.width_m)
+        goes_on = (
+            before is not None
+            and before.segment_id == marks.segment_id
+            and marks.first_index == before.first_index + len(before.x_m) - 1
+        )
+        self._marks = marks
+        self._work.add(np.column_stack((marks.x_m, marks.y_m)), goes_on=goes_on)
+        yield from _work_drawn(*self._work.told(stamp_of(payload)))
+
+
+def _drawn(topic: Topic, message: Message) -> Drawn:
+    return Drawn(topic, encode(message))
+
+
+def _work_drawn(older: bytes | None, latest: bytes | None) -> Iterator[Drawn]:
+    if older is not None:
+        yield Drawn(topics.WORK_MARKERS, older)
+    if latest is not None:
+        yield Drawn(topics.LATEST_WORK_MARKERS, latest)
+
+
+SOURCES: Final = (topics.SETUP, topics.TEMPLATE, topics.PLAN, topics.ODOMETRY, topics.TRUTH, topics.PAINT)
+"""What `Viewing` takes."""
