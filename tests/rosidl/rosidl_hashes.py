@@ -68,7 +68,7 @@ def hashes(folder: Path) -> dict[str, str]:
 
 def main() -> None:
     """Generate, compare and print."""
-    definitions, *install = map(Path, sys.argv[1:])
+    definitions, *install = (Path(each).resolve() for each in sys.argv[1:])
     packages = {path.name: needs(definitions, path.name) for path in definitions.iterdir() if path.is_dir()}
     with tempfile.TemporaryDirectory() as scratch, redirect_stdout(StringIO()):  # the adapter tells of every file
         for package in TopologicalSorter(packages).static_order():
