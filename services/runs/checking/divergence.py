@@ -177,9 +177,9 @@ class SessionDiff:
         """Take what is said today."""
         for topic, payload in payloads:
             if topic.name in self.told and is_stamped(topic):
-                self.time.hear(_stamp_ns(payload), topic == topics.CLOCK)
+                self.time.hear(stamp_ns(payload), topic == topics.CLOCK)
             if topic.name in self.wanted and self._counts(topic, payload):
-                at_ns = _stamp_ns(payload) if is_stamped(topic) else 0
+                at_ns = stamp_ns(payload) if is_stamped(topic) else 0
                 self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, _kind(topic)))
 
     def take_equal(self, recorded: Iterable[Recorded], said: Iterable[Payload]) -> bool:
@@ -231,7 +231,7 @@ class SessionDiff:
     def _counts(self, topic: Topic, payload: bytes) -> bool:
         """Whether a message is of the robot, and not of the process round it, or from before all."""
         if is_stamped(topic):
-            at_ns = _stamp_ns(payload)
+            at_ns = stamp_ns(payload)
             if at_ns < self.from_ns or (topic in _STANDING and at_ns <= self.ordered_ns):
                 return False
         if topic != topics.EVENTS:
@@ -297,7 +297,8 @@ def _unequal(ours: Recorded, todays: Recorded, change: SchemaChange) -> Iterator
             yield item
 
 
-def _stamp_ns(payload: bytes) -> int:
+def stamp_ns(payload: bytes) -> int:
+    """The sim time in a payload that begins with a stamp; not before 0."""
     seconds, nanoseconds = _STAMP.unpack_from(payload)
     return int(max(seconds * 1_000_000_000 + nanoseconds, 0))
 

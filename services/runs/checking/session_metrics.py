@@ -19,6 +19,8 @@ _OF_REPORT: Final = (
     ("p95 error", "lateral_error_p95_m"),
     ("estimate RMSE", "position_rmse_m"),
 )
+_DIGITS: Final = (2, 3, 4, 6)
+"""Behind the point."""
 _OF_STATUS: Final = (("duration", "elapsed_s"), ("coverage", "coverage_pct"))
 
 
@@ -42,13 +44,16 @@ class SessionMetric(NamedTuple):
         return self.recorded == self.today
 
     def __str__(self) -> str:
-        """Both values, or the one that both have; millimetres where metres would be all zeros."""
+        """Both values with as many digits as tell them apart, or the one that both have; lengths in mm."""
         scale, unit = (1000.0, "mm") if self.unit == "m" else (1.0, self.unit)
-        told = ["none" if value is None else f"{scale * value:.2f}" for value in (self.recorded, self.today)]
-        if told[0] == told[1] and not self.same:
-            told = [repr(value) for value in (self.recorded, self.today)]
-            unit = self.unit
-        return f"{told[0] if self.same else ' → '.join(told)} {unit}"
+        both = [None if value is None else scale * value for value in (self.recorded, self.today)]
+        for digits in _DIGITS:
+            told = ["none" if value is None else f"{value:.{digits}f}" for value in both]
+            if self.same:
+                return f"{told[0]} {unit}"
+            if told[0] != told[1]:
+                return f"{' → '.join(told)} {unit}"
+        return f"{self.recorded!r} → {self.today!r} {self.unit}"
 
 
 class MetricKeeper:
