@@ -123,10 +123,10 @@ class Onboard:
         """Drive where a coordinator guides the robot from now on; until it does, the robot stands."""
         self._traversal.begin_guided(self._team)
 
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if the robot is not guided."""
-        if self._traversal.guided is not None:
-            self._traversal.guided.receive(told)
+    def take_guidance(self, told: Guidance) -> bool:
+        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
+        guided = self._traversal.guided
+        return guided is not None and guided.receive(told)
 
     @property
     def whereabouts(self) -> Whereabouts | None:
