@@ -100,10 +100,12 @@ def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]
     first_s = min(span[0] for span in spans.values())
     begin_s = first_s + mapping.from_s
     end_s = max(span[1] for span in spans.values())
+    if begin_s > end_s:
+        raise LogError(f"nothing is left from from_s on: the log has {end_s - first_s:,.1f} s; give less")
     if mapping.until_s is not None:
         end_s = min(end_s, first_s + mapping.until_s)
-    if end_s <= begin_s and len(next(iter(parts.values())).time_s if parts["fixes"] else ()) != 1:
-        raise LogError(f"nothing is left from from_s on: the log has {end_s - first_s:,.1f} s; give less")
+    elif mapping.fixes is not None:
+        end_s += mapping.fixes.latency_s + 1.0 / TICKS_PER_S  # until the last fix has come
     if end_s - begin_s > LONGEST_S:
         raise LogError(f"the log spans {end_s - begin_s:,.0f} s; cut it to a day at most by from_s and until_s")
     # A little before the first reading, at a whole tick.

@@ -49,7 +49,7 @@ class RecordedSensors(Sensors):
             if (topic := topic_at(message.topic)) is not None:
                 self._take(topic.name, message)
         if not {name for each in self._came.values() for name, _, _ in each}.issuperset(_SAMPLED):
-            raise NotRebuilt("the sensors were not recorded, so nothing can be run on them")
+            raise NotRebuilt("IMU, magnetometer or wheels were not recorded, so nothing can be run on them")
 
     def _take(self, name: str, message: Recorded) -> None:
         sample: Any = None
