@@ -30,7 +30,7 @@ class ScaledColumn(Spec):
 
 
 Column = ColumnName | ScaledColumn
-"""The name of a column whose values are in SI units (degrees for latitudes and longitudes), or with scale and offset."""
+"""The name of a column in SI units (degrees for latitudes and longitudes), or one with scale and offset."""
 
 
 class StreamSource(Spec):

@@ -12,7 +12,7 @@ from touchline.schemas.messages import Event
 from touchline.services.cli.display import print_event, print_figures, progress_bar
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingArgument, check_plot
-from touchline.services.runs.estimating.alignment import Alignment
+from touchline.services.runs.estimating.reference_frame import FrameFit
 
 
 def register(app: typer.Typer) -> None:
@@ -33,9 +33,9 @@ class EstimateChoice:
         typer.Option(metavar="FILE", help="Draw track, innovations and NIS: an .svg or .png file.", show_default=False),
     ] = None
     align: Annotated[
-        Alignment,
+        FrameFit,
         typer.Option(help="What the reference's frame may differ by: nothing, an offset, or offset and rotation."),
-    ] = Alignment.NONE
+    ] = FrameFit.NONE
 
 
 def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOption = False) -> None:

@@ -24,7 +24,7 @@ def register(app: typer.Typer) -> None:
 
 
 @dataclass(frozen=True)
-class ImportChoice:
+class LogChoice:
     """What is made of the logs."""
 
     mapping: Annotated[
@@ -34,9 +34,9 @@ class ImportChoice:
         ),
     ] = None
     out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.", show_default=False)] = None
-    listed: Annotated[
-        bool, typer.Option("--list", help="Only tell what is in the logs, and propose a mapping.")
-    ] = False
+    listed: Annotated[bool, typer.Option("--list", help="Only tell what is in the logs, and propose a mapping.")] = (
+        False
+    )
 
     def check(self) -> None:
         """Raises `SpecError` if they do not fit together."""
@@ -50,7 +50,7 @@ def import_(
         typer.Argument(metavar="LOG…", help="Logs that belong together, of one robot.", show_default=False),
     ],
     *,
-    choice: ImportChoice,
+    choice: LogChoice,
     as_json: JsonOption = False,
 ) -> None:
     """Make a session of a ROS 1 or 2 bag, NMEA, UBX, RTKLIB solutions or tables, for `touchline estimate`.

@@ -13,7 +13,15 @@ import numpy as np
 from touchline.schemas.plain_text import plain
 from touchline.services.imports.log_table import LogContent, LogError, LogStream, LogTable
 
-TIMES: Final = {"time_s": 1.0, "t": 1.0, "time": 1.0, "timestamp": 1.0, "time_ms": 1e-3, "time_us": 1e-6, "time_ns": 1e-9}
+TIMES: Final = {
+    "time_s": 1.0,
+    "t": 1.0,
+    "time": 1.0,
+    "timestamp": 1.0,
+    "time_ms": 1e-3,
+    "time_us": 1e-6,
+    "time_ns": 1e-9,
+}
 """Names of the column that holds the time, and its unit [s]."""
 _MOST_COLUMNS = 1000
 
@@ -26,7 +34,9 @@ class CsvLog:
         with self._open() as text:
             line = text.readline(1_000_000)
             self._delimiter = max(",;\t", key=line.count)
-            self._names = [name.strip().lstrip("#").strip() for name in next(csv.reader([line], delimiter=self._delimiter))]
+            self._names = [
+                name.strip().lstrip("#").strip() for name in next(csv.reader([line], delimiter=self._delimiter))
+            ]
         self._time = next((name for name in self._names if name.lower() in TIMES), "")
         if not self._time:
             raise LogError(

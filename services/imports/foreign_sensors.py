@@ -14,7 +14,7 @@ from touchline.schemas.log_mapping import FIX_KINDS, FixSource, ImuSource, LogMa
 from touchline.schemas.scenario import Origin
 from touchline.services.core.geodesy import local_frame, to_local
 from touchline.services.imports.log_table import Floats, LogContent, LogError
-from touchline.services.imports.quantities import Quantities
+from touchline.services.imports.stream_quantities import Quantities
 from touchline.services.imports.time_order import in_order
 
 FIXED, FLOAT, SINGLE, NONE = (FIX_KINDS.index(kind) for kind in ("fixed", "float", "single", "none"))
@@ -148,7 +148,8 @@ def _first_place(mapping: LogMapping, content: LogContent) -> Origin | None:
 def _on_earth(latitude: Floats, longitude: Floats) -> NDArray[np.bool_]:
     """Where there is a position; 0, 0 is what receivers without one say."""
     there = np.isfinite(latitude) & np.isfinite(longitude) & (np.abs(latitude) <= 90) & (np.abs(longitude) <= 360)
-    return there & ((latitude != 0) | (longitude != 0))
+    there &= (latitude != 0) | (longitude != 0)
+    return there
 
 
 Placing = Callable[[Quantities], Floats]
@@ -222,7 +223,7 @@ def _words(fix: NDArray[np.int64]) -> str:
 
 def _ordered(part: str, quantities: Quantities, values: Floats, told: list[str]) -> tuple[Floats, Floats]:
     """Stamps and values in order, without those that are not finite."""
-    finite = np.isfinite(values).all(axis=1)
+    finite = np.asarray(np.isfinite(values).all(axis=1))
     if not finite.all():
         told.append(f"{part}: {int((~finite).sum()):,} of {len(finite):,} readings are no numbers, and are left out")
     kept, problems = in_order(np.where(finite, quantities.time_s, np.nan)[finite])

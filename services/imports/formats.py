@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Final, Protocol
@@ -61,7 +60,7 @@ def open_log(path: Path) -> LogReader:
                 begin = file.read(_SNIFFED_BYTES)
             if not begin:
                 raise LogError(f"{path}: is empty; give a log that holds something")
-        elif not os.listdir(path):
+        elif not any(path.iterdir()):
             raise LogError(f"{path}: is an empty folder; give a log")
         for name in LOG_FORMATS.names():
             kind = LOG_FORMATS.find(name)

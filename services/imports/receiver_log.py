@@ -13,7 +13,7 @@ import numpy as np
 
 from touchline.services.imports.foreign_sensors import FIXED, FLOAT, NONE, SINGLE
 from touchline.services.imports.log_table import Floats, LogContent, LogError, LogStream, LogTable
-from touchline.services.imports.receiver_frames import NMEA, RTCM, UBX, FrameCounts, frames
+from touchline.services.imports.receiver_frames import NMEA, UBX, FrameCounts, frames
 from touchline.services.imports.receiver_time import ReceiverClock
 
 LARGEST_BYTES: Final = 1_000_000_000
@@ -66,7 +66,9 @@ class ReceiverLog:
         if self._content is None:
             if self._path.stat().st_size > LARGEST_BYTES:
                 raise LogError(f"{self._path}: has more than {LARGEST_BYTES:,} bytes; cut it into several")
-            self._content = _Messages(self._path, self._parse_nmea, self._parse_ubx, self._ubx_names, self._counts).content()
+            self._content = _Messages(
+                self._path, self._parse_nmea, self._parse_ubx, self._ubx_names, self._counts
+            ).content()
         return self._content
 
 
@@ -196,7 +198,10 @@ class _Messages:
         there = bool(told.gnssFixOk) and told.fixType in (2, 3, 4)
         row = _place(told.lat, told.lon, told.height / 1e3) if there else {}
         # The accuracy is that of the position in the plane: √2 times σ of an axis.
-        row |= {"fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE, "sigma_m": told.hAcc / 1e3 / math.sqrt(2)}
+        row |= {
+            "fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE,
+            "sigma_m": told.hAcc / 1e3 / math.sqrt(2),
+        }
         row |= {"satellites": told.numSV, "speed_mps": told.gSpeed / 1e3, "course_deg": told.headMot}
         return row, self._clock.of_week(told.iTOW / 1e3, utc_s)
 
@@ -207,9 +212,13 @@ class _Messages:
     def _relposned(self, told: Any) -> tuple[Row, float]:
         """Relative to the base, east and north, of a moving base's second antenna or a receiver with a base."""
         there = bool(told.relPosValid)
-        row = {"east_m": told.relPosE / 1e2, "north_m": told.relPosN / 1e2, "up_m": -told.relPosD / 1e2} if there else {}
+        row = (
+            {"east_m": told.relPosE / 1e2, "north_m": told.relPosN / 1e2, "up_m": -told.relPosD / 1e2} if there else {}
+        )
         row |= {"sigma_east_m": told.accE / 1e3, "sigma_north_m": told.accN / 1e3}
-        return row | {"fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE}, self._clock.of_week(told.iTOW / 1e3)
+        return row | {"fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE}, self._clock.of_week(
+            told.iTOW / 1e3
+        )
 
 
 def _join(tables: dict[str, LogTable], into: str, of: str, names: tuple[str, ...]) -> None:
@@ -247,4 +256,5 @@ def _number(value: Any) -> float:
 
 def _second(clock: Any) -> float:
     """Of the day."""
-    return 3600.0 * clock.hour + 60.0 * clock.minute + clock.second + clock.microsecond / 1e6
+    second_s: float = 3600.0 * clock.hour + 60.0 * clock.minute + clock.second + clock.microsecond / 1e6
+    return second_s

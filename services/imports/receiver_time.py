@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from datetime import date, datetime, timezone
+from datetime import UTC, date, datetime
 
 DAY_S = 86400.0
 
@@ -39,7 +39,7 @@ class ReceiverClock:
 
     def dated(self, day: date, second_s: float) -> float:
         """Of a date and a time of day [s]."""
-        midnight = datetime(day.year, day.month, day.day, tzinfo=timezone.utc)
+        midnight = datetime(day.year, day.month, day.day, tzinfo=UTC)
         time_s = midnight.timestamp() + second_s
         if not self._dated:
             self._dated = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any, Final
@@ -112,8 +111,8 @@ def _yaw(found: dict[str, Floats], path: str) -> Floats:
 def _fix(found: dict[str, Floats]) -> dict[str, Floats]:
     """Kind and σ of the fixes of `NavSatFix` and `GPSFix`.
 
-    A status of −1 is none. What reports σ of 5 cm or less is RTK-fixed; ground-based augmentation with up to a metre, or
-    with no σ, is float; all else is single.
+    A status of −1 is none. What reports σ of 5 cm or less is RTK-fixed; ground-based augmentation with up to a metre,
+    or with no σ, is float; all else is single.
     """
     n = len(found["latitude"])
     nothing = np.full(n, np.nan)

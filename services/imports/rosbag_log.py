@@ -110,7 +110,9 @@ class RosbagLog:
                     yield Recorded(connection.topic, time_ns, time_ns, 0, bytes(raw), kinds[connection.id])
         except ReaderError as error:
             told = str(error).rstrip(".")
-            remedy = "`rosbag reindex` mends a bag that was broken off" if "index" in told.lower() else "give a whole bag"
+            remedy = (
+                "`rosbag reindex` mends a bag that was broken off" if "index" in told.lower() else "give a whole bag"
+            )
             raise LogError(f"{self._path}: cannot be read as a ROS 1 bag ({told}); {remedy}") from error
         except (OSError, EOFError, ValueError, KeyError, AssertionError, IndexError) as error:
             what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -85,7 +85,9 @@ class RtklibLog:
                     continue
                 if not line.strip():
                     continue
-                separator = separator or ("," if line.count(",") > _LEAST else ";" if line.count(";") > _LEAST else None)
+                separator = separator or (
+                    "," if line.count(",") > _LEAST else ";" if line.count(";") > _LEAST else None
+                )
                 row = _row(line.split(separator))
                 if row is None:
                     bad.append(number)
@@ -113,5 +115,5 @@ def _calendar_s(date: str, clock: str) -> float:
     """Seconds since 1970 of a date and a time of the file's own scale, GPS or UTC."""
     year, month, day = map(int, date.split("/"))
     hour, minute, second = clock.split(":")
-    midnight = datetime(year, month, day, tzinfo=timezone.utc).timestamp()
+    midnight = datetime(year, month, day, tzinfo=UTC).timestamp()
     return midnight + 3600 * int(hour) + 60 * int(minute) + float(second)

@@ -120,8 +120,9 @@ def _there(series: RateSeries, at_s: Floats) -> Flags:
     steps = np.diff(time_s)
     longest = max(_GAP_PERIODS * float(np.median(steps)), _GAP_S)
     after = np.searchsorted(time_s, at_s)
-    inside = (after > 0) & (after < len(time_s))
-    return inside & (steps[(after - 1).clip(0, len(steps) - 1)] <= longest)
+    inside: Flags = (after > 0) & (after < len(time_s))
+    inside &= steps[(after - 1).clip(0, len(steps) - 1)] <= longest
+    return inside
 
 
 def _at(series: RateSeries, at_s: Floats) -> Floats:
@@ -154,12 +155,18 @@ def _wheels(sensors: ForeignSensors, ends: Floats, vehicle: Vehicle) -> tuple[Fl
     if sensors.joints is None and sensors.travel is None:
         return np.zeros((n, 2)), np.zeros(n, dtype=bool), np.zeros((n, 2))
     if not isinstance(drive, DifferentialDrive):
-        raise LogError(f"{vehicle.name} has no two driven wheels; name a vehicle with a differential drive in the mapping")
+        raise LogError(
+            f"{vehicle.name} has no two driven wheels; name a vehicle with a differential drive in the mapping"
+        )
     radius_m, half_m = drive.wheel_radius_m, drive.half_track_m
     if sensors.joints is not None:
         angles = _at(sensors.joints, ends)
         left, right = angles.T * radius_m
-        return angles, _there(sensors.joints, ends), np.column_stack([(left + right) / 2, (right - left) / (2 * half_m)])
+        return (
+            angles,
+            _there(sensors.joints, ends),
+            np.column_stack([(left + right) / 2, (right - left) / (2 * half_m)]),
+        )
     travel = sensors.travel
     assert travel is not None
     if travel.cumulative:

@@ -12,8 +12,8 @@ from scipy.stats import chi2
 from touchline.services.core.angles import wrapped_all
 from touchline.services.onboard.estimation.tail import OUTLYING
 from touchline.services.onboard.filter_model import FIX_DOF
-from touchline.services.runs.estimating.alignment import Alignment, aligned
 from touchline.services.runs.estimating.estimator_run import EstimatorRun
+from touchline.services.runs.estimating.reference_frame import FrameFit, aligned
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ SIGMA_FACTOR: Final = 10.0
 CHI2_95: Final = float(chi2.ppf(0.95, 2))
 
 
-def estimate_figures(run: EstimatorRun, alignment: Alignment) -> dict[str, Any]:
+def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
     """The figures, as JSON."""
     return {
         "duration_s": run.duration_s,
@@ -81,7 +81,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
     }
 
 
-def error_figures(run: EstimatorRun, alignment: Alignment) -> dict[str, Any] | None:
+def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | None:
     """How far the estimate is from the reference; None if there is none."""
     if not len(run.reference) or not run.starts_s:
         return None

@@ -10,9 +10,9 @@ from scipy.stats import chi2
 
 from touchline.services.onboard.filter_model import FIX_DOF
 from touchline.services.planner.plots.style import INK, plan_style, save
-from touchline.services.runs.estimating.alignment import Alignment, aligned
 from touchline.services.runs.estimating.estimate_figures import CHI2_95
 from touchline.services.runs.estimating.estimator_run import EstimatorRun
+from touchline.services.runs.estimating.reference_frame import FrameFit, aligned
 from touchline.services.runs.writing import writing
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _SIZE_IN: Final = (13.0, 9.0)
 _DPI: Final = 120
 
 
-def draw_estimate(run: EstimatorRun, alignment: Alignment, path: Path) -> None:
+def draw_estimate(run: EstimatorRun, alignment: FrameFit, path: Path) -> None:
     """Draw it to `path`, in the format of its suffix.
 
     Raises:
@@ -44,7 +44,7 @@ def draw_estimate(run: EstimatorRun, alignment: Alignment, path: Path) -> None:
         save(figure, path, _DPI)
 
 
-def _draw_track(axes: Axes, run: EstimatorRun, alignment: Alignment) -> None:
+def _draw_track(axes: Axes, run: EstimatorRun, alignment: FrameFit) -> None:
     axes.set(aspect="equal", xlabel="east (m)", ylabel="north (m)", title="Track")
     if len(run.reference) and len(run.poses):
         place = aligned(run, alignment).place_m
@@ -54,7 +54,9 @@ def _draw_track(axes: Axes, run: EstimatorRun, alignment: Alignment) -> None:
         axes.plot(there[:, 1], there[:, 2], ".", color=REFERENCE, markersize=2, label="fixes")
     axes.plot(run.track[:, 1], run.track[:, 2], color=ESTIMATE, linewidth=0.8, label="estimate")
     rejected = run.fixes[run.fixes[:, 6] == 0]
-    axes.plot(rejected[:, 1], rejected[:, 2], ".", color=REJECTED, markersize=2, label=f"{len(rejected):,} fixes rejected")
+    axes.plot(
+        rejected[:, 1], rejected[:, 2], ".", color=REJECTED, markersize=2, label=f"{len(rejected):,} fixes rejected"
+    )
     axes.legend(loc="best", fontsize=8)
 
 
@@ -93,7 +95,7 @@ def _draw_shares(axes: Axes, run: EstimatorRun) -> None:
     axes.legend(loc="lower left", fontsize=8)
 
 
-def _draw_error(axes: Axes, run: EstimatorRun, alignment: Alignment) -> None:
+def _draw_error(axes: Axes, run: EstimatorRun, alignment: FrameFit) -> None:
     axes.set(xlabel="time (s)", ylabel="error (m)", title="Distance of the estimate from the reference")
     if len(run.reference) and len(run.poses):
         compared = aligned(run, alignment)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, SpecError
-from touchline.schemas.messages import NavSatFix, GnssStatus, Odometry, RobotOrder, String
+from touchline.schemas.messages import GnssStatus, NavSatFix, Odometry, RobotOrder, String
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import GNSS
@@ -25,9 +25,9 @@ from touchline.services.bridge.recorded import Recorded
 from touchline.services.core.geodesy import local_frame, to_local
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.received import FIX_FIXED
+from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.filter_model import FIX_DOF
 from touchline.services.onboard.interface import Consistency
-from touchline.services.onboard.estimation.report import report
 from touchline.services.robot_sim.layouts import GNSS_FRAME
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.runs.checking.recorded_sensors import RecordedSensors
@@ -39,7 +39,15 @@ TRACK_TICKS: Final = 10
 """Between two rows of the track."""
 _SLICE_TICKS = 2000
 _SENSORS: Final = {
-    each.name for each in (topics.IMU, topics.MAGNETIC_FIELD, topics.JOINT_STATES, topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE)
+    each.name
+    for each in (
+        topics.IMU,
+        topics.MAGNETIC_FIELD,
+        topics.JOINT_STATES,
+        topics.GNSS_FIX,
+        topics.GNSS_STATUS,
+        topics.CAMERA_POSE,
+    )
 }
 
 FIX_COLUMNS: Final = ("time_s", "east_m", "north_m", "innovation_east_m", "innovation_north_m", "nis_weighed", "used")
@@ -90,13 +98,13 @@ class EstimatorRun:
     jumps: list[Jump] = field(default_factory=list)
     starts_s: list[float] = field(default_factory=list)
     contradicted_s: float = 0.0
-    consistency: Consistency = Consistency()
+    consistency: Consistency = field(default_factory=Consistency)
     problem: str = ""
     told: list[str] = field(default_factory=list)
 
     @property
     def nis(self) -> Floats:
-        """(n,) normalised innovations squared of the fixes, as if their errors were normal: χ² with 2 degrees of freedom.
+        """(n,) normalised innovations squared of the fixes: χ² with 2 degrees of freedom, were their errors normal.
 
         That which the estimator counts is bounded (`estimation/tail.py`); this undoes it.
         """
@@ -123,7 +131,12 @@ def run_estimator(
     run.receiver, run.told = session.receiver(), session.told
     run.reference, run.of_antenna, run.emulated = session.reference()
     if session.setup.vehicle.positioning != GNSS:
-        raise SpecError(str(path), "", f"is of a robot positioned by {session.setup.vehicle.positioning}", "give one with a GNSS receiver")
+        raise SpecError(
+            str(path),
+            "",
+            f"is of a robot positioned by {session.setup.vehicle.positioning}",
+            "give one with a GNSS receiver",
+        )
     try:
         sensors = RecordedSensors(session.setup, session.sensors)
     except NotRebuilt as error:

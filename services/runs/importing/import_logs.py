@@ -28,7 +28,7 @@ _RATES_HZ: Final = (1, 2, 5, 10, 20)
 
 
 @dataclass
-class Imported:
+class ImportedLogs:
     """What came of an import.
 
     Attributes:
@@ -57,7 +57,7 @@ def import_logs(
     out: Path,
     folder: Path = Path(),
     progress: Callable[[float, str], None] = lambda done, doing: None,
-) -> Imported:
+) -> ImportedLogs:
     """Make a session of logs that belong together.
 
     Args:
@@ -98,7 +98,7 @@ def import_logs(
     elif not at_ticks.drives:
         told.append("the log has no odometry: the session can be looked at, but the estimator has nothing to go by")
     figures = _figures(sensors, at_ticks) | {"messages": report.messages, "bytes": report.bytes, "path": str(out)}
-    return Imported(figures, told, report.problem)
+    return ImportedLogs(figures, told, report.problem)
 
 
 def _vehicle(mapping: LogMapping, folder: Path) -> Vehicle:

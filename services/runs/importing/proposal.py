@@ -10,7 +10,7 @@ from typing import Any, Final
 from touchline.schemas.log_mapping import FixSource, ImuSource, LogMapping, TrackSource, WheelSource
 from touchline.services.imports.formats import read_logs
 from touchline.services.imports.log_table import LogContent, LogError, LogStream
-from touchline.services.imports.quantities import STANDARD_COLUMNS
+from touchline.services.imports.stream_quantities import STANDARD_COLUMNS
 
 _PREFERRED: Final = {
     "fixes": ("ubx/NAV-PVT", "nmea/GGA", "rtklib/pos", "ubx/NAV-HPPOSLLH", "sensor_msgs/msg/NavSatFix", "csv"),

@@ -84,7 +84,10 @@ def _said(
     setup: Setup, sensors: ForeignSensors, at_ticks: TickSensors, latency_s: float
 ) -> Iterator[tuple[int, list[Payload]]]:
     """(tick, what is said after it)."""
-    yield 0, [(topics.CLOCK, layouts.CLOCK.pack(*stamp(0))), (topics.SETUP, encode(m.String(data=setup.model_dump_json())))]
+    yield (
+        0,
+        [(topics.CLOCK, layouts.CLOCK.pack(*stamp(0))), (topics.SETUP, encode(m.String(data=setup.model_dump_json())))],
+    )
     joints = layouts.joint_states(tuple(actuator.joint for actuator in setup.vehicle.drive.actuators))
     placed = _Placed(setup.scenario, sensors, at_ticks, latency_s)
     rates = np.diff(at_ticks.angles_rad, axis=0, prepend=at_ticks.angles_rad[:1]) * TICKS_PER_S
@@ -122,7 +125,9 @@ class _Placed:
         if sensors.fixes is not None:
             self._take_fixes(sensors.fixes, latency_s)
         if (track := sensors.reference) is not None:
-            for time_s, place, heading in zip(track.time_s - self._begin_s, track.place_m, track.heading_rad, strict=True):
+            for time_s, place, heading in zip(
+                track.time_s - self._begin_s, track.place_m, track.heading_rad, strict=True
+            ):
                 self._put(time_s, 0.0, [_reference(time_s, place.tolist(), float(heading), track.of_antenna)])
 
     def after(self, tick: int) -> list[Payload]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from touchline.services.runs.estimating.estimator_run import EstimatorRun
 Floats = NDArray[np.float64]
 
 
-class Alignment(str, Enum):
+class FrameFit(StrEnum):
     """What a reference's frame may differ by."""
 
     NONE = "none"
@@ -39,7 +39,7 @@ class Compared(NamedTuple):
     heading_error_rad: Floats
 
 
-def aligned(run: EstimatorRun, alignment: Alignment) -> Compared:
+def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
     """Compare where there are both."""
     time_s = run.reference[:, 0]
     at = time_s * 100.0
@@ -60,12 +60,12 @@ def aligned(run: EstimatorRun, alignment: Alignment) -> Compared:
     return Compared(time_s, laid, place - laid, pose[:, 2] - reference[:, 2] - turn)
 
 
-def _laid(reference: Floats, place: Floats, alignment: Alignment) -> tuple[Floats, float]:
+def _laid(reference: Floats, place: Floats, alignment: FrameFit) -> tuple[Floats, float]:
     """The reference over the estimate in the least-squares sense, and by how much it was turned [rad]."""
-    if alignment is Alignment.NONE or not len(place):
+    if alignment is FrameFit.NONE or not len(place):
         return reference, 0.0
     middle, aim = reference.mean(axis=0), place.mean(axis=0)
-    if alignment is Alignment.SHIFT:
+    if alignment is FrameFit.SHIFT:
         return reference - middle + aim, 0.0
     a, b = reference - middle, place - aim
     turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
