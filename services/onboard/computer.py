@@ -170,6 +170,8 @@ class Onboard:
     def step(self, frame: SensorFrame) -> Command:
         """One tick; frames must come in order, none left out."""
         self._estimator.step(frame)
+        if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
+            self._traversal.report_accepted(moved_m)
         self._watch.look(frame.tick)
         self._hazards.look(frame.tick)
         return self.decide(frame.tick)

@@ -70,7 +70,7 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
     ):
         messages = came.get(topic.name, ())
         if not messages:
-            raise NotRebuilt("the sensors were not recorded, so nothing can be run on them")
+            raise NotRebuilt("IMU, magnetometer or wheels were not recorded, so nothing can be run on them")
         values = np.hstack(_numbers(layout, messages, places))
         # The newest that has arrived by each tick; before the first one, rest.
         newest = np.searchsorted(_arrivals(messages), ticks, side="right") - 1
