@@ -11,10 +11,10 @@ from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, ask, process, ses
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
+from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.scenario import Origin
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.guards import LinkWatch
-from touchline.schemas.paint_history import PaintHistory
 
 
 def test_a_template_of_another_place_is_refused(bus, operator):
