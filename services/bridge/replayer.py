@@ -15,7 +15,7 @@ from touchline.services.bridge.message_index import MessageIndex
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.replay_cue import Cue
 from touchline.services.bridge.sendable import SendableTopics
-from touchline.services.bridge.standing import ACCUMULATING, Standing, counts
+from touchline.services.bridge.standing import ACCUMULATING, Standing
 
 
 def recorded_robots(path: Path) -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class IndexedTimeline:
         return int(np.searchsorted(self._at_ns, at_s * 1e9 + 0.5, side="right"))
 
     def _telling(self, count: int) -> NDArray[np.intp]:
-        """Of the first so many cues those that may still hold: all of some topics, of latched ones the last."""
+        """Of the first so many cues those that may still hold: all of some topics, of others the last."""
         channel = self._index.channel[self._rows[:count]]
         wanted = [np.empty(0, np.intp)]
         plans = dict[str, int]()
@@ -136,7 +136,7 @@ class IndexedTimeline:
             if known is not None and known.topic is topics.PLAN and len(found := np.flatnonzero(channel == number)):
                 plans[known.namespace] = int(found[-1])
         for number, known in enumerate(self._topics):
-            if known is None or not counts(known.topic):
+            if known is None:
                 continue
             found = np.flatnonzero(channel == number)
             if known.topic is topics.PAINT:
