@@ -207,7 +207,7 @@ class _Covering:
                     again = True
 
     def _set_out(self, strokes: list[CoverStroke]) -> None:
-        """Begin where the machine stands, or a little ahead or behind, from where there is a way to one of the first."""
+        """Begin where the machine stands, or a little ahead or behind, from where a way leads to one of the first."""
         at = self.task.start
         if at is None:
             return
@@ -217,7 +217,9 @@ class _Covering:
             for length_m in SET_OUT_M
             if length_m >= 0.0 or self.reversing
         ]
-        clear = [offer for offer in offers if not offer.length_m or not self.space.touched(offer.part(0.0, offer.length_m))]
+        clear = [
+            offer for offer in offers if not offer.length_m or not self.space.touched(offer.part(0.0, offer.length_m))
+        ]
         ways = (offer for offer in clear if any(self.joiner.best(offer, way) for way in strokes[:SET_OUT_TRIED]))
         self.chain.append(next(ways, offers[0]))
 
@@ -226,7 +228,11 @@ class _Covering:
         chain, sides_of_laps = self.chain, [side for lap in self.laps for side in lap]
         for side in sides_of_laps:
             chain.expect(side, [side.part(0.0, side.length_m)])
-        lasts = [lap[self._asked_last(lap)] for lap in self.laps[-1:]] if self.task.begins_rad is not None else sides_of_laps
+        lasts = (
+            [lap[self._asked_last(lap)] for lap in self.laps[-1:]]
+            if self.task.begins_rad is not None
+            else sides_of_laps
+        )
         entries = [entry for side in lasts for entry in self._entries(side)]
         if self.task.start is not None and not entries:
             entries = [self.task.start]

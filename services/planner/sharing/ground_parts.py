@@ -38,7 +38,7 @@ def cut(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_m: 
     _, low, _, high = level.bounds
     reached = np.cumsum(shares)[:-1]
     levels = [-_FAR_M, *(_level(level, float(share) * level.area, low, high) for share in reached), _FAR_M]
-    parts = []
+    parts = list[Grounds]()
     for below, above in pairwise(levels):
         strip = shapely.box(-_FAR_M, below - 0.5 * overlap_m, _FAR_M, above + 0.5 * overlap_m)
         strip = shapely.transform(strip, lambda points: turned(points, angle_rad))

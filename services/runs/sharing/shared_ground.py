@@ -10,6 +10,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.fleet.traffic.timetable import timetable
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.coverage.lanes import lane_angle
 from touchline.services.planner.coverage.shapes import as_area
@@ -19,7 +20,6 @@ from touchline.services.planner.sharing.ground_parts import Grounds, cut, direct
 from touchline.services.planner.sharing.swept_plans import swept_by
 from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, Start
 from touchline.services.runs.sharing.timed_path import timed_path
-from touchline.services.fleet.traffic.timetable import timetable
 
 MISSED_S_PER_M2: Final = 4.0
 """What a missed square metre is worth when ways to share are compared, as when lanes are joined."""
@@ -75,12 +75,12 @@ class _GroundSharing:
         options = task.options
         if not options.coverage_pct:
             options = options.model_copy(update={"coverage_pct": SHARE_PCT})
-        self.asked = [
-            options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts
-        ]
+        self.asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
         self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
         whole = as_area(shapely.union_all(list(grounds.values())))
-        angle = options.swath_angle_deg.tolist() or [area.angle_deg for area in task.template.areas if area.id in grounds]
+        angle = options.swath_angle_deg.tolist() or [
+            area.angle_deg for area in task.template.areas if area.id in grounds
+        ]
         pitch_m = self._width_m - self._overlap_m
         self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
         self._problem: PlanningError | None = None
@@ -100,7 +100,9 @@ class _GroundSharing:
                 again = self._ways(tuple((shares / shares.sum()).tolist()), best.angle_rad)
                 best = min((best, *again), key=lambda way: way.cost_s)
         if best is None:
-            apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
+            apart = (
+                f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
+            )
             raise self._problem or PlanningError("", apart, "give fewer robots, or areas that lie apart")
         return best.job
 
@@ -129,7 +131,8 @@ class _GroundSharing:
         for robot, start in enumerate(self.starts):
             if start is not None:
                 off[robot] = [
-                    min(shapely.distance(shapely.Point(start[:2]), ground) for ground in part.values()) for part in parts
+                    min(shapely.distance(shapely.Point(start[:2]), ground) for ground in part.values())
+                    for part in parts
                 ]
         return [parts[k] for k in linear_sum_assignment(off)[1].tolist()]
 

@@ -32,9 +32,7 @@ def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
     x = poses[:, 0] + cos * middle[0] - sin * middle[1]
     y = poses[:, 1] + sin * middle[0] + cos * middle[1]
     stop_s = vehicle.tool.work_speed_mps / vehicle.drive.max_acceleration_mps2 if vehicle.tool.covers else STOP_S
-    return TimedPath(
-        arc_m, np.column_stack((x, y)), times_s(plan, arc_m), radius_m, _holds(plan, vehicle), stop_s
-    )
+    return TimedPath(arc_m, np.column_stack((x, y)), times_s(plan, arc_m), radius_m, _holds(plan, vehicle), stop_s)
 
 
 def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
