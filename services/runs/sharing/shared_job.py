@@ -53,6 +53,7 @@ class SharedJob:
         table: Who waits where for whom.
         wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
         planning_time_s: By the clock on the wall.
+        covered_m2: Of the areas, what all plans cover together; None where lines are painted.
     """
 
     template: Template
@@ -64,6 +65,7 @@ class SharedJob:
     table: Timetable
     wet_between: int
     planning_time_s: float = 0.0
+    covered_m2: float | None = None
 
     @property
     def wet_crossings(self) -> int:
