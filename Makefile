@@ -9,7 +9,10 @@ unexport PYTHONDONTWRITEBYTECODE
 # them at once than there are cores. What takes longest begins first.
 TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test lint planner-kernels robot-kernels bench clean
+# ROS 2's own tools, which are no part of the tests: wheels, and what they make.
+ROS2 := build/ros2
+
+.PHONY: demo test lint planner-kernels robot-kernels bench ros2-hashes ros2-packages clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
@@ -35,6 +38,24 @@ robot-kernels: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
+
+# Type hashes by ROS 2's code generator, which tests/rosidl holds ours to.
+ros2-hashes: $(STAMP) $(ROS2)/.wheels
+	rm -rf $(ROS2)/msg
+	$(BIN)/touchline topics --msg-dir $(ROS2)/msg
+	$(ROS2)/venv/bin/python tests/rosidl/rosidl_hashes.py $(ROS2)/msg $(wildcard $(ROS2)/install) > $(ROS2)/hashes.json
+	cp $(ROS2)/hashes.json tests/rosidl/rosidl_hashes.json
+
+# Our message packages, built by colcon; ros2-hashes compares the hashes in them, too.
+ros2-packages: $(ROS2)/.wheels
+	rm -rf $(ROS2)/src $(ROS2)/build $(ROS2)/install
+	cp -r schemas/msg $(ROS2)/src
+	tests/rosidl/build_packages.sh $(ROS2)/venv $(ROS2)
+
+$(ROS2)/.wheels: tests/rosidl/wheels.txt tests/rosidl/install_wheels.sh
+	mkdir -p $(ROS2)
+	tests/rosidl/install_wheels.sh $(ROS2)/venv $(PYTHON)
+	@touch $@
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -20,14 +20,21 @@ M = TypeVar("M", bound=Message)
 
 #: Larger payloads are refused unread: the largest honest message, a trajectory of 100,000 segments, stays below.
 MAX_PAYLOAD_BYTES = 32 * 1024 * 1024
+#: Folders of shipped definitions: our own packages, and services of ROS 2's packages, which rosbags does not know.
+OWN, STANDARD = "msg", "standard_msg"
+#: What introspection events begin with; the hash of every service depends on it.
+EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 _CLIENT_GID: Any = (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16))
 
 
-def definition_files() -> list[tuple[str, str]]:
-    """The shipped message definitions as (ROS type, text); a service gives its request and its response."""
+def definition_files(folder: str = OWN) -> list[tuple[str, str]]:
+    """The shipped message definitions as (ROS type, text); a service gives its request and its response.
+
+    Args:
+        folder: `OWN` or `STANDARD`.
+    """
     found: list[tuple[str, str]] = []
-    root = files("touchline.schemas") / "msg"
-    for package in sorted(root.iterdir(), key=lambda entry: entry.name):
+    for package in sorted((files("touchline.schemas") / folder).iterdir(), key=lambda entry: entry.name):
         if package.is_dir():
             found += _package_definitions(package)
     return found
@@ -52,10 +59,14 @@ def typestore() -> Typestore:
     """Standard ROS 2 types and the shipped ones."""
     store = get_typestore(Stores.ROS2_JAZZY)
     types: dict[str, Any] = {}
-    for name, text in definition_files():
+    for name, text in (*definition_files(STANDARD), *definition_files()):
         # The parser knows messages only; a request or response is one under its service's name.
         (types[name],) = get_types_from_msg(text, name.replace("/srv/", "/msg/")).values()
     store.register(types)
+    # In a .msg file ``char`` is another name of uint8, also in the hash; rosbags takes it for IDL's.
+    constants, fields = store.fielddefs[EVENT_INFO]
+    told = [(name, _CLIENT_GID if name == "client_gid" else kind) for name, kind in fields]
+    store.fielddefs = {**store.fielddefs, EVENT_INFO: (constants, told)}
     return store
 
 
@@ -120,17 +131,13 @@ def service_type_hash(ros_type: str) -> str:
     It is that of a message that holds request, response and introspection event (rosidl's description of a service).
     """
     request, response, event = (f"{ros_type}_{part}" for part in ("Request", "Response", "Event"))
-    known = typestore().fielddefs
-    info = "service_msgs/msg/ServiceEventInfo"
     descriptions = Typestore()
     descriptions.fielddefs = {
-        **known,
-        # In a .msg file ``char`` is another name of uint8, also in the hash; rosbags takes it for IDL's.
-        info: ([], [(name, _CLIENT_GID if name == "client_gid" else kind) for name, kind in known[info][1]]),
+        **typestore().fielddefs,
         event: (
             [],
             [
-                ("info", (Nodetype.NAME, info)),
+                ("info", (Nodetype.NAME, EVENT_INFO)),
                 ("request", (Nodetype.SEQUENCE, ((Nodetype.NAME, request), 1))),
                 ("response", (Nodetype.SEQUENCE, ((Nodetype.NAME, response), 1))),
             ],

@@ -245,6 +245,20 @@ SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedRespons
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
 FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "")
+#: Served by the gateway among ROS 2 nodes, for the node that the robot is there; not on the bus.
+PARAMETER_SERVICES: tuple[Service[Any, Any], ...] = (
+    Service("touchline/list_parameters", m.ListParametersRequest, m.ListParametersResponse, ""),
+    Service("touchline/get_parameters", m.GetParametersRequest, m.GetParametersResponse, ""),
+    Service("touchline/get_parameter_types", m.GetParameterTypesRequest, m.GetParameterTypesResponse, ""),
+    Service("touchline/describe_parameters", m.DescribeParametersRequest, m.DescribeParametersResponse, ""),
+    Service("touchline/set_parameters", m.SetParametersRequest, m.SetParametersResponse, ""),
+    Service(
+        "touchline/set_parameters_atomically",
+        m.SetParametersAtomicallyRequest,
+        m.SetParametersAtomicallyResponse,
+        "",
+    ),
+)
 #: Served by a team's coordinator; not among ``SERVICES``, as those are of every system.
 TEAM_TASK = Service("fleet/task", m.TeamTaskRequest, m.TeamTaskResponse, COORDINATOR, 1024 * 1024)
 TEAM_STOP = Service("fleet/stop", m.CommandRequest, m.CommandResponse, COORDINATOR, urgent=True)

@@ -6,12 +6,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
 
-_Number = TypeVar("_Number", np.float64, np.float32, np.uint8)
+_Number = TypeVar("_Number", np.float64, np.float32, np.int64, np.uint8, np.bool_)
 
 UInt8 = Annotated[int, Field(ge=0, le=2**8 - 1)]
 Int8 = Annotated[int, Field(ge=-(2**7), le=2**7 - 1)]
 UInt16 = Annotated[int, Field(ge=0, le=2**16 - 1)]
 Int32 = Annotated[int, Field(ge=-(2**31), le=2**31 - 1)]
+Int64 = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
 UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
 UInt64 = Annotated[int, Field(ge=0, le=2**64 - 1)]
 
@@ -32,21 +33,31 @@ def _float32_array(value: object) -> npt.NDArray[np.float32]:
     return _checked(np.array(value, dtype=np.float32))
 
 
+def _int64_array(value: object) -> npt.NDArray[np.int64]:
+    return _checked(np.array(value, dtype=np.int64))
+
+
 def _uint8_array(value: object) -> npt.NDArray[np.uint8]:
     return _checked(np.array(value, dtype=np.uint8))
+
+
+def _bool_array(value: object) -> npt.NDArray[np.bool_]:
+    return _checked(np.array(value, dtype=np.bool_))
 
 
 def _list(array: npt.NDArray[Any]) -> list[float]:
     return [float(value) for value in array]
 
 
-def _int_list(array: npt.NDArray[np.uint8]) -> list[int]:
-    return [int(value) for value in array]
+def _exact_list(array: npt.NDArray[Any]) -> list[Any]:
+    return list(array.tolist())
 
 
 Float64Array = Annotated[npt.NDArray[np.float64], BeforeValidator(_float_array), PlainSerializer(_list)]
 Float32Array = Annotated[npt.NDArray[np.float32], BeforeValidator(_float32_array), PlainSerializer(_list)]
-UInt8Array = Annotated[npt.NDArray[np.uint8], BeforeValidator(_uint8_array), PlainSerializer(_int_list)]
+Int64Array = Annotated[npt.NDArray[np.int64], BeforeValidator(_int64_array), PlainSerializer(_exact_list)]
+UInt8Array = Annotated[npt.NDArray[np.uint8], BeforeValidator(_uint8_array), PlainSerializer(_exact_list)]
+BoolArray = Annotated[npt.NDArray[np.bool_], BeforeValidator(_bool_array), PlainSerializer(_exact_list)]
 
 
 def zeros(length: int) -> npt.NDArray[np.float64]:

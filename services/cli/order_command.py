@@ -14,6 +14,8 @@ from rich.table import Column, Table
 
 from touchline.schemas import topics
 from touchline.schemas.cdr import typestore
+from touchline.schemas.definition_folder import write_definitions
+from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import CommandRequest, CommandResponse, InjectFaultRequest, InjectFaultResponse
 from touchline.schemas.plain_text import plain
@@ -146,8 +148,21 @@ def _tell(
         sys.exit(ExitCode.FAILED)
 
 
-def list_topics(as_json: JsonOption = False) -> None:
+def list_topics(
+    as_json: JsonOption = False,
+    msg_dir: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write the .msg and .srv files of all their types into this folder instead, standard ones, too.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
     """List every topic and service with its type; names are under the robot's namespace (tt2)."""
+    if msg_dir is not None:
+        _write_definitions(msg_dir)
+        return
     if as_json:
         rows = [
             {
@@ -177,3 +192,15 @@ def list_topics(as_json: JsonOption = False) -> None:
     console = output()
     console.print(table)
     console.print(offered)
+
+
+def _write_definitions(folder: Path) -> None:
+    try:
+        packages = write_definitions(folder)
+    except FileExistsError as error:
+        remedy = "give an empty folder, or a new one"
+        raise SpecError("command line", "--msg-dir", f"is {str(folder)!r}, where {error} is already", remedy) from error
+    except OSError as error:
+        problem, remedy = f"is {str(folder)!r}, which cannot be written: {error.strerror}", "give another folder"
+        raise SpecError("command line", "--msg-dir", problem, remedy) from error
+    typer.echo(f"{folder}: {', '.join(packages)}")

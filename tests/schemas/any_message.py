@@ -73,7 +73,7 @@ def values(description: Any, metadata: list[Any]) -> st.SearchStrategy[Any]:
         if detail[0] == "string":
             return st.text(st.characters(exclude_characters="\0", exclude_categories=("Cs",)), max_size=12)
         if detail[0] in LIMITS:
-            lower, upper = bounds(metadata)
+            lower, upper = bounds(metadata) if metadata else LIMITS[detail[0]]  # an array has no metadata of its own
             return st.integers(int(lower), int(upper))
         return numbers(detail[0])
     inner, count = detail
