@@ -125,6 +125,8 @@ def _summary(path: Path) -> Summary:
 
 def _drives(summary: Summary, robot: str) -> bool:
     """Whether the recording holds the setup of a robot of this name, and not of a team's coordinator."""
+    if robot == topics.TEAM_NAMESPACE:
+        return False
     return f"/{robot}/{topics.SETUP.name}" in summary.topics or f"/{topics.SETUP.name}" in summary.topics
 
 

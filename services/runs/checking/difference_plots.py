@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.runs.checking.difference_traces import DifferenceTraces, Pair, Series, difference
+from touchline.services.runs.checking.difference_traces import BothSides, DifferenceTraces, TimeSeries, difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,7 +103,7 @@ def _place(traces: DifferenceTraces) -> Floats:
     return place
 
 
-def _both(pair: Pair) -> list[tuple[Series, str, str]]:
+def _both(pair: BothSides) -> list[tuple[TimeSeries, str, str]]:
     return [(pair.recorded, RECORDED, "recorded"), (pair.today, TODAY, "today")]
 
 
@@ -122,7 +122,7 @@ def _field(axes: Sequence[Axes], traces: DifferenceTraces, unit: str) -> None:
     values.figure.legend(loc="outside upper right", ncols=2)
 
 
-def _over_time(lines: Sequence[tuple[Series, str, str]], first_s: float) -> str:
+def _over_time(lines: Sequence[tuple[TimeSeries, str, str]], first_s: float) -> str:
     """Lengths (m) over sim time."""
     most_m = max(float(np.abs(series.values).max()) for series, _, _ in lines if len(series.time_s))
     scale, unit = (1000.0, "mm") if most_m < _MILLIMETRES_BELOW_M else (1.0, "m")

@@ -34,7 +34,7 @@ _UNKNOWN_M2: Final = 1e3
 """Variance of a position that is not known yet."""
 
 
-class Series(NamedTuple):
+class TimeSeries(NamedTuple):
     """One side's values.
 
     Attributes:
@@ -46,11 +46,11 @@ class Series(NamedTuple):
     values: Floats
 
 
-class Pair(NamedTuple):
+class BothSides(NamedTuple):
     """The same of both sessions."""
 
-    recorded: Series
-    today: Series
+    recorded: TimeSeries
+    today: TimeSeries
 
 
 @dataclass
@@ -93,56 +93,56 @@ class DifferenceTraces:
             self._found[what, side][at_ns] = value
 
     @property
-    def ways(self) -> Pair:
+    def ways(self) -> BothSides:
         """Where the robots truly were (m); where that is not told, where they believed to be."""
         truth = self._pair(topics.TRUTH.name)
         return truth if len(truth.recorded.time_s) else self._pair(topics.ODOMETRY.name)
 
     @property
-    def apart(self) -> Series:
+    def apart(self) -> TimeSeries:
         """How far the robots were from each other at the same sim time (m)."""
         ways = self.ways
         return _distance(ways.recorded, ways.today)
 
     @property
-    def lateral(self) -> Pair:
+    def lateral(self) -> BothSides:
         """How far the robots believed to be to the left of their path (m)."""
         return self._pair("lateral_error_m")
 
     @property
-    def estimate_error(self) -> Pair:
+    def estimate_error(self) -> BothSides:
         """How far their estimates were off (m)."""
         both = [
             _distance(self._series(topics.TRUTH.name, side), self._series(topics.ODOMETRY.name, side))
             for side in (0, 1)
         ]
-        return Pair(*both)
+        return BothSides(*both)
 
     @property
-    def field(self) -> Pair:
+    def field(self) -> BothSides:
         """The field that differs first, around then."""
         return self._pair(self.first.field)
 
-    def _pair(self, what: str) -> Pair:
-        return Pair(self._series(what, 0), self._series(what, 1))
+    def _pair(self, what: str) -> BothSides:
+        return BothSides(self._series(what, 0), self._series(what, 1))
 
-    def _series(self, what: str, side: int) -> Series:
+    def _series(self, what: str, side: int) -> TimeSeries:
         found = self._found[what, side]
         at_ns = sorted(found)
-        return Series(np.array(at_ns, float) / 1e9, np.array([found[each] for each in at_ns], float))
+        return TimeSeries(np.array(at_ns, float) / 1e9, np.array([found[each] for each in at_ns], float))
 
 
-def difference(pair: Pair) -> Series:
+def difference(pair: BothSides) -> TimeSeries:
     """Today's values less the recorded ones, where both have one."""
     common, left, right = np.intersect1d(pair.recorded.time_s, pair.today.time_s, return_indices=True)
-    return Series(common, pair.today.values[right] - pair.recorded.values[left])
+    return TimeSeries(common, pair.today.values[right] - pair.recorded.values[left])
 
 
-def _distance(one: Series, other: Series) -> Series:
+def _distance(one: TimeSeries, other: TimeSeries) -> TimeSeries:
     if not len(one.time_s) or not len(other.time_s):
-        return Series(np.zeros(0), np.zeros(0))
-    apart = difference(Pair(one, other))
-    return Series(apart.time_s, np.hypot(*apart.values.T))
+        return TimeSeries(np.zeros(0), np.zeros(0))
+    apart = difference(BothSides(one, other))
+    return TimeSeries(apart.time_s, np.hypot(*apart.values.T))
 
 
 def _number_at(message: object, path: str) -> float | None:
