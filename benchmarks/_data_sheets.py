@@ -16,7 +16,7 @@ _SHEETS: dict[str, type[Spec]] = {
 
 
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
-    """The configuration whose data sheets are the scenario's figures, as far as it has them; `others` are its others."""
+    """The configuration whose data sheets are the figures that the scenario has; `others` are its other fields."""
     groups = {
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields))
         for name, kind in _SHEETS.items()
