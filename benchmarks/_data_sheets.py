@@ -18,7 +18,6 @@ _SHEETS: dict[str, type[Spec]] = {
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
     """The configuration whose data sheets are the figures that the scenario has; `others` are its other fields."""
     groups = {
-        name: getattr(scenario, name).model_dump(include=set(kind.model_fields))
-        for name, kind in _SHEETS.items()
+        name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }
     return OnboardConfig.model_validate(groups | others)
