@@ -117,7 +117,7 @@ from touchline.schemas.messages.viewing_messages import (
     MeshFile,
     NavPath,
     TFMessage,
-    Transform,
+    TransformMessage,
     TransformStamped,
     UVCoordinate,
 )
@@ -220,7 +220,7 @@ __all__ = [
     "TeamTaskResponse",
     "Time",
     "Trajectory",
-    "Transform",
+    "TransformMessage",
     "TransformStamped",
     "TraversalReport",
     "TraversalStatus",
