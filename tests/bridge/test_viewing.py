@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from touchline.schemas import topics
+from touchline.schemas.catalogue import load_template
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import (
     Header,
@@ -14,6 +15,7 @@ from touchline.schemas.messages import (
     NavPath,
     Odometry,
     PaintMarks,
+    String,
     TFMessage,
     Time,
     Trajectory,
@@ -93,3 +95,13 @@ def test_what_is_no_message_of_its_topic_draws_nothing():
     assert not viewing.take(topics.PLAN.name, b"\0\1\0\0")
     (path,) = viewing.take(topics.PLAN.name, encode(Trajectory()))
     assert decode(NavPath, path.payload).poses == ()
+
+
+def test_areas_are_filled_and_their_holes_are_not():
+    template = load_template("salt-pan-pond")
+    (message,) = Viewing().take(topics.TEMPLATE.name, encode(String(data=template.to_json())))
+    drawn = decode(MarkerArray, message.payload).markers
+    (area,), (fill,) = template.areas, [marker for marker in drawn if marker.ns == "areas"]
+    corners = np.array([(point.x, point.y) for point in fill.points]).reshape(-1, 3, 2)
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    assert np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum() / 2 == pytest.approx(area.polygon.area)
