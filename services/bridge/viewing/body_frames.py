@@ -8,7 +8,7 @@ from typing import Final
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.frames import BODY_FRAME, GNSS_FRAME, IMU_FRAME, MAP_FRAME, TOOL_FRAME
 from touchline.schemas.layout import FixedLayout
-from touchline.schemas.messages import Header, Odometry, TFMessage, Transform, TransformStamped, Vector3
+from touchline.schemas.messages import Header, Odometry, TFMessage, TransformMessage, TransformStamped, Vector3
 from touchline.schemas.vehicles import Vehicle
 
 _ODOMETRY: Final = FixedLayout(Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
@@ -79,7 +79,7 @@ def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
             TransformStamped(
                 header=header,
                 child_frame_id=prefix + name,
-                transform=Transform(translation=Vector3(x=x, y=y, z=z)),
+                transform=TransformMessage(translation=Vector3(x=x, y=y, z=z)),
             )
             for name, (x, y, z) in places.items()
         )
