@@ -54,7 +54,7 @@ class ParameterKind(IntEnum):
     STRING_ARRAY = 9
 
 
-class Parameter(Message):
+class RosParameter(Message):
     """A parameter, or a wish to set it."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/msg/Parameter"
@@ -172,7 +172,7 @@ class SetParametersRequest(Message):
     """Set them, each on its own."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/srv/SetParameters_Request"
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[RosParameter, ...] = ()
 
 
 class SetParametersResponse(Message):
@@ -186,7 +186,7 @@ class SetParametersAtomicallyRequest(Message):
     """Set all of them, or none."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/srv/SetParametersAtomically_Request"
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[RosParameter, ...] = ()
 
 
 class SetParametersAtomicallyResponse(Message):

@@ -11,8 +11,10 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.topics import SERVICES, TOPICS
+from touchline.schemas.topics import PARAMETER_SERVICES, SERVICES, SETUP, TOPICS
+from touchline.services.bridge.follower_route import FollowerRoute
 from touchline.services.bridge.goal_route import GoalRoute
+from touchline.services.bridge.parameter_route import ParameterRoute
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import ServiceRoute, TopicRoute
 from touchline.services.bus import Bus
@@ -22,7 +24,11 @@ NODE_NAME = "touchline"
 #: geometry_msgs/PoseStamped, as RViz and others publish it.
 GOAL_NAME: Final = "goal_pose"
 _GOAL_NAMES: Final = 2
+#: Liveliness tokens of a gateway at most: of its node, its follower, and each topic, service and name of goals.
+ENDPOINTS: Final = 2 + len(TOPICS) + len(SERVICES) + len(PARAMETER_SERVICES) + _GOAL_NAMES
 _STOPS_EVERY_S: Final = 0.002
+#: While a follower is asked, and the robot waits.
+_STEPS_EVERY_S: Final = 0.0002
 
 
 @dataclass(frozen=True)
@@ -80,7 +86,7 @@ class Gateway:
         self._bus = bus
         self._config = config
         namespace = config.namespace or bus.namespace
-        first = number * (1 + len(TOPICS) + len(SERVICES) + _GOAL_NAMES)
+        first = number * ENDPOINTS
         self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id, first)
         if session.tokens(self._node.twins()):
             raise TouchlineError(
@@ -96,13 +102,15 @@ class Gateway:
         self._others = [route for route in self._services if not route.urgent]
         names = {self._node.full_name(GOAL_NAME), f"/{GOAL_NAME}"} if alone else {self._node.full_name(GOAL_NAME)}
         self._goals = GoalRoute(bus, session, self._node, 1 + len(TOPICS) + len(SERVICES), sorted(names))
+        self._parameters = ParameterRoute(bus.counters, session, self._node, ENDPOINTS - len(PARAMETER_SERVICES))
+        self._follower = FollowerRoute(bus, session, self._node, ENDPOINTS - len(PARAMETER_SERVICES) - 1)
         self._inbox = bus.inbox(TOPICS, keep="recent")
         self._failure: Exception | None = None
 
     def turn(self) -> bool:
-        """Forward what has arrived on either side, except stop requests; returns whether anything had.
+        """Forward what has arrived on either side, except what is urgent; returns whether anything had.
 
-        Raises whatever has failed in `pass_stops`: better no gateway than one by which nobody can stop the robot.
+        Raises whatever has failed in `pass_urgent`: better no gateway than one by which nobody can stop the robot.
         """
         if self._failure is not None:
             raise self._failure
@@ -110,9 +118,12 @@ class Gateway:
         routes = self._topics
         for sample in samples:
             routes[sample.topic.name].send(sample)
+            if sample.topic is SETUP:
+                self._parameters.take_setup(sample.payload)
         for service in self._others:
             service.turn()
         self._goals.turn()
+        self._parameters.turn()
         return bool(samples)
 
     def take_problems(self) -> list[str]:
@@ -120,13 +131,19 @@ class Gateway:
         problems, self._goals.problems = self._goals.problems, []
         return problems
 
-    def pass_stops(self) -> None:
-        """Forward stop requests; if that fails, the next `turn` raises the error."""
+    def pass_urgent(self) -> bool:
+        """Forward stop requests, and questions to a follower; if that fails, the next `turn` raises the error.
+
+        Returns:
+            Whether a follower is being asked.
+        """
         try:
             for service in self._stops:
                 service.turn()
+            return self._follower.turn()
         except Exception as error:  # noqa: BLE001, raised again by `turn`
             self._failure = error
+        return False
 
     def figures(self) -> dict[str, object]:
         """Counters for the diagnostics."""
@@ -135,22 +152,25 @@ class Gateway:
             "ros2_messages": sum(route.messages for route in self._topics.values()),
             "ros2_dropped": self._inbox.lost,
             "ros2_calls": sum(service.calls for service in self._services),
+            "ros2_parameter_calls": self._parameters.calls,
+            "ros2_follower_steps": self._follower.steps,
             "ros2_goals": self._goals.goals,
             "ros2_refused": sum(service.refused for service in self._services),
         }
 
 
 @contextmanager
-def passing_stops(gateways: Sequence[Gateway]) -> Iterator[None]:
-    """Forward stop requests from a thread of its own, since a turn of the main loop may take long."""
+def passing_urgent(gateways: Sequence[Gateway]) -> Iterator[None]:
+    """Forward stops and steps of a follower from a thread of its own, since a turn of the main loop may take long."""
     left = threading.Event()
 
     def work() -> None:
-        while not left.wait(_STOPS_EVERY_S):
-            for gateway in gateways:
-                gateway.pass_stops()
+        pause_s = _STOPS_EVERY_S
+        while not left.wait(pause_s):
+            asking = [gateway.pass_urgent() for gateway in gateways]
+            pause_s = _STEPS_EVERY_S if any(asking) else _STOPS_EVERY_S
 
-    thread = threading.Thread(target=work, name="ros2-stops", daemon=True)
+    thread = threading.Thread(target=work, name="ros2-urgent", daemon=True)
     thread.start()
     try:
         yield

@@ -10,7 +10,7 @@ from touchline.schemas.topics import Service, Topic
 
 _TOKENS = "@ros2_lv"
 _NO_ENCLAVE = "%"
-NODE, PUBLISHER, SUBSCRIPTION, SERVER = "NN", "MP", "MS", "SS"
+NODE, PUBLISHER, SUBSCRIPTION, SERVER, CLIENT = "NN", "MP", "MS", "SS", "SC"
 
 #: Quality of service ``reliability:durability:history,depth:deadline:lifespan:liveliness``; what is empty is the
 #: default: reliable, volatile, keep last, without limits of time.
@@ -71,8 +71,16 @@ class RosNode:
 
     def server_token(self, number: int, service: Service[Any, Any]) -> str:
         """The liveliness token of this node's server of ``service``."""
-        digest = service_type_hash(service.ros_type)
-        return self._endpoint_token(number, SERVER, service.name, service.ros_type, digest, VOLATILE_QOS)
+        return self._service_token(number, SERVER, service)
+
+    def client_token(self, number: int, service: Service[Any, Any]) -> str:
+        """The liveliness token of this node's client of ``service``."""
+        return self._service_token(number, CLIENT, service)
+
+    def servers(self, service: Service[Any, Any]) -> str:
+        """Matches the tokens of all nodes' servers of ``service`` in this domain."""
+        what = self._what(service.name, service.ros_type, service_type_hash(service.ros_type))
+        return f"{_TOKENS}/{self.domain}/*/*/*/{SERVER}/*/*/*/{what}/*"
 
     def _place(self) -> str:
         return f"{_NO_ENCLAVE}/{_mangled(self.namespace)}/{self.name}"
@@ -80,10 +88,17 @@ class RosNode:
     def _data_key(self, name: str, ros_type: str, digest: str) -> str:
         return f"{self.domain}{self.full_name(name)}/{dds_type(ros_type)}/{digest}"
 
+    def _service_token(self, number: int, kind: str, service: Service[Any, Any]) -> str:
+        digest = service_type_hash(service.ros_type)
+        return self._endpoint_token(number, kind, service.name, service.ros_type, digest, VOLATILE_QOS)
+
+    def _what(self, name: str, ros_type: str, digest: str) -> str:
+        return f"{_mangled(self.full_name(name))}/{dds_type(ros_type)}/{digest}"
+
     def _endpoint_token(self, number: int, kind: str, name: str, ros_type: str, digest: str, qos: str) -> str:
         return (
             f"{_TOKENS}/{self.domain}/{self.session}/{self.number}/{self.number + number}/{kind}/{self._place()}"
-            f"/{_mangled(self.full_name(name))}/{dds_type(ros_type)}/{digest}/{qos}"
+            f"/{self._what(name, ros_type, digest)}/{qos}"
         )
 
 

@@ -80,7 +80,7 @@ class ServiceRoute:
         """Take requests that wait, and pass answers back."""
         while len(self._under_way) < _UNDER_WAY and (request := self._server.poll()) is not None:
             self.calls += 1
-            if problem := _problem(request):
+            if problem := problem_of(request):
                 self._bus.counters.reject(f"ROS 2, {self._service.name}: {problem}")
                 self._refuse(request, problem)
             else:
@@ -119,7 +119,7 @@ class ServiceRoute:
             request.fail(reason)
 
 
-def _problem(request: Ros2Request) -> str:
+def problem_of(request: Ros2Request) -> str:
     """Why a request is not passed on; what is in it is for the service to judge."""
     if request.client is None:
         return "a request without rmw_zenoh's attachment"

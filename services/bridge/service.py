@@ -19,7 +19,7 @@ from touchline.schemas.messages import (
     Time,
 )
 from touchline.services.bridge.folder import RecordingFolder
-from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
 from touchline.services.bridge.output import RecordingError
@@ -468,7 +468,7 @@ def run_service(
             for number, bus in enumerate(buses):
                 alone = len(buses) == 1
                 gateways.append(Gateway(bus, session, ros2.of(bus.namespace, alone=alone), number, alone=alone))
-            stack.enter_context(passing_stops(gateways))
+            stack.enter_context(passing_urgent(gateways))
         going = GoingRecording(config, folder.path, supervisor)
         service = BridgeService(buses, existing, folder, gateways, stop.beat, going)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2

@@ -3,6 +3,7 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Final, Generic, NamedTuple
@@ -126,6 +127,13 @@ class Server(Generic[Request, Response]):
         """Serve by this session, and answer what comes by the one before as long as that is open."""
         new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
         self._queryables = [*self._queryables[-1:], new]
+
+    def close(self) -> None:
+        """Serve no longer; what has not been looked at yet is not answered."""
+        for queryable in self._queryables:
+            with suppress(zenoh.ZError):  # its session is closed
+                queryable.undeclare()  # type: ignore[no-untyped-call]
+        self._queryables = []
 
     def _received(self) -> zenoh.Query | None:
         for queryable in self._queryables:

@@ -16,6 +16,7 @@ from zenoh import ext, handlers
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.services.bus import attachment
 from touchline.services.bus.attachment import Attachment
+from touchline.services.bus.ros2_client import Ros2Client
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 
@@ -120,6 +121,10 @@ class Ros2Session:
     def subscribe(self, key: str) -> "Ros2Subscriber":
         """The receiving end of a topic."""
         return Ros2Subscriber(self._session, key)
+
+    def client(self, key: str, servers: str, gid: bytes) -> Ros2Client:
+        """The asking end of a service, whose servers have liveliness tokens that match ``servers``."""
+        return Ros2Client(self._session, key, servers, gid)
 
     def serve(self, key: str) -> "Ros2Server":
         """The serving end of a service."""

@@ -13,14 +13,14 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
 from touchline.services.bridge import routes
-from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 from touchline.services.bus import Bus, attachment
 from touchline.services.bus.ports import free_port
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
-#: Liveliness tokens of a gateway: its node's, one for each topic and service, and two for goals.
-EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES) + 2
+#: Liveliness tokens of a gateway: of its node, its follower, each topic and service, and two for goals.
+EVERYTHING = 2 + len(topics.TOPICS) + len(topics.SERVICES) + len(topics.PARAMETER_SERVICES) + 2
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def session(endpoint):
 @pytest.fixture
 def gateway(bridge, session):
     gateway = Gateway(bridge, session, GatewayConfig(domain=3))
-    with passing_stops([gateway]):
+    with passing_urgent([gateway]):
         yield gateway
 
 

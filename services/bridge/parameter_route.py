@@ -1,0 +1,107 @@
+"""The parameter services of the node that a robot is among ROS 2 nodes."""
+
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.setup import Setup
+from touchline.schemas.topics import Service
+from touchline.services.bridge.rmw_zenoh import RosNode
+from touchline.services.bridge.robot_parameters import described, listed, parameters_of, refusal
+from touchline.services.bridge.routes import problem_of
+from touchline.services.bus.counters import Counters
+from touchline.services.bus.ros2 import Ros2Request, Ros2Server, Ros2Session
+
+#: Requests that are looked at in one turn.
+_LOOKED_AT: Final = 16
+
+
+class ParameterRoute:
+    """Answers requests of parameters from what the robot has told of its setup; nothing can be set.
+
+    Args:
+        counters: Of the bus; what is no request is counted there.
+        session: Among ROS 2 nodes.
+        node: That the robot is there.
+        number: Tells the node's endpoints apart: of the first of the services.
+
+    Attributes:
+        calls: Requests so far.
+    """
+
+    def __init__(self, counters: Counters, session: Ros2Session, node: RosNode, number: int) -> None:
+        self._counters = counters
+        self._parameters = parameters_of(None)
+        self._setup: bytes | None = None
+        self._servers: list[tuple[Service[Any, Any], Ros2Server]] = []
+        for at, service in enumerate(topics.PARAMETER_SERVICES, number):
+            self._servers.append((service, session.serve(node.service_key(service))))
+            session.declare_token(node.server_token(at, service))
+        self.calls = 0
+
+    def take_setup(self, payload: bytes) -> None:
+        """Note what the robot tells of itself; it is read when somebody asks."""
+        self._setup = payload
+
+    def turn(self) -> None:
+        """Answer requests that wait."""
+        for service, server in self._servers:
+            for _ in range(_LOOKED_AT):
+                if (request := server.poll()) is None:
+                    break
+                self.calls += 1
+                self._answer(service, request)
+
+    def _answer(self, service: Service[Any, Any], request: Ros2Request) -> None:
+        problem = problem_of(request)
+        try:
+            if not problem:
+                request.reply(encode(self._response(decode(service.request, request.payload))))
+                return
+        except PayloadError as error:
+            problem = str(error)
+        self._counters.reject(f"ROS 2, {service.name}: {problem}")
+        request.fail(problem)
+
+    def _response(self, request: Message) -> Message:
+        parameters = self._known()
+        match request:
+            case m.ListParametersRequest():
+                return m.ListParametersResponse(result=listed(parameters, request))
+            case m.GetParametersRequest():
+                return m.GetParametersResponse(values=self._of(request.names, lambda _, value: value))
+            case m.GetParameterTypesRequest():
+                return m.GetParameterTypesResponse(types=self._of(request.names, lambda _, value: value.type))
+            case m.DescribeParametersRequest():
+                return m.DescribeParametersResponse(descriptors=self._of(request.names, described))
+            case m.SetParametersRequest():
+                return m.SetParametersResponse(results=tuple(refusal(parameters, each) for each in request.parameters))
+            case m.SetParametersAtomicallyRequest():
+                refused = [refusal(parameters, each) for each in request.parameters]
+                nothing = m.SetParametersResult(successful=True)
+                return m.SetParametersAtomicallyResponse(result=refused[0] if refused else nothing)
+        raise TypeError(f"{request.ros_type} asks for no parameter")
+
+    def _of(self, names: Iterable[str], told: Callable[[str, m.ParameterValue], Any]) -> tuple[Any, ...]:
+        """Something of each; nothing of any if one of them is unknown, as a node of rclpy answers."""
+        parameters = self._known()
+        if not all(name in parameters for name in names):
+            return ()
+        return tuple(told(name, parameters[name]) for name in names)
+
+    def _known(self) -> dict[str, m.ParameterValue]:
+        if self._setup is not None:
+            payload, self._setup = self._setup, None
+            try:
+                setup = Setup.model_validate_json(decode(m.String, payload).data)
+            except (PayloadError, TouchlineError, ValidationError, RecursionError) as error:
+                self._counters.reject(f"{topics.SETUP.name}: {error}")
+            else:
+                self._parameters = parameters_of(setup)
+        return self._parameters
