@@ -51,7 +51,7 @@ class RobotStanding:
         self.state = state
 
 
-class Standing:
+class ReplayStanding:
     """What holds after the messages that were given to `take`, in their order."""
 
     def __init__(self) -> None:
