@@ -11,7 +11,7 @@ from touchline.schemas.replay_run import ReplayRun
 from touchline.tui import format
 
 
-class ReplayedMessage(Enum):
+class Belonging(Enum):
     """What the publisher of a message says about it."""
 
     LIVE = "live"
@@ -32,16 +32,16 @@ class ReplayView:
     """What the messages that are known belong to."""
     status: ReplayStatus | None = None
 
-    def hear(self, publisher: str) -> ReplayedMessage:
+    def hear(self, publisher: str) -> Belonging:
         """A message has come whose publisher has this id, in hexadecimal digits."""
         heard = _run_of(publisher)
         if heard is None:
-            return ReplayedMessage.LIVE
+            return Belonging.LIVE
         known, same = self.run, self.run is not None and self.run.key == heard.key
         if same and known is not None and heard.jumps <= known.jumps:
-            return ReplayedMessage.NOW if heard.jumps == known.jumps else ReplayedMessage.VOID
+            return Belonging.NOW if heard.jumps == known.jumps else Belonging.VOID
         self.run = heard
-        return ReplayedMessage.NOW if known is None else ReplayedMessage.JUMP
+        return Belonging.NOW if known is None else Belonging.JUMP
 
     @property
     def playing(self) -> bool:

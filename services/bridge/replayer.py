@@ -11,10 +11,10 @@ from touchline.schemas import topics
 from touchline.services.bridge.channels import is_drawn, robots_among
 from touchline.services.bridge.due_times import DueTimes, due_times_ns
 from touchline.services.bridge.former_types import present_kind, presented
+from touchline.services.bridge.held_messages import ACCUMULATING, HeldMessages
 from touchline.services.bridge.message_index import MessageIndex
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.replay_cue import Cue
-from touchline.services.bridge.replay_standing import ACCUMULATING, ReplayStanding
 from touchline.services.bridge.sendable import SendableTopics
 
 
@@ -113,9 +113,9 @@ class IndexedTimeline:
         timeline = cls(index) if index is not None else None
         return timeline if timeline is not None and len(timeline._rows) else None
 
-    def standing(self, at_s: float) -> ReplayStanding:
+    def standing(self, at_s: float) -> HeldMessages:
         """What holds after all that is due up to then."""
-        standing = ReplayStanding()
+        standing = HeldMessages()
         for cue in self._cues(self._telling(self._count_until(at_s))):
             standing.take(cue)
         return standing

@@ -8,10 +8,10 @@ import pytest
 
 from touchline.schemas import topics
 from touchline.schemas.replay_run import ReplayRun
+from touchline.services.bridge.held_messages import HeldMessages
 from touchline.services.bridge.replay_cue import Cue
 from touchline.services.bridge.replay_player import ReplayPlayer
 from touchline.services.bridge.replay_source import ReplaySource
-from touchline.services.bridge.replay_standing import ReplayStanding
 
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
 STOPPED = SESSIONS / "stop-and-resume.mcap"
@@ -40,7 +40,7 @@ def test_after_a_seek_holds_what_holds_in_a_replay_that_ran_there(path: Path) ->
     everything = list(source.from_start())
     assert source.length_s == everything[-1].at_s
     for at_s in (0.0, source.length_s, *(draw.uniform(0.0, source.length_s) for _ in range(10))):
-        ran = ReplayStanding()
+        ran = HeldMessages()
         for cue in everything:
             if cue.at_s <= at_s:
                 ran.take(cue)

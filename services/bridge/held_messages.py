@@ -15,7 +15,7 @@ _BUSY = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
 
 @dataclass
-class RobotStanding:
+class HeldOfRobot:
     """What holds of one robot, each with its place among all cues."""
 
     last: dict[str, tuple[int, Cue]] = field(default_factory=dict)
@@ -51,17 +51,17 @@ class RobotStanding:
         self.state = state
 
 
-class ReplayStanding:
+class HeldMessages:
     """What holds after the messages that were given to `take`, in their order."""
 
     def __init__(self) -> None:
-        self._robots: dict[str, RobotStanding] = {}
+        self._robots: dict[str, HeldOfRobot] = {}
         self._places = 0
 
     def take(self, cue: Cue) -> None:
         """The next message of the recording."""
         if cue.namespace not in self._robots:
-            self._robots[cue.namespace] = RobotStanding()
+            self._robots[cue.namespace] = HeldOfRobot()
         self._robots[cue.namespace].take(self._places, cue)
         self._places += 1
 
@@ -71,7 +71,7 @@ class ReplayStanding:
         return [held[place] for place in sorted(held)]
 
 
-def _held(robot: RobotStanding) -> Iterator[tuple[int, Cue]]:
+def _held(robot: HeldOfRobot) -> Iterator[tuple[int, Cue]]:
     yield from robot.last.values()
     yield from robot.states
     yield from robot.said
