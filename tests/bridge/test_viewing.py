@@ -43,10 +43,10 @@ def said():
     ("source", "name", "frame"),
     [("odometry/filtered", "tf", "base_link"), ("truth/odometry", "truth/tf", "base_link_truth")],
 )
-def test_each_pose_becomes_a_transform(said, source, name, frame):
+def test_every_fifth_pose_becomes_a_transform(said, source, name, frame):
     heard, drawn = said
-    assert len(drawn[name]) == len(heard[source]) > 100
-    for odometry, message in zip(heard[source], drawn[name], strict=True):
+    assert len(drawn[name]) > 100
+    for odometry, message in zip(heard[source][::5], drawn[name], strict=True):
         (moved,) = message.transforms
         assert (moved.header, moved.child_frame_id) == (odometry.header, frame)
         assert moved.transform.rotation == odometry.pose.pose.orientation
