@@ -155,6 +155,7 @@ class Gateway:
             "ros2_parameter_calls": self._parameters.calls,
             "ros2_follower_steps": self._follower.steps,
             "ros2_goals": self._goals.goals,
+            "ros2_goals_refused": self._goals.refused,
             "ros2_refused": sum(service.refused for service in self._services),
         }
 

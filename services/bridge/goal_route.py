@@ -55,6 +55,7 @@ class GoalRoute:
 
     Attributes:
         goals: How many have come.
+        refused: How many of those that were looked at are none.
         problems: What did not get to the robot, and why; whoever tells it takes it away.
     """
 
@@ -67,6 +68,7 @@ class GoalRoute:
             session.declare_token(node.subscription_token(number + at, topic))
         self._asked: list[Question] = []
         self.goals = 0
+        self.refused = 0
         self.problems: list[str] = []
 
     def turn(self) -> None:
@@ -82,6 +84,7 @@ class GoalRoute:
         try:
             goal = goal_of(decode(PoseStamped, payload))
         except PayloadError as error:
+            self.refused += 1
             self.problems.append(f"the goal from ROS 2 is refused: {error}")
             return
         request = GotoRequest(request_id=uuid.uuid4().hex, goal=goal)

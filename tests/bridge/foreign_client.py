@@ -8,6 +8,7 @@ Takes requests as lines of JSON on standard input and answers each with one line
     {"do": "publish", "topic": …, "type": …, "message": {…}} publishes a message
     {"do": "call", "service": …, "type": …, "request": {…}}  the response, or null
     {"do": "ask", "service": …, "type": …, "payload": hex}   sends any bytes as a request, with or without "number"
+    {"do": "follow", "service": …, "type": …, "speed_mps": …} serves the robot as its path follower
     {"do": "hash", "types": […]}                             its own RIHS01 hash of each type
 
 Two things that the client cannot do are added here, each marked as such.
@@ -55,6 +56,7 @@ class Client:
         self.subscribers: list[Subscriber] = []
         self.publishers: dict[str, sdk.ROS2Publisher] = {}
         self.callers: dict[str, sdk.ROS2ServiceClient] = {}
+        self.served: list[sdk.ROS2ServiceServer] = []
         self.heard: dict[str, list[Any]] = {}
         self.manager = sdk.ZenohSession.get_instance(place["router_ip"], place["router_port"])
 
@@ -107,6 +109,13 @@ class Client:
             "number": echoed.sequence_id,
             "same_client": echoed.gid == caller.client_gid,
         }
+
+    def follow(self, service: str, type: str, speed_mps: float) -> None:
+        def step(request: Any) -> Any:
+            return server.response_msg_class(step=request.step, speed_mps=speed_mps, yaw_rate_radps=-request.lateral_m)
+
+        server = sdk.ROS2ServiceServer(service, type, step, **self.place)
+        self.served.append(server)
 
     def hash(self, types: list[str]) -> dict[str, str]:
         registry = message_registry.get_registry()

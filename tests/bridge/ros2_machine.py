@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -11,28 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rosbags.typesys import Stores, get_typestore
-
 HERE = Path(__file__).resolve().parent
-SHIPPED = HERE.parents[1] / "schemas" / "msg"
-#: Packages that every ROS 2 machine has; ours are built on them.
-STANDARD = {
-    *("builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs", "sensor_msgs"),
-    *("service_msgs", "std_msgs"),
-}
 _ANSWER_S = 100.0
-
-
-def write_definitions(folder: Path) -> None:
-    """Our ``.msg`` and ``.srv`` files as they are shipped, and those that they build on."""
-    shutil.copytree(SHIPPED, folder)
-    store = get_typestore(Stores.ROS2_JAZZY)
-    for name in store.fielddefs:
-        package, kind, message = name.split("/")
-        if package in STANDARD:
-            (folder / package / kind).mkdir(parents=True, exist_ok=True)
-            text, _ = store.generate_msgdef(name, ros_version=2)
-            (folder / package / kind / f"{message}.msg").write_text(text.split("=" * 80)[0])
 
 
 class ForeignClient:

@@ -17,13 +17,21 @@ from typing import Any
 
 import pytest
 
-from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
+from tests.bridge.ros2_machine import ForeignClient, foreign_client
 from tests.robot_sim.scripted import trajectory
 from tests.system.commands import figures, touchline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, service_type_hash, type_hash
 from touchline.schemas.curves import Curve
-from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraversalRequest, TraversalStatus
+from touchline.schemas.definition_folder import write_definitions
+from touchline.schemas.messages import (
+    FollowerStepRequest,
+    FollowerStepResponse,
+    GetDiagnosticsRequest,
+    GetPaintRequest,
+    StartTraversalRequest,
+    TraversalStatus,
+)
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bus import Bus, BusConfig, CallError
 from touchline.services.bus.ports import free_port
@@ -31,6 +39,7 @@ from touchline.services.bus.ports import free_port
 ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
 pytestmark = pytest.mark.xdist_group("ros2")  # by one worker, so that each process is started once
+SERVED = (*topics.SERVICES, *topics.PARAMETER_SERVICES)
 CALLED = (topics.START_TRAVERSAL, topics.PAUSE, topics.ABORT, topics.GET_PAINT)
 READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
 LENGTH_M = 400.0  # so long that no test sees its end
@@ -162,7 +171,7 @@ def meet(client: ForeignClient) -> dict[str, Any]:
 
     def everything() -> dict[str, Any] | None:
         graph: dict[str, Any] = client.do("graph")
-        whole = len(graph["topics"]) >= len(topics.TOPICS) and len(graph["services"]) >= len(topics.SERVICES)
+        whole = len(graph["topics"]) >= len(topics.TOPICS) and len(graph["services"]) >= len(SERVED)
         return graph if whole and graph["nodes"] else None
 
     graph = until(everything)
@@ -186,8 +195,8 @@ def test_it_discovers_the_node_and_every_topic_and_service(client: ForeignClient
     assert graph["nodes"] == ["/touchline"]
     published = {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
     assert graph["topics"] == {**published, "/goal_pose": ["geometry_msgs/msg/PoseStamped"]}
-    named = {f"/{service.name.replace('-', '_')}": [service.ros_type] for service in topics.SERVICES}
-    assert graph["services"] == named
+    named = {f"/{service.name.replace('-', '_')}": [service.ros_type] for service in SERVED}
+    assert graph["services"] == {**named, "/follower/step": ["touchline_msgs/srv/FollowerStep"]}  # asked, not served
     assert "/trajectory_controller/start_traversal" in named
 
 
@@ -202,7 +211,7 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
 
 def test_it_computes_the_same_type_hashes_from_the_shipped_files(client: ForeignClient) -> None:
     ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
-    ours |= {service.ros_type: service_type_hash(service.ros_type) for service in topics.SERVICES}
+    ours |= {service.ros_type: service_type_hash(service.ros_type) for service in (*SERVED, topics.FOLLOWER_STEP)}
     assert client.do("hash", types=list(ours)) == ours
 
 
@@ -229,6 +238,40 @@ def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(
     assert robot.state() == before
     assert gateway.poll() is None
     assert call(client, topics.GET_PAINT, request_id="") == {"strokes": []}
+
+
+def test_it_reads_the_robots_parameters_and_can_set_none(robot: System, client: ForeignClient) -> None:
+    listing, getting, _, describing, setting, _ = topics.PARAMETER_SERVICES
+    meet(client)
+
+    def names() -> list[str]:
+        listed: list[str] = call(client, listing, prefixes=["scenario"], depth=1)["result"]["names"]
+        return listed
+
+    assert "scenario.seed" in until(names)
+    (seed,) = call(client, getting, names=["scenario.seed"])["values"]
+    assert (seed["type"], seed["integer_value"]) == (2, 5)
+    (said,) = call(client, describing, names=["vehicle.drive.track_width_m"])["descriptors"]
+    assert (said["type"], said["read_only"]) == (3, True)
+    assert call(client, getting, names=["scenario.seed", "sede"]) == {"values": []}
+    (result,) = call(client, setting, parameters=[{"name": "scenario.seed", "value": seed}])["results"]
+    assert not result["successful"]
+    assert "'scenario.seed' is read-only" in result["reason"]
+
+
+@pytest.mark.usefixtures("gateway")
+def test_it_follows_the_path_for_a_robot_that_asks(system: System, client: ForeignClient) -> None:
+    client.do("follow", service=f"/{topics.FOLLOWER_STEP.name}", type=topics.FOLLOWER_STEP.ros_type, speed_mps=0.5)
+
+    def step(number: int) -> FollowerStepResponse | None:
+        try:
+            return system.bus.call(topics.FOLLOWER_STEP, FollowerStepRequest(step=number, lateral_m=0.25))
+        except CallError:
+            return None
+
+    until(lambda: step(1))
+    for number in range(2, 20):
+        assert step(number) == FollowerStepResponse(step=number, speed_mps=0.5, yaw_rate_radps=-0.25)
 
 
 def goal_pose(x: float, y: float, heading: float, frame: str = "map") -> dict[str, Any]:

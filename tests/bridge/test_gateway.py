@@ -2,6 +2,7 @@
 
 import json
 import time
+from dataclasses import replace
 
 import pytest
 import zenoh
@@ -10,12 +11,27 @@ from zenoh import ext, handlers
 from tests.meeting import caught_up
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
+from touchline.schemas.errors import PayloadError, SpecError, TouchlineError
+from touchline.schemas.messages import (
+    Clock,
+    CommandRequest,
+    CommandResponse,
+    FollowerStepRequest,
+    FollowerStepResponse,
+    GetPaintRequest,
+    GetParametersRequest,
+    GetParametersResponse,
+    ListParametersRequest,
+    ListParametersResponse,
+    String,
+    Time,
+)
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.services.bridge import routes
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
-from touchline.services.bus import Bus, attachment
+from touchline.services.bus import Bus, CallError, attachment
 from touchline.services.bus.ports import free_port
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
@@ -240,6 +256,78 @@ def test_a_service_that_comes_up_this_moment_is_waited_for(robot, gateway, ros, 
     server = robot.serve(topics.PAUSE)
     turn_until(gateway, server.poll).reply(CommandResponse(success=True))
     assert decode(CommandResponse, turn_until(gateway, replies.try_recv).ok.payload.to_bytes()).success
+
+
+def test_parameters_are_told_from_the_setup_and_junk_is_refused_and_counted(robot, bridge, gateway, ros, names):
+    robot.publisher(topics.SETUP).send(String(data=Setup(scenario=Scenario(seed=7)).model_dump_json()))
+    turn_until(gateway, lambda: gateway.figures()["ros2_messages"] == 1)
+    list_them, get, *_, set_together = topics.PARAMETER_SERVICES
+    asked = ask(
+        ros, gateway, names.service_key(list_them), encode(ListParametersRequest(prefixes=("scenario",), depth=1))
+    )
+    found = decode(ListParametersResponse, asked.ok.payload.to_bytes()).result.names
+    assert found == tuple(f"scenario.{name}" for name in ("faults", "name", "noise", "seed", "sky", "steel"))
+    asked = ask(ros, gateway, names.service_key(get), encode(GetParametersRequest(names=("scenario.seed",))))
+    assert decode(GetParametersResponse, asked.ok.payload.to_bytes()).values[0].integer_value == 7
+    for payload in (b"", b"\0\1\0\0\xff\xff\xff\xff", bytes(33 * 1024 * 1024)):
+        assert ask(ros, gateway, names.service_key(set_together), payload).err is not None
+    assert "attachment" in ask(ros, gateway, names.service_key(get), b"", None).err.payload.to_string()
+    robot.publisher(topics.SETUP).send(String(data='{"scenario": {"seed": "junk"}}'))
+    turn_until(gateway, lambda: gateway.figures()["ros2_messages"] == 2)
+    asked = ask(ros, gateway, names.service_key(get), encode(GetParametersRequest(names=("scenario.seed",))))
+    assert decode(GetParametersResponse, asked.ok.payload.to_bytes()).values[0].integer_value == 7
+    assert bridge.counters.rejected == 5
+
+
+def serve_steps(ros, names, answer):
+    """A follower as a ROS 2 node: its server and its liveliness token; it answers each query with ``answer(query)``."""
+    key = names.service_key(topics.FOLLOWER_STEP)
+    server = ros.declare_queryable(key, answer, complete=True)
+    token = RosNode(3, "/", "pilot", str(ros.zid())).server_token(
+        1, replace(topics.FOLLOWER_STEP, name="/tt2/follower/step")
+    )
+    return server, ros.liveliness().declare_token(token)
+
+
+def test_a_follower_of_ros_2_is_asked_as_long_as_it_is_there(robot, gateway, ros, names):
+    asked = []
+
+    def answer(query):
+        asked.append(attachment.unpack(query.attachment.to_bytes()))
+        request = decode(FollowerStepRequest, query.payload.to_bytes())
+        if request.step == 3:
+            query.reply_err(b"out of ideas")
+        elif request.step == 4:
+            query.reply(query.key_expr, b"junk", attachment=query.attachment)
+        else:
+            said = FollowerStepResponse(step=request.step, speed_mps=0.5, yaw_rate_radps=request.lateral_m)
+            query.reply(query.key_expr, encode(said), attachment=query.attachment)
+
+    def step(number, timeout_s=60.0):
+        request = FollowerStepRequest(step=number, lateral_m=0.25)
+        return robot.call(topics.FOLLOWER_STEP, request, timeout_s, gateway.turn)
+
+    with pytest.raises(CallError, match="no answer within"):
+        step(1, 0.1)
+    server, token = serve_steps(ros, names, answer)
+    assert step(2) == FollowerStepResponse(step=2, speed_mps=0.5, yaw_rate_radps=0.25)
+    with pytest.raises(CallError, match="out of ideas"):
+        step(3)
+    with pytest.raises(PayloadError, match="FollowerStep_Response"):
+        step(4)
+    assert [numbered.sequence for numbered in asked] == [1, 2, 3]
+    assert {numbered.publisher for numbered in asked} == {asked[0].publisher}
+    server.undeclare()
+    with pytest.raises(CallError, match="no answer from the ROS 2 node"):
+        step(5)
+    token.undeclare()
+
+    def gone():
+        with pytest.raises(CallError) as told:
+            step(6, 0.1)
+        return "no answer within" in str(told.value)
+
+    turn_until(gateway, gone)
 
 
 def test_a_stop_passes_while_the_loop_is_busy(robot, bridge, gateway, ros, names):

@@ -63,11 +63,26 @@ def test_a_goal_gets_to_the_robot_and_what_is_none_is_told(ros, gateway, names, 
     publisher.put(encode(stamped()))
     turn_until(gateway, arrived)
     assert got[0].heading_rad == pytest.approx(0.7)
-    for payload in (encode(stamped(frame="odom")), b"\0\1\0\0junk"):
-        publisher.put(payload)
+    hostile = (
+        encode(stamped(frame="odom")),
+        b"\0\1\0\0junk",
+        b"",
+        encode(stamped())[:-9],
+        encode(stamped(x=math.inf)),
+        bytes(1024 * 1024),
+    )
+    for payload in hostile:
+        publisher.put(payload, attachment=b"of another kind")
         (problem,) = turn_until(gateway, gateway.take_problems)
         assert problem.startswith("the goal from ROS 2 is refused")
-    assert gateway.figures()["ros2_goals"] == 3
+    figures = gateway.figures()
+    assert figures["ros2_goals"] == 1 + len(hostile)
+    assert figures["ros2_goals_refused"] == len(hostile)
+    other = names.topic_key(topics.Topic(name, PoseStamped)).rpartition("/")[0] + "/RIHS01_" + 64 * "0"
+    ros.put(other, encode(stamped()))
+    publisher.put(encode(stamped(x=2.0)))
+    turn_until(gateway, lambda: arrived()[1:])
+    assert [goal.x_m for goal in got] == [1.0, 2.0]
 
 
 def test_without_a_robot_that_answers_it_says_so(ros, gateway, names):  # noqa: F811
