@@ -18,12 +18,13 @@ from touchline.services.runs.sharing.team_report import team_figures
 CORNERS = ((0.0, 0.0), (16.0, 0.0), (16.0, 12.0), (0.0, 12.0))
 PAN = Template(name="pan", areas=(Area(id="pan", outline=CORNERS),), boundary=Polygon(corners=CORNERS))
 ROLLER = load_vehicle("clay-roller")
+QUICK = PlanOptions(coverage_pct=50.0)
 NAMES = ["r1", "r2"]
 
 
 @pytest.fixture(scope="module")
 def job():
-    return share_areas(PAN, PlanOptions(), ROLLER, 2)
+    return share_areas(PAN, QUICK, ROLLER, 2)
 
 
 def carried_out(job, *orders):
