@@ -1,7 +1,7 @@
 """Parts of areas for several robots: cut side by side, of given shares, overlapping a little at the joints."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -60,15 +60,6 @@ def wide_parts(ground: Ground, least_m: float) -> Ground:
     """The pieces of some ground that are somewhere as wide as that."""
     kept = [part for part in shapely.get_parts(ground) if not part.buffer(-0.5 * least_m).is_empty]
     return kept[0] if len(kept) == 1 else shapely.MultiPolygon(kept)
-
-
-def together(grounds: Iterable[Grounds]) -> dict[str, Ground]:
-    """Of each area all that is meant by any."""
-    found: dict[str, list[Ground]] = {}
-    for each in grounds:
-        for name, ground in each.items():
-            found.setdefault(name, []).append(ground)
-    return {name: as_area(shapely.union_all(parts)) for name, parts in found.items()}
 
 
 def size_m2(grounds: Grounds) -> float:

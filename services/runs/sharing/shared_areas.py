@@ -1,24 +1,35 @@
 """Areas planned for several robots that cover them: parts, a plan for each, and who goes first where they meet."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 
 from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.fleet.traffic.timetable import timetable
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
+from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.coverage.lanes import lane_angle
 from touchline.services.planner.coverage.shapes import as_area
-from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan import plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, cut, directions, share_template, size_m2
-from touchline.services.planner.sharing.swept_plans import swept_by
-from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, Start
+from touchline.services.runs.sharing.shared_job import (
+    APART_M,
+    ASTRAY_M,
+    Progress,
+    SharedJob,
+    no_order,
+    refuse_poses,
+)
 from touchline.services.runs.sharing.timed_path import timed_path
 
 MISSED_S_PER_M2: Final = 4.0
@@ -43,44 +54,50 @@ class Parted(NamedTuple):
     @property
     def cost_s(self) -> float:
         """By which ways are compared: when all are done, and what they miss."""
-        job = self.job
-        missed_m2 = sum(area.polygon.area for area in job.template.areas) - (job.covered_m2 or 0.0)
-        return job.table.end_s + MISSED_S_PER_M2 * missed_m2
+        return self.job.table.end_s + MISSED_S_PER_M2 * (self.job.area_m2 - self.job.covered_m2)
 
 
-def share_ground(
-    task: PlanTask, grounds: Grounds, starts: Sequence[Start | None], progress: Callable[[float, str], None]
+def share_areas(
+    template: Template,
+    options: PlanOptions,
+    vehicle: Vehicle,
+    robots: int,
+    progress: Progress = lambda done, doing: None,
 ) -> SharedJob:
-    """Plan areas for several robots that are alike.
+    """Plan a template's areas for several robots; each is carried to where its plan begins.
 
     Args:
-        task: What is to be planned.
-        grounds: What of each area is to be covered.
-        starts: Of each robot, where it stands; None: it is carried to where its plan begins.
+        template: In the map frame.
+        options: How to plan.
+        vehicle: Every one of the robots; its tool covers.
+        robots: How many.
         progress: Told the fraction done, and what is being done.
 
     Raises:
         PlanningError: It cannot be shared or planned; it says why and what to do.
     """
-    return _GroundSharing(task, grounds, starts, progress).best()
+    begun = time.perf_counter()
+    refuse_poses(options)
+    if not template.areas:
+        raise PlanningError("", "has no area", f"give {vehicle.name} a template with an area to cover")
+    if template.segments:
+        problem = f'has the line "{template.segments[0].id}" beside its areas, and robots share areas alone'
+        raise PlanningError("", problem, "leave the lines out, or leave out --robots")
+    job = _AreaSharing(PlanTask(template, vehicle, options), robots, progress).best()
+    return replace(job, planning_time_s=time.perf_counter() - begun)
 
 
-class _GroundSharing:
-    """See `share_ground`."""
+class _AreaSharing:
+    """See `share_areas`."""
 
-    def __init__(
-        self, task: PlanTask, grounds: Grounds, starts: Sequence[Start | None], progress: Callable[[float, str], None]
-    ) -> None:
-        self.task, self.grounds, self.starts, self._progress = task, grounds, starts, progress
+    def __init__(self, task: PlanTask, robots: int, progress: Progress) -> None:
+        self.task, self.robots, self._progress = task, robots, progress
+        self.grounds: Grounds = {area.id: area.polygon for area in task.template.areas}
         options = task.options
-        if not options.coverage_pct:
-            options = options.model_copy(update={"coverage_pct": SHARE_PCT})
-        self.asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
+        self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
         self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
-        whole = as_area(shapely.union_all(list(grounds.values())))
-        angle = options.swath_angle_deg.tolist() or [
-            area.angle_deg for area in task.template.areas if area.id in grounds
-        ]
+        whole = as_area(shapely.union_all(list(self.grounds.values())))
+        angle = options.swath_angle_deg.tolist() or [area.angle_deg for area in task.template.areas]
         pitch_m = self._width_m - self._overlap_m
         self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
         self._problem: PlanningError | None = None
@@ -88,31 +105,25 @@ class _GroundSharing:
 
     def best(self) -> SharedJob:
         """The best of all ways."""
-        robots = len(self.starts)
-        even = (1.0 / robots,) * robots
-        angles = directions(self.angle_rad) if robots > 1 else (self.angle_rad,)
-        ways = [way for angle in angles for way in self._ways(even, angle)]
+        even = (1.0 / self.robots,) * self.robots
+        ways = [way for angle in directions(self.angle_rad) for way in self._ways(even, angle)]
         best = min(ways, key=lambda way: way.cost_s, default=None)
-        if best is not None and robots > 1:
+        if best is not None:
             seconds = np.array([made.report.total_time_s for made in best.job.plans])
             if np.ptp(seconds) > EVEN_SHARE * seconds.max():
                 shares = np.array(best.shares) / seconds
                 again = self._ways(tuple((shares / shares.sum()).tolist()), best.angle_rad)
                 best = min((best, *again), key=lambda way: way.cost_s)
         if best is None:
-            apart = (
-                f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
-            )
-            raise self._problem or PlanningError("", apart, "give fewer robots, or areas that lie apart")
+            raise self._problem or no_order(self.robots)
         return best.job
 
     def _ways(self, shares: tuple[float, ...], angle_rad: float) -> Iterator[Parted]:
         """Laps begun in one direction after another, until nobody waits for long."""
         try:
             parts = self._parts(shares, angle_rad)
-            for turn in range(TURNS if len(shares) > 1 else 1):
-                begins_rad = angle_rad + (turn + 2) * math.tau / TURNS if len(shares) > 1 else None
-                job = self._planned(parts, begins_rad)
+            for turn in range(TURNS):
+                job = self._planned(parts, angle_rad + (turn + 2) * math.tau / TURNS)
                 if job is None:
                     continue
                 yield Parted(job, shares, angle_rad)
@@ -122,48 +133,45 @@ class _GroundSharing:
             self._problem = self._problem or problem
 
     def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Grounds]:
-        """Of each robot, the part near to which it stands."""
         parts = cut(self.grounds, shares, angle_rad, self._overlap_m, 0.5 * self._width_m)
         if not all(parts):
-            size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {len(shares)} robots"
+            size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {self.robots} robots"
             raise PlanningError("", f"has {size}", "give fewer robots")
-        off = np.zeros((len(parts), len(parts)))
-        for robot, start in enumerate(self.starts):
-            if start is not None:
-                off[robot] = [
-                    min(shapely.distance(shapely.Point(start[:2]), ground) for ground in part.values())
-                    for part in parts
-                ]
-        return [parts[k] for k in linear_sum_assignment(off)[1].tolist()]
+        return parts
 
-    def _planned(self, parts: Sequence[Grounds], begins_rad: float | None) -> SharedJob | None:
+    def _planned(self, parts: Sequence[Grounds], begins_rad: float) -> SharedJob | None:
+        """The job with a plan for each part; None if one robot stands in another's way for good."""
+        template, vehicle = self.task.template, self.task.vehicle
         plans = [
             plan(
-                self.task.template,
-                self.task.vehicle,
-                asked,
+                template,
+                vehicle,
+                self._asked,
                 partial(self._tell, robot),
                 company=Company(grounds=part, begins_rad=begins_rad),
             )
-            for robot, (part, asked) in enumerate(zip(parts, self.asked, strict=True))
+            for robot, part in enumerate(parts)
         ]
         self._done += 1
-        return self._joined(parts, plans)
-
-    def _tell(self, robot: int, stage: str, fraction: float) -> None:
-        done = self._done + (robot + fraction) / len(self.starts)
-        self._progress(1.0 - 1.0 / (1.0 + 0.5 * done), f"Planning parts: {stage}")
-
-    def _joined(self, parts: Sequence[Grounds], plans: Sequence[Plan]) -> SharedJob | None:
-        """The job of these plans; None if one robot stands in another's way for good."""
-        template, vehicle = self.task.template, self.task.vehicle
         paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
         table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
         if table is None:
             return None
         shares = tuple(share_template(template, part) for part in parts)
         whole = shapely.union_all([area.polygon for area in template.areas])
-        covered = shapely.union_all([swept_by(each, self._width_m) for each in plans]).intersection(whole)
+        covered = swept([section.path for each in plans for section in each.sections], self._width_m)
         return SharedJob(
-            template, vehicle, self.task.options, shares, tuple(plans), tuple(paths), table, 0, covered_m2=covered.area
+            template,
+            vehicle,
+            self.task.options,
+            shares,
+            tuple(plans),
+            tuple(paths),
+            table,
+            0,
+            covered_m2=float(covered.intersection(whole).area),
         )
+
+    def _tell(self, robot: int, stage: str, fraction: float) -> None:
+        done = self._done + (robot + fraction) / self.robots
+        self._progress(1.0 - 1.0 / (1.0 + 0.5 * done), f"Planning parts: {stage}")
