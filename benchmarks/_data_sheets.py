@@ -16,9 +16,8 @@ _SHEETS: dict[str, type[Spec]] = {
 
 
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
-    """The configuration whose data sheets are the scenario's figures; `others` are its other fields."""
+    """The configuration whose data sheets are the figures that the scenario has; `others` are its other fields."""
     groups = {
-        name: {field: getattr(getattr(scenario, name), field) for field in kind.model_fields}
-        for name, kind in _SHEETS.items()
+        name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }
     return OnboardConfig.model_validate(groups | others)

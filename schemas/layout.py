@@ -5,7 +5,7 @@ have a constant length is a fixed pattern of bytes with numbers in it, so packin
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple, Self
 
@@ -116,6 +116,32 @@ class FixedLayout:
         if self._codes[first : first + count] != expected:
             raise ValueError(f"{self.kind.ros_type}: {count} numbers do not follow one another from {path} on")
         return offset, kind
+
+    def columns(self, payloads: Sequence[bytes], places: Mapping[str, int]) -> list[NDArray[Any]]:
+        """Some numbers of many payloads: of each place an array (n, count).
+
+        Args:
+            payloads: n of them.
+            places: Path of the first number of each, and how many follow on it without a gap.
+
+        Raises:
+            PayloadError: A payload is not of this layout: its length or a constant in it differs.
+        """
+        n = len(payloads)
+        if any(len(payload) != self.size for payload in payloads):
+            raise PayloadError(f"{self.kind.ros_type}: not all are of the {self.size} bytes that are expected")
+        table = np.frombuffer(b"".join(payloads), np.uint8).reshape(n, self.size)
+        constant = np.ones(self.size, np.bool_)
+        for offset, code in self._codes:
+            constant[offset : offset + struct.calcsize(code)] = False
+        at = np.flatnonzero(constant)
+        if (table[:, at] != np.frombuffer(self._template, np.uint8)[at]).any():
+            raise PayloadError(f"{self.kind.ros_type}: other frame or names than expected")
+        found = []
+        for path, count in places.items():
+            offset, kind = self.place(path, count)
+            found.append(np.ascontiguousarray(table[:, offset : offset + count * kind.itemsize]).view(kind))
+        return found
 
     def pack(self, *values: float) -> bytes:
         """The payload with ``values`` as its numbers, in the order of :attr:`leaves`."""

@@ -29,7 +29,7 @@ Deviation = Annotated[float, Field(ge=0, le=1_000)]
 Seconds = Annotated[float, Field(gt=0, le=1_000_000)]
 
 
-class GnssSheet(Spec):
+class GnssSheet(GrownSpec):
     """The RTK-GNSS receiver with corrections: errors per horizontal axis (1 σ), rate and delay."""
 
     white_m: Deviation = 0.00471
@@ -40,6 +40,11 @@ class GnssSheet(Spec):
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
+    jump_fixes: Annotated[int, Field(ge=10, le=1000)] | None = None
+    """Outlying fixes in a row after which the estimator itself accepts that the receiver has jumped; by default only an
+    operator's `resume` does."""
+
+    later_fields = ("jump_fixes",)
 
 
 class CameraSheet(Spec):
@@ -86,12 +91,16 @@ class MagnetometerSheet(Spec):
     disturbance_tau_s: Seconds = 20.0
 
 
-class DriveSheet(Spec):
+class DriveSheet(GrownSpec):
     """How far the wheels slip on the ground that the robot is meant for (1 σ), and how well its track is known."""
 
     track_width_relative: Deviation = 0.002
     slip_relative: Deviation = 0.02
     slip_tau_s: Seconds = 0.5
+    side_slip_m_rtm: Deviation = 0.001
+    """How far it drifts sideways, as a random walk: 1 σ after a metre."""
+
+    later_fields = ("side_slip_m_rtm",)
 
 
 class FenceLimits(Spec):

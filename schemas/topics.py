@@ -96,6 +96,8 @@ ACTUATOR_COMMAND = Topic("cmd/actuators", m.ActuatorCommand, 100, units="rad/s, 
 ODOMETRY = Topic("odometry/filtered", m.Odometry, 50, latched=True, units="m, rad", tolerance=1e-6)
 ESTIMATOR = Topic("estimator/status", m.EstimatorStatus, 10, units="m, rad", tolerance=1e-6)
 TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
+#: Of a log that was imported: where another instrument says that the robot was.
+REFERENCE = Topic("reference/odometry", m.Odometry, units="m, rad", tolerance=1e-6, general=False)
 SPRAYER = Topic("sprayer/state", m.SprayerState, 1, latched=True, units="l, l/s", tolerance=1e-9)
 TRUE_COVERAGE = Topic("truth/coverage", m.TrueCoverage, 10, latched=True, units="m", tolerance=1e-6)
 PAINT = Topic("truth/paint", m.PaintMarks, 10, units="m", tolerance=1e-6)
@@ -142,6 +144,7 @@ TOPICS: tuple[Topic, ...] = (
     ODOMETRY,
     ESTIMATOR,
     TRUTH,
+    REFERENCE,
     SPRAYER,
     TRUE_COVERAGE,
     PAINT,

@@ -6,6 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import zip_longest
 from typing import Any
 
 from touchline.schemas import topics
@@ -15,6 +16,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
 from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.topics import Service, Topic
+from touchline.schemas.traversal_state import traversal_state
 from touchline.services.bus import Bus, BusConfig, Inbox, Sample
 from touchline.tui.protocol import (
     CallFailed,
@@ -109,13 +111,26 @@ def _told(sample: Sample) -> Incoming:
         return Rejected(sample.topic.name, str(error))
 
 
+def _turns(statuses: Sequence[Sample]) -> Iterator[Sample]:
+    """Of the statuses that have come the last, and each after which the traversal's state is another."""
+    for status, following in zip_longest(statuses, statuses[1:]):
+        if following is None or _state_told(status) != _state_told(following):
+            yield status
+
+
+def _state_told(status: Sample) -> tuple[bytes, int]:
+    return status.publisher, traversal_state(status.payload)
+
+
 class BusLink:
     """A Link over a bus: inboxes, the list of live processes, and calls."""
 
     def __init__(self, bus: Bus) -> None:
         """Begin to listen."""
         self._bus = bus
-        self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in (*CLOSELY, topics.DIAGNOSTICS)])
+        apart = (*CLOSELY, topics.DIAGNOSTICS, topics.STATUS)
+        self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in apart])
+        self._status = bus.inbox([topics.STATUS], keep="recent")
         self._health = bus.inbox([topics.DIAGNOSTICS], keep="all")
         self._health.skim(SKIMMED_S)
         self._near: list[Inbox] = []
@@ -147,6 +162,7 @@ class BusLink:
         said: list[Incoming] = []
         while self._fetched:
             said.append(self._fetched.popleft())
+        said += [_told(sample) for sample in _turns(self._status.drain())]
         for inbox in (*self._far, *self._near, self._health):
             said += [_told(sample) for sample in inbox.drain()]
         return came + said + went + self._counted()

@@ -70,7 +70,10 @@ class Link(Protocol):
     """The console's way to one robot. Only `call` blocks; it and `tell` may be called from any thread."""
 
     def poll(self) -> list[Incoming]:
-        """Everything that came in since the last poll, state topics thinned to their latest message."""
+        """Everything that came in since the last poll, state topics thinned to their latest message.
+
+        Of the traversal's status each change of its state comes in, too.
+        """
         ...
 
     def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:

@@ -11,7 +11,7 @@ from touchline.schemas.replay_run import ReplayRun
 from touchline.tui import format
 
 
-class Heard(Enum):
+class Belonging(Enum):
     """What the publisher of a message says about it."""
 
     LIVE = "live"
@@ -32,16 +32,16 @@ class ReplayView:
     """What the messages that are known belong to."""
     status: ReplayStatus | None = None
 
-    def hear(self, publisher: str) -> Heard:
+    def hear(self, publisher: str) -> Belonging:
         """A message has come whose publisher has this id, in hexadecimal digits."""
         heard = _run_of(publisher)
         if heard is None:
-            return Heard.LIVE
+            return Belonging.LIVE
         known, same = self.run, self.run is not None and self.run.key == heard.key
         if same and known is not None and heard.jumps <= known.jumps:
-            return Heard.NOW if heard.jumps == known.jumps else Heard.VOID
+            return Belonging.NOW if heard.jumps == known.jumps else Belonging.VOID
         self.run = heard
-        return Heard.NOW if known is None else Heard.JUMP
+        return Belonging.NOW if known is None else Belonging.JUMP
 
     @property
     def playing(self) -> bool:

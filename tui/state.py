@@ -31,7 +31,7 @@ from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
-from touchline.tui.replay_view import Heard, ReplayView
+from touchline.tui.replay_view import Belonging, ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
@@ -256,11 +256,11 @@ class ConsoleState:
 
     def _receive(self, topic: str, message: Message, publisher: str) -> None:
         heard = self.replay.hear(publisher)
-        if heard is Heard.VOID:
+        if heard is Belonging.VOID:
             return
-        if heard is Heard.JUMP:
+        if heard is Belonging.JUMP:
             self._replay_jumped()
-        if heard is Heard.LIVE and topic == topics.STATUS.name and isinstance(message, TraversalStatus):
+        if heard is Belonging.LIVE and topic == topics.STATUS.name and isinstance(message, TraversalStatus):
             self._robot_told(message, publisher)
         try:
             if robot_model.take(self.robot, topic, message):

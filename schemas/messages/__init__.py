@@ -149,7 +149,7 @@ from touchline.schemas.messages.viewing_messages import (
     MeshFile,
     NavPath,
     TFMessage,
-    Transform,
+    TransformMessage,
     TransformStamped,
     UVCoordinate,
 )
@@ -279,7 +279,7 @@ __all__ = [
     "TeamTaskResponse",
     "Time",
     "Trajectory",
-    "Transform",
+    "TransformMessage",
     "TransformStamped",
     "TraversalReport",
     "TraversalStatus",

@@ -9,7 +9,7 @@ from touchline.schemas.messages.base import Int32, Message, UInt8Array, UInt32
 from touchline.schemas.messages.standard import Header, Point, Pose, PoseStamped, Quaternion, Vector3
 
 
-class Transform(Message):
+class TransformMessage(Message):
     """From a child frame to its parent: rotated, then moved (m)."""
 
     ros_type: ClassVar[str] = "geometry_msgs/msg/Transform"
@@ -23,7 +23,7 @@ class TransformStamped(Message):
     ros_type: ClassVar[str] = "geometry_msgs/msg/TransformStamped"
     header: Header = Header()
     child_frame_id: str = ""
-    transform: Transform = Transform()
+    transform: TransformMessage = TransformMessage()
 
 
 class TFMessage(Message):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Final
 
@@ -22,3 +23,11 @@ def made_by() -> dict[str, str]:
         "libc": " ".join(platform.libc_ver()).strip(),
     }
     return {name: version(name) for name in _PACKAGES} | own
+
+
+def other_platform(then: Mapping[str, str]) -> list[str]:
+    """What decides on the last bits and is another here than where a recording was made; all if that does not say."""
+    now = made_by()
+    return [
+        f"{name} ({then.get(name, 'unknown')}, here {now[name]})" for name in DECIDES if then.get(name) != now[name]
+    ]

@@ -8,9 +8,9 @@ from datetime import datetime
 from itertools import chain
 from pathlib import Path
 
+from touchline.services.bridge.held_messages import HeldMessages
 from touchline.services.bridge.replay_cue import Cue
 from touchline.services.bridge.replayer import IndexedTimeline, Timeline
-from touchline.services.bridge.standing import Standing
 from touchline.services.bridge.wall_times import BEGUN, as_wall_time, noted_wall_time
 
 
@@ -84,7 +84,7 @@ class ReplaySource:
         """What holds after all that is due up to then, and what is due later."""
         if self._indexed is not None:
             return self._indexed.standing(at_s).cues(), self._indexed.after(at_s)
-        standing, cues = Standing(), self.from_start()
+        standing, cues = HeldMessages(), self.from_start()
         for cue in cues:
             if cue.at_s > at_s:
                 return standing.cues(), chain([cue], cues)

@@ -11,11 +11,11 @@ from touchline.schemas import topics
 from touchline.services.bridge.channels import is_drawn, robots_among
 from touchline.services.bridge.due_times import DueTimes, due_times_ns
 from touchline.services.bridge.former_types import present_kind, presented
+from touchline.services.bridge.held_messages import ACCUMULATING, HeldMessages
 from touchline.services.bridge.message_index import MessageIndex
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.replay_cue import Cue
 from touchline.services.bridge.sendable import SendableTopics
-from touchline.services.bridge.standing import ACCUMULATING, Standing, counts
 
 
 def recorded_robots(path: Path) -> tuple[str, ...]:
@@ -113,9 +113,9 @@ class IndexedTimeline:
         timeline = cls(index) if index is not None else None
         return timeline if timeline is not None and len(timeline._rows) else None
 
-    def standing(self, at_s: float) -> Standing:
+    def standing(self, at_s: float) -> HeldMessages:
         """What holds after all that is due up to then."""
-        standing = Standing()
+        standing = HeldMessages()
         for cue in self._cues(self._telling(self._count_until(at_s))):
             standing.take(cue)
         return standing
@@ -128,7 +128,7 @@ class IndexedTimeline:
         return int(np.searchsorted(self._at_ns, at_s * 1e9 + 0.5, side="right"))
 
     def _telling(self, count: int) -> NDArray[np.intp]:
-        """Of the first so many cues those that may still hold: all of some topics, of latched ones the last."""
+        """Of the first so many cues those that may still hold: all of some topics, of others the last."""
         channel = self._index.channel[self._rows[:count]]
         wanted = [np.empty(0, np.intp)]
         plans = dict[str, int]()
@@ -136,7 +136,7 @@ class IndexedTimeline:
             if known is not None and known.topic is topics.PLAN and len(found := np.flatnonzero(channel == number)):
                 plans[known.namespace] = int(found[-1])
         for number, known in enumerate(self._topics):
-            if known is None or not counts(known.topic):
+            if known is None:
                 continue
             found = np.flatnonzero(channel == number)
             if known.topic is topics.PAINT:

@@ -2,14 +2,15 @@
 
 import json
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from touchline.schemas.errors import SpecError, TouchlineError
@@ -21,6 +22,14 @@ from touchline.services.cli.workers_choice import WorkersChoice
 
 if TYPE_CHECKING:
     from touchline.services.runs.checking.check_files import SessionVerdict
+    from touchline.services.runs.checking.difference_plots import Plot
+
+
+MOST_LISTED = 100
+"""Sessions up to which each has a row; of more, only those that do not come out the same."""
+
+Task = TypeVar("Task")
+Done = TypeVar("Done")
 
 
 def register(app: typer.Typer) -> None:
@@ -62,6 +71,12 @@ def check(
     alone: AloneChoice,
     processes: WorkersChoice,
     as_json: JsonOption = False,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write a page of it with plots, one file for any browser.", show_default=False
+        ),
+    ] = None,
 ) -> None:
     """Do recorded sessions again with the code of today and compare; exit code 1 if one differs or cannot be done.
 
@@ -70,33 +85,69 @@ def check(
     """
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.checking.check_files import check_file, recordings_in
+    from touchline.services.runs.writing import check_writable
 
+    check_writable(html)
     files = recordings_in(places)
+    if len(files) > 1:
+        warm_up(say)  # so that not every process compiles
     verdicts: list[SessionVerdict] = []
     interrupted = False
-    with progress_bar("Check") as advance:
-        if len(files) > 1:
-            warm_up(say)  # so that not every process compiles
-        done: Generator[list[SessionVerdict], None, None] = processes.done(check_file, alone.part, files)
-        advance(0.0, f"0 of {len(files)}")
-        try:
-            with closing(done):
-                for number, some in enumerate(done, 1):
-                    verdicts += some
-                    advance(number / len(files), f"{number} of {len(files)}: {Path(some[0].path).name}")
-        except KeyboardInterrupt:
-            interrupted = True
-    verdicts.sort(key=lambda each: (each.path, each.robot))
+    try:
+        for some in _done("Check", files, processes.done(check_file, alone.part, files)):
+            verdicts += some
+    except KeyboardInterrupt:
+        interrupted = True
+    verdicts.sort(key=lambda each: (each.path, each.robot, each.process))
     if as_json:
         typer.echo(json.dumps([asdict(each) for each in verdicts], indent=1, ensure_ascii=False))
     else:
         _print(verdicts)
+    if html is not None:
+        _write_page(html, places, verdicts, alone.part, processes, interrupted=interrupted)
     if interrupted:
+        say(f"interrupted: {len({each.path for each in verdicts})} of {len(files)} recordings were checked")
         sys.exit(ExitCode.INTERRUPTED)
     if update:
         _update(verdicts)
     elif not all(each.passed for each in verdicts):
         sys.exit(ExitCode.FAILED)
+
+
+def _done(title: str, tasks: Sequence[Task], done: Generator[Done, None, None]) -> Iterator[Done]:
+    """What came of each task, with a bar that shows how many are done."""
+    with progress_bar(title) as advance, closing(done):
+        advance(0.0, f"0 of {len(tasks)}")
+        for number, one in enumerate(done, 1):
+            yield one
+            advance(number / len(tasks), f"{number} of {len(tasks)}")
+
+
+def _write_page(
+    path: Path,
+    places: list[str],
+    verdicts: "list[SessionVerdict]",
+    only: str,
+    processes: WorkersChoice,
+    *,
+    interrupted: bool,
+) -> None:
+    """Write the page; what is told in detail is done once more, to be drawn."""
+    from datetime import datetime
+
+    from touchline.services.runs.checking.draw_differences import drawn_differences
+    from touchline.services.runs.checking.page import page_of, to_be_detailed
+    from touchline.services.runs.writing import write_text
+
+    told = to_be_detailed(verdicts)
+    tasks = [(i, each) for i, each in enumerate(verdicts) if each in told]
+    plots: dict[int, list[Plot]] = {i: [] for i, _ in tasks}
+    if tasks and not interrupted:
+        plots |= dict(_done("Plots", tasks, processes.done(drawn_differences, only, tasks)))
+    what = places[0] if len(places) == 1 else f"{len(places)} places"
+    now = datetime.now().astimezone()
+    write_text(page_of(plain(what, 200), verdicts, plots, now, interrupted=interrupted), path)
+    say(f"wrote {path}")
 
 
 def _update(verdicts: "list[SessionVerdict]") -> None:
@@ -112,21 +163,30 @@ def _update(verdicts: "list[SessionVerdict]") -> None:
 
 
 def _print(verdicts: "list[SessionVerdict]") -> None:
+    names = list(dict.fromkeys(metric.name for each in verdicts for metric in each.metrics))
     table = Table(box=box.SIMPLE_HEAD)
     for heading in ("session", "robot", "verdict", "first"):
         table.add_column(heading, overflow="fold")
-    table.add_column("messages", justify="right")
-    table.add_column("× real time", justify="right")
-    for each in verdicts:
+    for heading in (*names, "messages", "× real time"):
+        table.add_column(heading, justify="right")
+    listed = verdicts
+    if len(verdicts) > MOST_LISTED:
+        listed = [each for each in verdicts if not each.passed][:MOST_LISTED]
+    for each in listed:
         verdict = (
             "[green]same[/]" if each.passed else "[bold red]cannot tell[/]" if each.problem else "[bold red]differs[/]"
         )
         factor = f"{each.sim_time_s / each.wall_time_s:,.0f}" if each.wall_time_s else ""
-        name = plain(Path(each.path).name)
-        table.add_row(name, plain(each.robot), verdict, each.part, f"{each.messages:,}", factor)
-    output().print(table)
-    for each in verdicts:
+        metrics = {metric.name: str(metric) for metric in each.metrics}
+        figures = [*(metrics.get(name, "") for name in names), f"{each.messages:,}", factor]
+        table.add_row(escape(plain(Path(each.path).name)), escape(plain(each.who)), verdict, each.part, *figures)
+    if listed:
+        output().print(table)
+    for each in listed:
         for line in each.lines():
-            (output().print if line.startswith("  ") else say)(line)
+            if line.startswith("  "):
+                output().print(plain(line), markup=False)
+            else:
+                say(line)
     same = sum(each.passed for each in verdicts)
-    output().print(f"{same} of {len(verdicts)} sessions come out the same", highlight=False)
+    output().print(f"{same:,} of {len(verdicts):,} sessions come out the same", highlight=False)

@@ -49,7 +49,7 @@ def register(app: typer.Typer) -> None:
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Tell where the replay is; exit code 1 if there is none."""
+    """Tell where the replay is."""
     with Bus.open(topics.OBSERVER, config_of(robot)) as bus:
         told = _status_of(_replaying(bus, robot))
     figures = told.model_dump()

@@ -32,7 +32,7 @@ TeamOption = Annotated[
     typer.Option(
         "--robots",
         metavar="N",
-        help="So many robots share the lines and keep apart (docs/sharing.md); their seeds count up.",
+        help="So many robots share the lines, or areas, and keep apart (docs/sharing.md); their seeds count up.",
         min=1,
         max=MOST_ROBOTS,
     ),
@@ -54,16 +54,27 @@ TakeOverOption = Annotated[
 
 
 def check_team(vehicle: Vehicle, record: Path | None = None) -> None:
-    """Refuse what several robots cannot do together.
+    """Refuse what several robots cannot do together in one process.
 
     Raises:
         SpecError: One of the options asks for it.
     """
-    if not vehicle.tool.paints:
-        problem = f"is above 1, and {vehicle.name} does not paint"
-        raise SpecError("command line", "--robots", problem, "share lines among robots that paint them")
+    if not (vehicle.tool.paints or vehicle.tool.covers):
+        problem = f"is above 1, and {vehicle.name} neither paints nor covers ground"
+        raise SpecError("command line", "--robots", problem, "share lines or areas among robots that have a tool")
     if record is not None:
         raise SpecError("command line", "--record", "is given with --robots", "record it with `touchline run`")
+
+
+def check_bus_team(vehicle: Vehicle) -> None:
+    """Refuse what several robots cannot do together over the bus.
+
+    Raises:
+        SpecError: They would not paint.
+    """
+    if not vehicle.tool.paints:
+        problem = f"is above 1, and {vehicle.name} does not paint: over the bus only lines are shared"
+        raise SpecError("command line", "--robots", problem, "share areas with `touchline simulate`")
 
 
 @dataclass(frozen=True)
@@ -157,7 +168,7 @@ def simulate_team(
     """Share a template among robots and have them carry it out in this process.
 
     Args:
-        template: What to paint.
+        template: What to paint, or to cover.
         setup: Of each robot, but for the seeds.
         options: How to plan.
         robots: How many.
@@ -171,7 +182,7 @@ def simulate_team(
         SpecError: The picture cannot be written.
     """
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.painted_picture import painted_caption
+    from touchline.services.runs.sharing.shared_areas import share_areas
     from touchline.services.runs.sharing.shared_job import share_job
     from touchline.services.runs.sharing.shared_simulation import simulate_shared
     from touchline.services.runs.sharing.team_picture import draw_team
@@ -179,7 +190,10 @@ def simulate_team(
 
     with progress_bar("Touchline") as advance:
         with without_collecting():
-            job = share_job(template, options, setup.vehicle, [None] * robots, advance)
+            if setup.vehicle.tool.covers:
+                job = share_areas(template, options, setup.vehicle, robots, advance)
+            else:
+                job = share_job(template, options, setup.vehicle, [None] * robots, advance)
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
         with without_collecting():
@@ -191,5 +205,5 @@ def simulate_team(
         if products.plot is not None:
             advance(1.0, "Drawing")
             strokes = [[stroke for own in tasks for stroke in own.strokes] for tasks in outcome.robots]
-            draw_team(job, strokes, products.plot, painted_caption(figures["paint"]))
+            draw_team(job, strokes, products.plot, outcome.work.caption())
     return figures

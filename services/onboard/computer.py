@@ -123,10 +123,10 @@ class Onboard:
         """Drive where a coordinator guides the robot from now on; until it does, the robot stands."""
         self._traversal.begin_guided(self._team)
 
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if the robot is not guided."""
-        if self._traversal.guided is not None:
-            self._traversal.guided.receive(told)
+    def take_guidance(self, told: Guidance) -> bool:
+        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
+        guided = self._traversal.guided
+        return guided is not None and guided.receive(told)
 
     @property
     def whereabouts(self) -> Whereabouts | None:
@@ -170,6 +170,8 @@ class Onboard:
     def step(self, frame: SensorFrame) -> Command:
         """One tick; frames must come in order, none left out."""
         self._estimator.step(frame)
+        if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
+            self._traversal.report_accepted(moved_m)
         self._watch.look(frame.tick)
         self._hazards.look(frame.tick)
         return self.decide(frame.tick)

@@ -1,16 +1,23 @@
 """What is to be planned."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
+
+if TYPE_CHECKING:
+    import shapely
 
 
 @dataclass(frozen=True)
@@ -20,13 +27,21 @@ class Company:
     Attributes:
         painted: (n, 7) rows of `sequencing.wet`: what they paint, and when.
         crossing_s: How long it may take at least to avoid one crossing of a wet line, theirs or one's own, seconds.
+        grounds: By its id, what of each area this robot covers (m, map frame); of an area that is not named, nothing.
+            None: all of every area.
+        begins_rad: Direction of the side with which its laps begin (rad); None: whichever suits best.
     """
 
     painted: Floats = field(default_factory=lambda: np.zeros((0, 7)))
     crossing_s: float = 0.0
+    grounds: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
+    begins_rad: float | None = None
 
 
 ALONE: Final = Company()
+
+POSE_MAX: Final = 20_000.0
+"""A pose further out than this (m) is a mistake."""
 
 
 @dataclass(frozen=True)
@@ -47,3 +62,17 @@ class PlanTask:
     def limits(self) -> Limits:
         """Of the vehicle, as far as the options leave them; raises `PlanningError` as `Limits.of` does."""
         return Limits.of(self.vehicle, self.options)
+
+
+def pose_of(name: str, given: Floats) -> PathPose | None:
+    """The pose of a plan's option, or None if it is left empty.
+
+    Raises:
+        PlanningError: It is no pose on a field.
+    """
+    if not len(given):
+        return None
+    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
+    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
+        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
+    return pose

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
-from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
@@ -40,7 +40,7 @@ from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.recovery_state import Remains, Totals, restored_json
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -254,7 +254,8 @@ class Emulator:
         resume, remains = job.resume, job.remains
         duration_s = self._hand_to_onboard(job)
         cause = job.cause.model_dump(mode="json") if job.cause is not None else None
-        self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None)
+        restored = restored_json(resume, remains) if resume is not None else {}
+        self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
         if remains is not None:
@@ -295,6 +296,11 @@ class Emulator:
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
         self.estimator_error = EstimatorError()
         self._ended_ticks = 0
+
+    def take_guidance(self, told: Guidance) -> None:
+        """Take what the coordinator tells; nothing if it cannot be used, or the robot is not guided."""
+        if self.onboard.take_guidance(told):
+            self._note("guidance", **told.model_dump(mode="json"))
 
     def start(self) -> None:
         """Begin the loaded traversal."""

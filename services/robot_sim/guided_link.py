@@ -53,7 +53,7 @@ class GuidedLink:
         """Take what the coordinator has sent."""
         for _, message in self._inbox.messages():
             if isinstance(message, Guidance):
-                self._emulator.onboard.take_guidance(message)
+                self._emulator.take_guidance(message)
                 stamp = message.header.stamp
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
 

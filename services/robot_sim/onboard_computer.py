@@ -74,8 +74,8 @@ class OnboardComputer(Protocol):
     def begin_guided(self) -> None:
         """Drive where a coordinator guides the robot from now on."""
 
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if the robot is not guided."""
+    def take_guidance(self, told: Guidance) -> bool:
+        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
 
     @property
     def whereabouts(self) -> Whereabouts | None:

@@ -16,6 +16,7 @@ from touchline.schemas.topics import Topic
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG, TICKS_PER_S
 from touchline.services.robot_sim import layouts, tick_log
+from touchline.services.robot_sim.odometry_packer import NO_STAMP, STAMP, OdometryPacker, stamps
 from touchline.services.robot_sim.packing import Payload, camera_pose, gnss, stamp
 from touchline.services.robot_sim.sensors import camera
 from touchline.services.robot_sim.sensors.gnss import unpack
@@ -24,28 +25,9 @@ from touchline.services.robot_sim.tick_log import Rows, period
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_STAMP: Final = {"header.stamp.sec": 1, "header.stamp.nanosec": 1}
-_NO_STAMP: Final = (0, 0)
 _NO_VECTOR: Final = (0.0, 0.0, 0.0)
 _NO_COVARIANCE: Final = (0.0,) * 9
 _NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
-_NO_ODOMETRY: Final = (0.0,) * (7 + 36 + 6 + 36)
-_C: Final = tick_log.COVARIANCE
-_T: Final = tick_log.TWIST_COVARIANCE
-_COVARIANCE: Final = {
-    "pose.covariance[0]": slice(_C, _C + 2),
-    "pose.covariance[5]": slice(_C + 2, _C + 3),
-    "pose.covariance[6]": slice(_C + 1, _C + 5, 3),
-    "pose.covariance[11]": slice(_C + 5, _C + 6),
-    "pose.covariance[30]": slice(_C + 2, _C + 6, 3),
-    "pose.covariance[35]": slice(_C + 8, _C + 9),
-    "twist.covariance[0]": slice(_T, _T + 1),
-    "twist.covariance[5]": slice(_T + 1, _T + 2),
-    "twist.covariance[30]": slice(_T + 2, _T + 3),
-    "twist.covariance[35]": slice(_T + 3, _T + 4),
-}
-"""Where the columns of `tick_log` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
-
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _GYRO: Final = slice(tick_log.READINGS + GYRO, tick_log.READINGS + GYRO + 3)
 _ACCEL: Final = slice(tick_log.READINGS + ACCEL, tick_log.READINGS + MAG)
@@ -83,24 +65,19 @@ class Samples:
         noise = scenario.effective().imu
         gyro, accel = (noise.gyro_density_radps_rthz**2) * TICKS_PER_S, (noise.accel_density_mps2_rthz**2) * TICKS_PER_S
         imu = layouts.IMU.pack(
-            *_NO_STAMP, *_NO_ORIENTATION, *_NO_VECTOR, *_diagonal(gyro), *_NO_VECTOR, *_diagonal(accel)
+            *NO_STAMP, *_NO_ORIENTATION, *_NO_VECTOR, *_diagonal(gyro), *_NO_VECTOR, *_diagonal(accel)
         )
-        mag = layouts.MAGNETIC_FIELD.pack(*_NO_STAMP, *_NO_VECTOR, *_NO_COVARIANCE)
+        mag = layouts.MAGNETIC_FIELD.pack(*NO_STAMP, *_NO_VECTOR, *_NO_COVARIANCE)
         joints = layouts.joint_states(tuple(each.joint for each in actuators))
         command = layouts.actuator_command(tuple(each.name for each in actuators))
         vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
-        self._imu = Records(layouts.IMU, imu, _STAMP | vectors, most)
-        self._mag = Records(layouts.MAGNETIC_FIELD, mag, _STAMP | {"magnetic_field.x": 3}, most)
-        still = joints.pack(*_NO_STAMP, *(0.0,) * 2 * count)
-        self._joints = Records(joints, still, _STAMP | {"position[0]": count, "velocity[0]": count}, most)
-        still = command.pack(*_NO_STAMP, *(0.0,) * count)
-        self._command = Records(command, still, _STAMP | {"values[0]": count}, most)
-        pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
-        twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
-        odometry = layouts.ODOMETRY.pack(*_NO_STAMP, *_NO_ODOMETRY)
-        covariance = {path: len(range(tick_log.TRUTH)[columns]) for path, columns in _COVARIANCE.items()}
-        self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
-        self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
+        self._imu = Records(layouts.IMU, imu, STAMP | vectors, most)
+        self._mag = Records(layouts.MAGNETIC_FIELD, mag, STAMP | {"magnetic_field.x": 3}, most)
+        still = joints.pack(*NO_STAMP, *(0.0,) * 2 * count)
+        self._joints = Records(joints, still, STAMP | {"position[0]": count, "velocity[0]": count}, most)
+        still = command.pack(*NO_STAMP, *(0.0,) * count)
+        self._command = Records(command, still, STAMP | {"values[0]": count}, most)
+        self._odometry = OdometryPacker(most)
         self._history, self._sprays = history, vehicle.tool.paints
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
@@ -125,11 +102,11 @@ class Samples:
             _arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS)
         )
         rates = self._rates(encoders)
-        joints = self._joints.pack(*_stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], rates)
-        commands = self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, self._commanded])
+        joints = self._joints.pack(*stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], rates)
+        commands = self._command.pack(*stamps(rows, tick_log.TICK), rows[:, self._commanded])
         return [
-            Series(topics.IMU, at_imu, self._imu.pack(*_stamps(imu, tick_log.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
-            Series(topics.MAGNETIC_FIELD, at_mag, self._mag.pack(*_stamps(mag, tick_log.MEASURED + 1), mag[:, _FIELD])),
+            Series(topics.IMU, at_imu, self._imu.pack(*stamps(imu, tick_log.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
+            Series(topics.MAGNETIC_FIELD, at_mag, self._mag.pack(*stamps(mag, tick_log.MEASURED + 1), mag[:, _FIELD])),
             Series(topics.JOINT_STATES, at_encoders, joints),
             Series(topics.ACTUATOR_COMMAND, range(len(rows)), commands),
         ]
@@ -168,12 +145,9 @@ class Samples:
         """The estimates and the truths, in the ticks in which they are due."""
         at = range(-round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS, len(rows), tick_log.ODOMETRY_TICKS)
         due = rows[at.start :: at.step]
-        stamps = _stamps(due, tick_log.TICK)
-        estimate, truth = due[:, tick_log.ESTIMATE : tick_log.COVARIANCE], due[:, tick_log.TRUTH : tick_log.SPRAYER]
-        covariance = (due[:, columns] for columns in _COVARIANCE.values())
         return [
-            Series(topics.ODOMETRY, at, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
-            Series(topics.TRUTH, at, self._truth.pack(*stamps, *_motion(truth))),
+            Series(topics.ODOMETRY, at, self._odometry.estimates(due)),
+            Series(topics.TRUTH, at, self._odometry.truths(due)),
         ]
 
     def _of_sprayer(self, rows: Rows) -> Series:
@@ -200,15 +174,3 @@ def _arrived(rows: Rows, measured: int) -> tuple[Rows, Sequence[int]]:
     """The rows in which the sample measured in that column's tick arrived, and which they are."""
     at = np.flatnonzero(rows[:, measured] >= 0.0)
     return rows if len(at) == len(rows) else rows[at], at.tolist()
-
-
-def _stamps(rows: Rows, column: int) -> tuple[Integers, Integers]:
-    """Seconds and nanoseconds (n, 1) of sim time at the ends of the ticks in a column."""
-    whole = rows[:, column : column + 1].astype(np.int64)
-    return whole // 100, whole % 100 * 10_000_000
-
-
-def _motion(rows: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Position (n, 2), the quaternion's z and w (n, 2), speed and yaw rate (n, 1) of rows (n, 5)."""
-    turned = [(math.sin(0.5 * heading), math.cos(0.5 * heading)) for heading in rows[:, 2].tolist()]
-    return rows[:, :2], np.array(turned).reshape(-1, 2), rows[:, 3:4], rows[:, 4:5]

@@ -18,6 +18,8 @@ from touchline.schemas.messages import (
     Vector3,
 )
 from touchline.schemas.topics import Topic
+from touchline.services.bridge.channels import is_drawn
+from touchline.services.bridge.recorded import Summary
 from touchline.services.bridge.recorder import Recorder
 
 TICK_NS = 10_000_000
@@ -52,3 +54,8 @@ def record(path: Path, said: Iterator[tuple[Topic, Message]]) -> Recorder:
         sequences[topic.name] = sequences.get(topic.name, -1) + 1
         recorder.write(topic.name, encode(message), sequences[topic.name])
     return recorder
+
+
+def sent(held: Summary) -> int:
+    """Messages in a recording but for those that were made for viewers."""
+    return sum(topic.messages for name, topic in held.topics.items() if not is_drawn(name, ("tt2",)))

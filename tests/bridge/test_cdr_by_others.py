@@ -16,7 +16,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, typestore
 from touchline.schemas.messages import Message
 
-KINDS: dict[str, type[Message]] = {topic.type.ros_type: topic.type for topic in topics.TOPICS}
+KINDS: dict[str, type[Message]] = {topic.type.ros_type: topic.type for topic in (*topics.TOPICS, *topics.VIEWING)}
 for service in (*topics.SERVICES, topics.FOLLOWER_STEP):
     KINDS |= {kind.ros_type: kind for kind in (service.request, service.response)}
 #: Largest number drawn: single bytes are enumerations, and the nanoseconds among the others end here.

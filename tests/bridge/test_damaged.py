@@ -76,7 +76,7 @@ def test_a_mutated_recording_gives_an_answer_or_one_line(tmp_path: Path, compres
                 assert "\n" not in str(error) and str(error), number
             else:
                 outcomes[0] += 1
-    assert min(outcomes) > MUTATED / 10  # both kinds of file are among them
+    assert min(outcomes) >= 10  # both kinds of file are among them
 
 
 def file_of(*chunks: Chunk) -> bytes:

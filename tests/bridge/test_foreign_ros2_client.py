@@ -342,7 +342,7 @@ def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System, clien
     assert call(client, topics.PAUSE, request_id="") == {"success": True, "message": "done"}
     until(lambda: robot.state() == TraversalStatus.PAUSED)
     until(lambda: gather()["state"] == TraversalStatus.PAUSED)
-    refused = call(client, topics.PAUSE, request_id="")
+    refused = call(client, topics.START, request_id="")
     assert not refused["success"]
     assert "paused" in refused["message"]
     assert call(client, topics.ABORT, request_id="")["success"]

@@ -4,7 +4,7 @@ import shutil
 from itertools import islice
 from pathlib import Path
 
-from tests.bridge.said import messages
+from tests.bridge.said import messages, sent
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.services.bridge.compare import compare
@@ -36,7 +36,7 @@ def test_parts_are_the_same_session_as_one_file(tmp_path: Path) -> None:
     assert len(list(Timeline(first).cues())) == len(SAID)
     held = read_summary(first)
     assert [file.path.name for file in held.files] == ["session.mcap", "session.part2.mcap"]
-    assert sum(file.messages for file in held.files) == len(SAID) + 1 and held.complete
+    assert sent(held) == len(SAID) + 1 and held.complete
 
 
 def test_a_folder_of_the_parts_is_the_session_too(tmp_path: Path) -> None:
@@ -58,15 +58,15 @@ def test_a_part_alone_is_itself_and_a_gap_ends_the_session(tmp_path: Path) -> No
     second = tmp_path / "session.part2.mcap"
     assert [message.topic for message in islice(RecordingReader(second).messages(), 1)] == ["/tt2/template"]
     second.rename(tmp_path / "session.part3.mcap")
-    assert read_summary(first).messages == 120
+    assert sent(read_summary(first)) == 120
 
 
 def test_an_older_recordings_parts_are_moved_with_it_and_never_mixed_with_the_new_one(tmp_path: Path) -> None:
     first = in_parts(tmp_path)
     shutil.copytree(tmp_path, before := tmp_path / "before")
     fresh = part(first, SAID[:5])
-    assert read_summary(fresh).messages == 5
+    assert sent(read_summary(fresh)) == 5
     assert compare(before / "session.mcap", tmp_path / "session.1.mcap").identical
     recorder = Recorder(tmp_path / "session.1.mcap", existing=Existing.REPLACE)
     recorder.write(topics.TEMPLATE.name, encode(SAID[0][1][1]), 0)
-    assert read_summary(recorder.finish().path).messages == 1
+    assert sent(read_summary(recorder.finish().path)) == 1

@@ -14,6 +14,7 @@ from tests.bridge.mutations import records
 from tests.bridge.said import messages, record
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
+from touchline.services.bridge.channels import is_drawn
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader, read_summary
@@ -118,7 +119,8 @@ def test_a_recording_that_is_still_being_written_is_read_as_far_as_it_goes(tmp_p
     recorder = record(tmp_path / "a.mcap", messages(100))
     recorder.flush()
     reader = RecordingReader(tmp_path / "a.mcap")
-    assert sum(1 for _ in reader.messages()) == recorder.messages
+    sent = [message for message in reader.messages() if not is_drawn(message.topic, ("tt2",))]
+    assert len(sent) == recorder.messages
     assert reader.summary.problem == "broken off, or still being written"
     recorder.finish()
 

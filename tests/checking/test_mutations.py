@@ -12,7 +12,7 @@ from touchline.services.onboard import computer
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim import emulator
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.checking import replan
+from touchline.services.runs.checking import estimator_alone, replan
 from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.checking.recorded_session import RecordedSession
 
@@ -50,9 +50,12 @@ def sensors(monkeypatch, place, value):
 
 def estimator(monkeypatch, place, value):
     real = computer.Estimator
-    monkeypatch.setattr(
-        computer, "Estimator", lambda vehicle, config, state: real(vehicle, changed(config, place, value), state)
-    )
+
+    def made(vehicle, config, state):
+        return real(vehicle, changed(config, place, value), state)
+
+    for module in (computer, estimator_alone):
+        monkeypatch.setattr(module, "Estimator", made)
 
 
 def follower(monkeypatch, name):

@@ -35,7 +35,7 @@ def test_more_robots_than_swaths_are_refused():
 
 
 def test_areas_are_refused():
-    with pytest.raises(PlanningError, match='the area "grass", and only lines are shared'):
+    with pytest.raises(PlanningError, match='the area "grass", and robots that paint share lines alone'):
         sharings(PlanTask(load_template("soccer-11-grass", {}), VEHICLE, PlanOptions()), 2)
 
 

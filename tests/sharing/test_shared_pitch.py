@@ -15,6 +15,6 @@ def test_two_markers_on_a_soccer_pitch():
     job = share_job(template, PlanOptions(), Vehicle(), [None] * 2)
     both = simulate_shared(job, [Setup().with_seed(seed) for seed in (1, 2)])
     assert both.reason == "" and both.total_time_s <= 0.6 * one.total_time_s
-    assert both.paint.metrics.coverage_pct >= 99.9 and both.paint.metrics.double_paint_m2 < 0.001
-    assert job.wet_crossings <= one.wet_crossings and both.paint.wet_crossings <= one.wet_crossings
+    assert both.work.metrics.coverage_pct >= 99.9 and both.work.metrics.double_paint_m2 < 0.001
+    assert job.wet_crossings <= one.wet_crossings and both.work.wet_crossings <= one.wet_crossings
     assert both.apart_m >= APART_M

@@ -42,8 +42,8 @@ def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job):
     both = carried_out(job)
     assert both.reason == "" and both.total_time_s < 0.75 * one.report.total_time_s
     assert both.total_time_s == pytest.approx(job.table.end_s, rel=0.05)
-    assert both.paint.metrics.verdict.accepted and both.paint.metrics.coverage_pct > 99.8
-    assert both.paint.metrics.double_paint_m2 < 0.005
+    assert both.work.metrics.verdict.accepted and both.work.metrics.coverage_pct > 99.8
+    assert both.work.metrics.double_paint_m2 < 0.005
     assert both.apart_m >= APART_M
     assert job.table.gates, "they do come into each other's way here"
     assert sum(len(own.report.segments) for (own,) in both.robots) == len(GRID)
@@ -52,7 +52,7 @@ def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job):
 def test_the_same_again_is_the_same_to_the_bit(job):
     first, second = carried_out(job), carried_out(job)
     assert [own.report for (own,) in first.robots] == [own.report for (own,) in second.robots]
-    assert first.paint == second.paint
+    assert first.work == second.work
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -61,14 +61,14 @@ def test_when_one_is_paused_they_keep_apart_and_paint_all_the_same(job, seed):
     at_s, robot = chance.uniform(5.0, job.table.end_s), chance.randrange(2)
     both = carried_out(job, seed, [TeamOrder(at_s, robot, "pause"), TeamOrder(at_s + 30.0, robot, "resume")])
     assert both.reason == "" and both.apart_m >= APART_M
-    assert both.paint.metrics.coverage_pct > 99.8 and both.paint.metrics.double_paint_m2 < 0.02
+    assert both.work.metrics.coverage_pct > 99.8 and both.work.metrics.double_paint_m2 < 0.02
 
 
 def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_carried_away(job):
     at_s, robot = 0.6 * job.table.end_s, 1
     orders = [TeamOrder(at_s, robot, "fail"), TeamOrder(at_s + 10.0, robot, "take-over")]
     both = carried_out(job, 5, orders)
-    metrics = both.paint.metrics
+    metrics = both.work.metrics
     assert both.reason == "" and both.apart_m >= APART_M
     assert len(both.robots[robot]) == 1 and len(both.robots[1 - robot]) == 2
     # What lies round the one that stands there cannot be reached; everything else is painted, and nothing twice.
@@ -78,7 +78,7 @@ def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_ca
     later_s = both.total_time_s + 5.0
     removed = [TeamOrder(later_s, robot, "remove"), TeamOrder(later_s, robot, "take-over")]
     after = carried_out(job, 5, [*orders, *removed])
-    metrics = after.paint.metrics
+    metrics = after.work.metrics
     assert after.reason == "" and after.left_out_m == 0.0 and len(after.robots[1 - robot]) == 3
     assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.05 * TEMPLATE.line_width_m
 

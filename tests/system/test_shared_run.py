@@ -28,6 +28,7 @@ from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.sharing.joint_paint import paint_of_strokes
 from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
 from touchline.services.runs.sharing.shared_job import share_job
+from touchline.services.runs.sharing.shared_robot import fresh_id
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.temporary_system import ProcessOptions, local_system
 
@@ -65,6 +66,10 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(tmp_path)
     assert paint.metrics.double_paint_m2 < 0.005
 
 
+def pace(bus, factor):
+    return bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=factor)).success
+
+
 class Site:
     """Two robots that paint the six lines over a bus of their own, begun from the command line."""
 
@@ -83,13 +88,15 @@ class Site:
             slowed = False
             while not (status.spraying and status.coverage_pct > coverage_pct):
                 if status.state == TraversalStatus.RUNNING and not slowed:
-                    slowed = all(
-                        each.call(topics.SET_SPEED, SetSpeedRequest(request_id="slow", factor=4.0)).success
-                        for each in buses
-                    )
+                    slowed = all(pace(each, 4.0) for each in buses)
                 assert self.run.poll() is None, self.said
                 status = next((told for _, told in inbox.messages()), status)
                 time.sleep(0.01)
+
+    def pace(self, robot, factor):
+        """Have a robot's sim time pass at so many times real time."""
+        with Bus.open(topics.OBSERVER, self.config.of(robot)) as bus:
+            assert pace(bus, factor)
 
     def kill_amid_a_line(self, robot):
         """End the whole process group of a robot, what publishes for it included; where it was then."""
@@ -162,7 +169,7 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
 
 @pytest.mark.xdist_group("shared-run")
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
-    team = site("--speed", "5")  # time for a reset and a resume while the other does the rest
+    team = site("--speed", "5")
     team.paints("r2", 1.0)
     assert team.order("estop", "r2").returncode == 0
     team.wait_for("r2 is out of service")
@@ -175,8 +182,10 @@ def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_dr
     assert team.order("remove", "r2").returncode == 0
     assert team.order("take-over", "r2").returncode == 0
     team.wait_for("the rest is done: r1:")
+    team.pace("r1", 0.2)  # it is at work while the other is set going again, however long that takes
     assert team.order("reset", "r2").returncode == 0
     assert team.order("resume", "r2").returncode == 0
+    team.pace("r1", 30.0)
     code, told = team.end()
     assert code == 0, team.said
     assert told["paint"]["coverage_pct"] > 99.8

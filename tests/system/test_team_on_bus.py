@@ -27,7 +27,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
-from touchline.services.bridge.channels import namespace_at
+from touchline.services.bridge.channels import robots_among
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
@@ -49,7 +49,7 @@ def test_over_the_bus_every_robot_has_the_bytes_of_the_simulation(tmp_path: Path
     assert done["hash"]["robots"] == simulated
     assert done["bus"]["lost"] == done["recording"]["lost"] == 0
     reader = RecordingReader(recording)
-    names = {namespace_at(message.topic) for message in reader.messages()}
+    names = set(robots_among(message.topic for message in reader.messages()))
     assert names == {"tb1", "tb2", "tb3", topics.TEAM_NAMESPACE}
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from typing import Final
 
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.frames import BODY_FRAME, GNSS_FRAME, IMU_FRAME, MAP_FRAME, TOOL_FRAME
 from touchline.schemas.layout import FixedLayout
-from touchline.schemas.messages import Header, Odometry, TFMessage, Transform, TransformStamped, Vector3
+from touchline.schemas.messages import Header, Odometry, TFMessage, TransformMessage, TransformStamped, Vector3
 from touchline.schemas.vehicles import Vehicle
 
 _ODOMETRY: Final = FixedLayout(Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
@@ -18,6 +19,8 @@ _STAMP: Final = struct.Struct("<iI")
 #: Behind the CDR header; in a TFMessage the count of its transforms comes first.
 _STAMP_AT: Final = 4
 _TRANSFORM_STAMP_AT: Final = 8
+#: A tenth of a second, less what stamps may be rounded by.
+_PERIOD_S: Final = 0.0999
 
 Stamp = tuple[int, int]
 """Seconds and nanoseconds."""
@@ -29,6 +32,12 @@ def stamp_of(payload: bytes) -> Stamp:
     """The stamp of a message that begins with a header."""
     seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_AT)
     return seconds, nanoseconds
+
+
+def seconds_between(since: Stamp, until: Stamp) -> float:
+    """From one stamp to another; a clock that has begun anew has taken for ever."""
+    passed_s = until[0] - since[0] + (until[1] - since[1]) / 1e9
+    return passed_s if passed_s >= 0.0 else math.inf
 
 
 def pose_of(odometry: bytes) -> PoseNumbers:
@@ -46,11 +55,19 @@ def pose_of(odometry: bytes) -> PoseNumbers:
 
 
 class MovingFrame:
-    """Packs where a frame is in the map."""
+    """Tells ten times a second where a frame is in the map: viewers interpolate, and recordings stay small."""
 
     def __init__(self, frame: str) -> None:
         stamped = TransformStamped(header=Header(frame_id=MAP_FRAME), child_frame_id=frame)
         self._sample = encode(TFMessage(transforms=(stamped,)))
+        self._told: Stamp | None = None
+
+    def due(self, stamp: Stamp) -> bool:
+        """Whether it is to be told where the frame is then; asked once of each pose."""
+        if self._told is not None and seconds_between(self._told, stamp) < _PERIOD_S:
+            return False
+        self._told = stamp
+        return True
 
     def at(self, stamp: Stamp, pose: PoseNumbers) -> bytes:
         """A TFMessage, whose numbers are at its end."""
@@ -79,7 +96,7 @@ def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
             TransformStamped(
                 header=header,
                 child_frame_id=prefix + name,
-                transform=Transform(translation=Vector3(x=x, y=y, z=z)),
+                transform=TransformMessage(translation=Vector3(x=x, y=y, z=z)),
             )
             for name, (x, y, z) in places.items()
         )

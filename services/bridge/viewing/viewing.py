@@ -92,11 +92,14 @@ class Viewing:
         yield _drawn(topics.PLAN_PATH, planned_poses(decode(Trajectory, payload)))
 
     def _take_odometry(self, payload: bytes) -> Iterator[Drawn]:
-        yield Drawn(topics.TRANSFORMS, self._body.at(stamp_of(payload), pose_of(payload)))
+        stamp = stamp_of(payload)
+        if self._body.due(stamp):
+            yield Drawn(topics.TRANSFORMS, self._body.at(stamp, pose_of(payload)))
 
     def _take_truth(self, payload: bytes) -> Iterator[Drawn]:
         stamp, pose = stamp_of(payload), pose_of(payload)
-        yield Drawn(topics.TRUE_TRANSFORMS, self._true_body.at(stamp, pose))
+        if self._true_body.due(stamp):
+            yield Drawn(topics.TRUE_TRANSFORMS, self._true_body.at(stamp, pose))
         if self._track is not None and (points := self._track.moved(pose)) is not None:
             assert self._setup is not None, "there is a track since the setup is known"
             self._work = self._work or WorkLines(self._setup.vehicle.tool.width_m, covers=True)

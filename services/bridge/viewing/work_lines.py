@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from touchline.schemas.messages import ColorRGBA
-from touchline.services.bridge.viewing.body_frames import Stamp
+from touchline.services.bridge.viewing.body_frames import Stamp, seconds_between
 from touchline.services.bridge.viewing.markers import Floats, LineList, lines_through, simplified
 
 #: The lines leave the tool's way by no more.
@@ -69,7 +69,7 @@ class WorkLines:
 
     def told(self, now: Stamp) -> tuple[bytes | None, bytes | None]:
         """What is to be sent, if it is time: a MarkerArray of the older lines, and one of the latest."""
-        if not self._changed or (self._told is not None and _seconds(self._told, now) < _PERIOD_S):
+        if not self._changed or (self._told is not None and seconds_between(self._told, now) < _PERIOD_S):
             return None, None
         self._changed, self._told = False, now
         older = None
@@ -81,9 +81,3 @@ class WorkLines:
     def cleared(self) -> tuple[bytes, bytes]:
         """Messages that take both markers away."""
         return self._lists[0].pack(_NONE), self._lists[1].pack(_NONE)
-
-
-def _seconds(since: Stamp, until: Stamp) -> float:
-    """From one stamp to another; a clock that has begun anew has taken for ever."""
-    passed_s = until[0] - since[0] + (until[1] - since[1]) / 1e9
-    return passed_s if passed_s >= 0.0 else float("inf")

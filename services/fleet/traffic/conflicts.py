@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 
 STEP_M: Final = 0.2
 """Paths are sampled at least this densely."""
+STOP_S: Final = 1.5
+"""What it costs a marker to brake to rest and to speed up again."""
 _EIGHT: Final = np.ones((3, 3), dtype=np.int64)
 
 
@@ -26,6 +28,7 @@ class TimedPath(NamedTuple):
         time_s: (n,) when the robot is there if nobody holds it up.
         radius_m: Of a disc that holds the body.
         holds_m: (k,) arc lengths, ascending, at which it may wait; the first is 0.
+        stop_s: What it costs to brake to rest and to speed up again.
     """
 
     arc_m: Floats
@@ -33,6 +36,7 @@ class TimedPath(NamedTuple):
     time_s: Floats
     radius_m: float
     holds_m: Floats
+    stop_s: float = STOP_S
 
     @property
     def end_m(self) -> float:

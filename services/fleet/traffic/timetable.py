@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from touchline.services.fleet.traffic.conflicts import Conflict, TimedPath, conflicts
 from touchline.services.fleet.traffic.gates import Gate, gates
 
-STOP_S: Final = 1.5
-"""What it costs to brake to rest and to speed up again."""
 ROUNDS: Final = 3
 """So often every decision is looked at whether the other one would be better."""
 _STUCK_S: Final = 1e6
@@ -128,7 +126,7 @@ def _run(paths: Sequence[TimedPath], offers: Sequence[dict[int, list[Gate] | Non
         opens, late = when(gate.other, gate.clear_m), delays[robot][-1].seconds if delays[robot] else 0.0
         comes = float(np.interp(gate.at_m, paths[robot].arc_m, paths[robot].time_s)) + late
         if opens > comes:
-            stop_s = STOP_S if not (delays[robot] and delays[robot][-1].from_m == gate.at_m) else 0.0
+            stop_s = paths[robot].stop_s if not (delays[robot] and delays[robot][-1].from_m == gate.at_m) else 0.0
             delays[robot].append(Delay(gate.at_m, late + opens - comes + stop_s))
         passed[robot] += 1
         return True

@@ -130,6 +130,8 @@ def speed_now_mps(computer: Computer) -> float:
     x, z = c.filter.states[slot], c.filter.inputs[slot]
     accel_mps2 = c.buffer.accel_mps2 - x[m.ACCEL_BIAS]
     speed_mps: float = x[m.SPEED]
+    if math.isnan(accel_mps2):
+        return speed_mps
     if z.still and abs(accel_mps2) > JOLT_MPS2:
         return speed_mps
     speed_mps += 0.5 * TICK_S * accel_mps2
@@ -162,6 +164,7 @@ class Estimator:
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self._told = config.odometry if vehicle.positioning == ODOMETRY else None
+        self._jump_fixes = config.gnss.jump_fixes
         self.restart()
 
     def restart(self, told: tuple[float, float, float] | None = None) -> None:
@@ -270,6 +273,21 @@ class Estimator:
         if not started:
             self._gather(frame, fixes)
 
+    def accept_lasting_jump(self) -> float:
+        """Accept that the receiver has jumped, if the configuration says that nobody has to be asked.
+
+        Returns:
+            By how much [m]; 0 if it has not jumped, or an operator is to be asked.
+        """
+        counters, fix = self.counters, self.last_fix
+        if self._jump_fixes is None or counters.fixes_outlying_run < self._jump_fixes:
+            return 0.0
+        if fix is None or fix.fix != FIX_FIXED or not self.contradicted:
+            return 0.0
+        moved_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
+        self.accept_jump()
+        return moved_m
+
     @property
     def jump_m(self) -> float:
         """The distance by which the receiver has lastingly jumped away from the estimate; 0 if it has not."""
@@ -340,7 +358,9 @@ class Estimator:
         if position.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
-        accel, c = self._without_jolts(accel), self.ring.figures
+        # Of a sensor that is not there, no bias is to be learned.
+        gyro = 0.0 if math.isnan(gyro) else gyro
+        accel, c = 0.0 if math.isnan(accel) else self._without_jolts(accel), self.ring.figures
         if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c.side_bias_var):
             self._gather_anew()
             return

@@ -13,7 +13,6 @@ from touchline.services.onboard.interface import TICK_S
 
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
-_SIDE_SLIP_M2PM = 1e-6
 _GYRO_FLOOR_RADPS = 1e-4
 _MAG_FLOOR_RAD = 0.005
 _POSITION_FLOOR_M = 0.002
@@ -64,7 +63,7 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     c.mag_decay = math.exp(-TICK_S / tau)
     c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
     c.r_mag = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
-    c.q_side_m = _SIDE_SLIP_M2PM
+    c.q_side_m = drive.side_slip_m_rtm**2
     c.side_slip_rad_per_mps2 = drive_model.side_slip_rad_per_mps2
     return c
 

@@ -43,8 +43,8 @@ class CellKeeper:
         self.target_m = 0j
         self.until_s = -math.inf
 
-    def receive(self, told: Guidance, segment: Segment) -> None:
-        """Take what the coordinator tells, in whatever order it comes; what is not finite is passed over.
+    def receive(self, told: Guidance, segment: Segment) -> bool:
+        """Take what the coordinator tells, in whatever order it comes; False if it is passed over, not being finite.
 
         Args:
             told: To this robot.
@@ -53,7 +53,7 @@ class CellKeeper:
         rows = np.array(told.half_planes, dtype=np.float64)
         numbers = np.append(rows, (told.target_x_m, told.target_y_m, told.echo_s))
         if len(rows) % 3 or not np.isfinite(numbers).all():
-            return
+            return False
         self.until_s = max(self.until_s, told.echo_s + self._limits.lease_s)
         if told.number > self._decided:
             self._decided = told.number
@@ -63,6 +63,7 @@ class CellKeeper:
             if _outside_m(cell, segment) <= most_m:
                 self._adopted, self.half_planes = told.number, cell
                 self.target_m = complex(told.target_x_m, told.target_y_m)
+        return True
 
     def say(self, stamp_s: float, segment: Segment) -> Whereabouts:
         """What to tell the coordinator.

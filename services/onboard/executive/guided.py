@@ -66,14 +66,15 @@ class GuidedDrive:
             np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, estimator.drive, np.zeros(4), fence
         )
 
-    def receive(self, told: Guidance) -> None:
-        """Take what the coordinator tells, in whatever order it comes."""
+    def receive(self, told: Guidance) -> bool:
+        """As `CellKeeper.receive`."""
         keeper = self._keeper
-        keeper.receive(told, self._stopping_segment())
+        taken = keeper.receive(told, self._stopping_segment())
         until_tick = math.floor(keeper.until_s * TICKS_PER_S + 0.5)
         self.course = self.course._replace(
             half_planes=keeper.half_planes, target_m=keeper.target_m, until_tick=until_tick
         )
+        return taken
 
     def _stopping_segment(self) -> Segment:
         """Where the robot is, and where it would stand if it braked now, x + iy (m)."""

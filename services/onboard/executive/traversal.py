@@ -218,14 +218,18 @@ class Traversal:
                 raise CommandRefused(f"cannot resume: {self._watch.pose_problem}")
             if accepts:
                 self._estimator.accept_jump()
-                self._log.report(
-                    WARN, "position-accepted", f"the position was moved by {jump_m:.2f} m to the {self._watch.source}'s"
-                )
+                self.report_accepted(jump_m)
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
         self._tries.forgive()
         self._go_on(job)
+
+    def report_accepted(self, moved_m: float) -> None:
+        """Tell that the position was moved to where the receiver or camera says, by so much [m]."""
+        self._log.report(
+            WARN, "position-accepted", f"the position was moved by {moved_m:.2f} m to the {self._watch.source}'s"
+        )
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Give the traversal up."""

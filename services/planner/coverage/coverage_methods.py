@@ -3,6 +3,8 @@
 import math
 from collections.abc import Callable
 
+import shapely
+
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.area_method import CoverageMethod
 from touchline.services.planner.coverage.coverage_route import CoverageRoute
@@ -14,6 +16,8 @@ from touchline.services.planner.coverage.zigzag import zigzag
 def _zigzag(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
     if task.forward_only:
         raise PlanningError("", "cannot be planned by zigzag forward only", "use lap-and-lanes, or let it reverse")
+    if not isinstance(task.area, shapely.Polygon):
+        raise PlanningError("", "cannot be planned by zigzag for a part in several pieces", "use lap-and-lanes")
     return zigzag(task.area, task.machine, angle_rad=math.radians(task.swath_angle_deg or 0.0))
 
 

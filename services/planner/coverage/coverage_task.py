@@ -9,7 +9,9 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.machine_of import machine_of
-from touchline.services.planner.plan_task import PlanTask
+from touchline.services.planner.coverage.shapes import Area as Ground
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.plan_task import PlanTask, pose_of
 
 # Where nobody says how much shall be covered: what is cheap (% of what can be reached).
 CHEAP_PCT = 99.0
@@ -20,7 +22,7 @@ class CoverageTask:
     """One area, where the body may be, and how to cover it.
 
     Attributes:
-        area: To be covered (m, map frame).
+        area: To be covered (m, map frame); of one that robots share, the part of this one, which may be in pieces.
         boundary: That the body does not leave (m, map frame); without one of the template, the area's own outline.
         obstacles: That the body keeps off (m, map frame): the template's, and the holes of all of its areas.
         machine: That covers it.
@@ -30,9 +32,11 @@ class CoverageTask:
         laps: Along the outline, one inside the other; None: one.
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
         coverage_pct: What is missed is touched up until so much of what can be reached is covered.
+        begins_rad: Direction of the side with which laps begin (rad); None: whichever suits best.
+        start: Where the machine stands; None: it is carried to where the route begins.
     """
 
-    area: shapely.Polygon
+    area: Ground
     boundary: shapely.Polygon
     obstacles: tuple[shapely.Polygon, ...]
     machine: CoverageMachine
@@ -42,6 +46,8 @@ class CoverageTask:
     laps: int | None = None
     swath_angle_deg: float | None = None
     coverage_pct: float = CHEAP_PCT
+    begins_rad: float | None = None
+    start: PathPose | None = None
 
     @classmethod
     def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
@@ -53,8 +59,9 @@ class CoverageTask:
         options, machine = task.options, machine_of(task.vehicle, task.limits)
         _check(options, machine.width_m)
         angle = options.swath_angle_deg.tolist() or [area.angle_deg]
+        grounds = task.company.grounds
         return cls(
-            area.polygon,
+            area.polygon if grounds is None else grounds[area.id],
             _outline(task.template, area),
             _kept_out(task.template),
             machine,
@@ -64,6 +71,8 @@ class CoverageTask:
             options.laps if options.laps >= 0 else None,
             angle[0],
             options.coverage_pct or CHEAP_PCT,
+            task.company.begins_rad,
+            pose_of("start", options.start),
         )
 
 
@@ -87,7 +96,6 @@ def _check(options: PlanOptions, width_m: float) -> None:
         *(("swath_angle_deg", angle, -360.0, 360.0, "degrees") for angle in options.swath_angle_deg.tolist()),
     )
     for name, given in (
-        ("a start pose", len(options.start)),
         ("an end pose", len(options.end)),
         ("to return to its start", options.return_to_start),
         ("the given order", options.order == "given"),

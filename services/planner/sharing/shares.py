@@ -55,7 +55,7 @@ def sharings(task: PlanTask, robots: int) -> list[Sharing]:
         PlanningError: It has areas or fewer swaths than robots; or an option or a segment cannot be met.
     """
     if task.template.areas:
-        problem = f'has the area "{task.template.areas[0].id}", and only lines are shared'
+        problem = f'has the area "{task.template.areas[0].id}", and robots that paint share lines alone'
         raise PlanningError("", problem, "give each robot a template of its own, or leave out --robots")
     work = Workload.of(task)
     if len(work.ids) < robots:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import glob
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.services.bridge.made_by import DECIDES, MADE_BY, made_by
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.runs.checking.check_session import Progress, SessionCheck, check_recording
+from touchline.services.runs.checking.check_session import SessionCheck, check_recording
 from touchline.services.runs.checking.divergence import Divergence
+from touchline.services.runs.checking.session_metrics import SessionMetric
+from touchline.services.runs.checking.side_by_side import Progress
 
 SUFFIX: Final = ".mcap"
 
@@ -58,6 +58,10 @@ class SessionVerdict:
         wall_time_s: How long the check took.
         notes: What else there is to know.
         topics: By name in the topic table, those that differ.
+        process: Which process of the robot it was, from 1.
+        made_by: By what it was recorded: versions and the platform.
+        metrics: By which people judge the session, as recorded and today.
+        schemas: By name of a topic, what is different in how it is recorded today.
     """
 
     path: str
@@ -72,10 +76,19 @@ class SessionVerdict:
     wall_time_s: float = 0.0
     notes: tuple[str, ...] = ()
     topics: dict[str, TopicFigures] = field(default_factory=dict)
+    process: int = 1
+    made_by: Mapping[str, str] = field(default_factory=dict)
+    metrics: tuple[SessionMetric, ...] = ()
+    schemas: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def who(self) -> str:
+        """The robot, and which of its processes if that is not the first."""
+        return self.robot if self.process == 1 else f"{self.robot}, process {self.process}"
 
     def lines(self) -> Iterator[str]:
         """For a person: what differs, first of all where it does first."""
-        name = f"{Path(self.path).name}{f' ({self.robot})' if self.robot else ''}"
+        name = f"{Path(self.path).name}{f' ({self.who})' if self.robot else ''}"
         if self.problem:
             yield f"{name}: {self.problem}"
         elif self.first is not None:
@@ -117,18 +130,15 @@ def check_file(only: str, path: Path, progress: Progress = lambda done: None) ->
     """
     begun = time.perf_counter()
     try:
-        others = _other_platform(path)
-        found = check_recording(path, exact=not others, only=only, progress=progress)
+        found = check_recording(path, only=only, progress=progress)
     except (TouchlineError, OSError) as error:
         return [SessionVerdict(str(path), "", False, str(error), wall_time_s=time.perf_counter() - begun)]
-    return [_verdict(path, one, others, time.perf_counter() - begun) for one in found]
+    wall_time_s = (time.perf_counter() - begun) / len(found)
+    return [_verdict(path, one, wall_time_s) for one in found]
 
 
-def _verdict(path: Path, one: SessionCheck, others: list[str], wall_time_s: float) -> SessionVerdict:
+def _verdict(path: Path, one: SessionCheck, wall_time_s: float) -> SessionVerdict:
     checks = one.diff.topics
-    notes = list(one.notes)
-    if others:
-        notes.insert(0, f"compared within tolerances, as it was made with other {', '.join(others)}")
     figures: dict[str, Any] = {
         name: TopicFigures(**{key: getattr(check, key) for key in TopicFigures.__dataclass_fields__})
         for name, check in checks.items()
@@ -141,21 +151,14 @@ def _verdict(path: Path, one: SessionCheck, others: list[str], wall_time_s: floa
         one.problem,
         one.part,
         one.first,
-        not others,
+        one.exact,
         sum(check.pairs for check in checks.values()),
         one.sim_time_s,
         wall_time_s,
-        tuple(notes),
+        tuple(one.notes),
         figures,
+        one.process,
+        one.made_by,
+        one.diff.metrics,
+        one.diff.schemas,
     )
-
-
-def _other_platform(path: Path) -> list[str]:
-    """What decides on the last bits and was another where the recording was made; all if it does not say."""
-    reader = RecordingReader(path)
-    for _ in reader.messages([]):
-        pass
-    then, now = reader.summary.metadata.get(MADE_BY, {}), made_by()
-    return [
-        f"{name} ({then.get(name, 'unknown')}, here {now[name]})" for name in DECIDES if then.get(name) != now[name]
-    ]

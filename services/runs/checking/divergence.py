@@ -13,12 +13,14 @@ from touchline.schemas.cdr import decode, full_definition
 from touchline.schemas.messages import Event
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.alignment import Alignment
+from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.differences import Unequal, unequal_fields
 from touchline.services.bridge.recorded import Recorded, RecordingKind
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.bridge.robot_time import RobotTime
-from touchline.services.bridge.schema_change import schema_change
+from touchline.services.bridge.schema_change import SchemaChange, schema_change
 from touchline.services.robot_sim.packing import Payload
+from touchline.services.runs.checking.session_metrics import MetricKeeper, SessionMetric
 
 PLAN, WORLD, SENSORS, ESTIMATOR, FOLLOWER, EXECUTIVE, PAINT = PARTS = (
     "plan",
@@ -46,6 +48,7 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.ESTIMATOR.name: ESTIMATOR,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
+    topics.WHEREABOUTS.name: EXECUTIVE,
     topics.EVENTS.name: EXECUTIVE,
     topics.PAINT.name: PAINT,
     topics.TRUE_COVERAGE.name: PAINT,
@@ -147,6 +150,8 @@ class SessionDiff:
         broken_off: Whether the recording just stops: what is said of a topic after the last that is recorded of it
             does not count.
         topics: By name in the topic table.
+        time: The robot's when the session begins.
+        schemas: By name of a topic, what is different in how it is recorded today.
     """
 
     told: Collection[str] = frozenset(PART_OF)
@@ -155,8 +160,10 @@ class SessionDiff:
     ordered_ns: int = -1
     broken_off: bool = False
     topics: dict[str, TopicCheck] = field(default_factory=dict)
+    time: RobotTime = field(default_factory=RobotTime)
+    schemas: dict[str, tuple[str, ...]] = field(default_factory=dict)
     _going: dict[str, Alignment] = field(default_factory=dict)
-    _time: RobotTime = field(default_factory=RobotTime)
+    _kept: MetricKeeper = field(default_factory=MetricKeeper)
     _newest_ns: dict[str, int] = field(default_factory=dict)
 
     def recorded(self, topic: Topic, message: Recorded) -> None:
@@ -170,10 +177,33 @@ class SessionDiff:
         """Take what is said today."""
         for topic, payload in payloads:
             if topic.name in self.told and is_stamped(topic):
-                self._time.hear(_stamp_ns(payload), topic == topics.CLOCK)
+                self.time.hear(stamp_ns(payload), topic == topics.CLOCK)
             if topic.name in self.wanted and self._counts(topic, payload):
-                at_ns = _stamp_ns(payload) if is_stamped(topic) else 0
-                self._add(topic, 1, Recorded(topic.name, self._time.log_ns, at_ns, 0, payload, _kind(topic)))
+                at_ns = stamp_ns(payload) if is_stamped(topic) else 0
+                self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, _kind(topic)))
+
+    def take_equal(self, recorded: Iterable[Recorded], said: Iterable[Payload]) -> bool:
+        """Take all of both if every topic has the same payloads in the same order; else False, and nothing is taken."""
+        then: dict[str, list[bytes]] = {}
+        now: dict[str, list[bytes]] = {}
+        for message in recorded:
+            topic = topic_at(message.topic)
+            if topic is None or message.kind != _kind(topic):
+                return False
+            if topic.name in self.wanted and self._counts(topic, message.payload):
+                then.setdefault(topic.name, []).append(message.payload)
+        for topic, payload in said:
+            if topic.name in self.wanted and self._counts(topic, payload):
+                now.setdefault(topic.name, []).append(payload)
+        if then != now:
+            return False
+        self.topics.update({name: TopicCheck(pairs=len(payloads)) for name, payloads in then.items()})
+        return True
+
+    @property
+    def metrics(self) -> tuple[SessionMetric, ...]:
+        """The figures of both sessions."""
+        return self._kept.metrics
 
     def end(self) -> None:
         """Nothing more comes."""
@@ -201,7 +231,7 @@ class SessionDiff:
     def _counts(self, topic: Topic, payload: bytes) -> bool:
         """Whether a message is of the robot, and not of the process round it, or from before all."""
         if is_stamped(topic):
-            at_ns = _stamp_ns(payload)
+            at_ns = stamp_ns(payload)
             if at_ns < self.from_ns or (topic in _STANDING and at_ns <= self.ordered_ns):
                 return False
         if topic != topics.EVENTS:
@@ -212,6 +242,7 @@ class SessionDiff:
     def _add(self, topic: Topic, side: int, message: Recorded) -> None:
         alignment = self._going.setdefault(topic.name, Alignment())
         self.topics.setdefault(topic.name, TopicCheck())
+        self._kept.take(topic, side, message.payload)
         alignment.add(side, message)
         self._decide(topic, alignment)
 
@@ -239,7 +270,10 @@ class SessionDiff:
             return
         if ours.payload == todays.payload and ours.kind == todays.kind:
             return
-        beyond = [item for item in _unequal(ours, todays) if self.exact or not item.size <= topic.tolerance]
+        change = schema_change(ours.kind, todays.kind, _SIDES)
+        if change.notes:
+            self.schemas[topic.name] = change.notes
+        beyond = [item for item in _unequal(ours, todays, change) if self.exact or not item.size <= topic.tolerance]
         if not beyond:
             return
         check.different += 1
@@ -255,8 +289,7 @@ def _keep(check: TopicCheck, found: Divergence) -> None:
         check.first = found
 
 
-def _unequal(ours: Recorded, todays: Recorded) -> Iterator[Unequal]:
-    change = schema_change(ours.kind, todays.kind, _SIDES)
+def _unequal(ours: Recorded, todays: Recorded, change: SchemaChange) -> Iterator[Unequal]:
     for note in change.notes:
         yield Unequal("schema", note, "", math.inf)
     for item in unequal_fields(ours, todays, change):
@@ -264,7 +297,8 @@ def _unequal(ours: Recorded, todays: Recorded) -> Iterator[Unequal]:
             yield item
 
 
-def _stamp_ns(payload: bytes) -> int:
+def stamp_ns(payload: bytes) -> int:
+    """The sim time in a payload that begins with a stamp; not before 0."""
     seconds, nanoseconds = _STAMP.unpack_from(payload)
     return int(max(seconds * 1_000_000_000 + nanoseconds, 0))
 

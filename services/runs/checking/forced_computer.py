@@ -9,9 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas import topics
 from touchline.schemas.setup import Setup
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import Command
+from touchline.services.runs.checking.divergence import Divergence, TopicCheck
+from touchline.services.runs.checking.recorded_session import RecordedSession
 
 
 class ForcedComputer(Onboard):
@@ -37,3 +40,28 @@ class ForcedComputer(Onboard):
         if tick >= len(self._forced) or np.isnan(self._forced[tick]).any():
             return own
         return self._state.command.give(own._replace(actuators=tuple(self._forced[tick].tolist())))
+
+
+def decisions(computer: ForcedComputer, session: RecordedSession, *, exact: bool) -> TopicCheck:
+    """What the computer decided in each tick, beside what it did then.
+
+    Args:
+        computer: That has been through the session.
+        session: With what was recorded.
+        exact: Whether every bit counts, else the topic's tolerance.
+    """
+    found, tolerance = TopicCheck(), 0.0 if exact else topics.ACTUATOR_COMMAND.tolerance
+    for tick, own in sorted(computer.decided.items()):
+        then = session.commands[tick] if tick < len(session.commands) else np.full(len(own), np.nan)
+        if np.isnan(then).any():
+            continue
+        found.pairs += 1
+        off = np.abs(then - np.array(own))
+        if not off.max() <= tolerance:
+            k = int(off.argmax())
+            found.different += 1
+            if off[k] > found.largest:
+                found.largest, found.largest_field = float(off[k]), f"values[{k}]"
+            where = tick / 100.0, topics.ACTUATOR_COMMAND.name, f"values[{k}]"
+            found.first = found.first or Divergence(*where, repr(float(then[k])), repr(own[k]))
+    return found

@@ -7,10 +7,12 @@ from typing import Any, Final
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import Guidance
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.recovery_state import restored_from
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
@@ -47,6 +49,8 @@ class Rebuild:
         self.refused: list[str] = []
         emulator = self._emulator
         self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
+            "begin-guided": lambda _: emulator.begin_guided(),
+            "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),
             "resume": lambda _: emulator.resume(),
@@ -106,13 +110,17 @@ class Rebuild:
             return []
         if order.name in ("refill-tank", "replace-battery"):
             return self._telemetry.supplies()
-        return [] if order.name == "authorize" else self._telemetry.news()
+        if order.name == "begin-guided":
+            return self._telemetry.begin([])
+        return [] if order.name in ("authorize", "guidance") else self._telemetry.news()
 
     def _load(self, job: GivenJob, order: TimedOrder) -> list[Payload]:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]
-        prepared = self._emulator.prepare(job.trajectory, job.template, taking=taking)
+        resume, remains = restored_from(order.details)
+        prepared = self._emulator.prepare(job.trajectory, job.template, resume, remains, taking)
         self._emulator.take(prepared._replace(cause=job.cause))
-        return self._telemetry.loaded(job.trajectory, job.template)
+        told = self._telemetry.loaded(job.trajectory, job.template)
+        return told + (self._telemetry.restored_paint() if remains is not None else [])
 
 
 def _until_m(details: Mapping[str, Any]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,16 @@ from touchline.services.bridge.recorder import is_stamped
 from touchline.services.onboard.interface import ACTUATORS
 
 TICK_NS = 10_000_000
+_BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
+"""Orders that a robot may have obeyed before it was given anything to do."""
 
 
 class NotRebuilt(TouchlineError):
     """A session that cannot be rebuilt from its recording; it says why."""
+
+
+class NothingTold(NotRebuilt):
+    """The robot was told nothing."""
 
 
 class GivenJob(NamedTuple):
@@ -92,13 +98,21 @@ class RecordedSession:
             raise NotRebuilt("its setup is not in the recording: begin to record before the robot is told anything")
         jobs, orders = found.jobs(), found.orders
         if not orders:
-            raise NotRebuilt("no order is in the recording: it is older than these, or begins after them")
-        if orders[0].name != "load" or not jobs:
-            raise NotRebuilt(f"the recording begins amid a session, with the order {orders[0].name}")
-        if any(order.name == "begin-guided" for order in orders):
-            raise NotRebuilt("the robot was guided by a team's coordinator; `touchline fleet simulate` does that again")
-        if any(order.details.get("resumed") for order in orders):
-            raise NotRebuilt("the session goes on from that of a process that died; check the recording of that one")
+            raise NothingTold("no order is in the recording: it is older than these, or begins after them")
+        first = next((order for order in orders if order.name not in _BEFORE_ALL or order.tick), orders[0])
+        if first.name not in ("load", "begin-guided"):
+            raise NotRebuilt(f"the recording begins amid a session, with the order {first.name}")
+        if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
+            raise NotRebuilt(
+                "the session goes on from that of a process that died, "
+                "and the recording is older than those that say from where"
+            )
+        guided = any(order.name == "begin-guided" for order in orders)
+        if guided and not any(order.name == "guidance" for order in orders):
+            raise NotRebuilt(
+                "the robot was guided by a team's coordinator, and what that told it is not among its orders: "
+                "the recording is older than those that have it, or it was told nothing"
+            )
         if len(jobs) != sum(order.name == "load" for order in orders):
             raise NotRebuilt("the recording lacks a plan that was loaded")
         return cls(found.setup, orders, jobs, found.last_tick, found.from_ns or 0, found.commands())

@@ -22,6 +22,7 @@ from touchline.services.robot_sim.paint.projection import (
 from touchline.services.robot_sim.paint.smears import Painter, wet_crossings_of
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.paint.track import Track
+from touchline.services.runs.painted_picture import painted_caption
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,10 @@ class JointPaint:
     metrics: PaintMetrics
     wet_crossings: int | None
     tolerance_m: float
+
+    def caption(self) -> str:
+        """The figures that say most."""
+        return painted_caption(self.figures())
 
     def figures(self) -> dict[str, Any]:
         """As of one robot's paint, as far as it makes sense of several."""

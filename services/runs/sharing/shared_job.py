@@ -53,6 +53,7 @@ class SharedJob:
         table: Who waits where for whom.
         wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
         planning_time_s: By the clock on the wall.
+        covered_m2: Of the areas, what all plans cover together.
     """
 
     template: Template
@@ -64,6 +65,12 @@ class SharedJob:
     table: Timetable
     wet_between: int
     planning_time_s: float = 0.0
+    covered_m2: float = 0.0
+
+    @property
+    def area_m2(self) -> float:
+        """Of all areas, which do not overlap; 0 where lines are painted."""
+        return sum(area.polygon.area for area in self.template.areas)
 
     @property
     def wet_crossings(self) -> int:
@@ -81,6 +88,7 @@ class SharedJob:
             "total_time_s": self.table.end_s,
             "wet_crossings": {"total": self.wet_crossings, "between_robots": self.wet_between},
             "waits": len(self.table.gates),
+            **({"coverage_pct": 100.0 * self.covered_m2 / self.area_m2} if self.template.areas else {}),
             "planning_time_s": self.planning_time_s,
         }
 
@@ -108,8 +116,7 @@ def share_job(
         PlanningError: It cannot be shared or planned; it says why and what to do.
     """
     begun = time.perf_counter()
-    if len(options.start) or len(options.end):
-        raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
+    refuse_poses(options)
     progress(0.0, "Sharing")
     task = PlanTask(template, vehicle, options, Company(painted))
     robots = len(starts)
@@ -127,12 +134,23 @@ def share_job(
         if planned == (WAYS if len(template.segments) <= MANY else 1):
             break
     if best is None:
-        apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
-        raise problem or PlanningError("", apart, "give fewer robots, or templates that lie apart")
+        raise problem or no_order(robots)
     if options.hard_drying and best.wet_crossings:
         wet = f"cannot be shared among {robots} robots without driving over wet paint"
         raise PlanningError("", wet, "shorten the drying time, or let wet paint be crossed")
     return replace(best, planning_time_s=time.perf_counter() - begun)
+
+
+def refuse_poses(options: PlanOptions) -> None:
+    """Raise `PlanningError` for a start or an end pose, of which several robots would need one each."""
+    if len(options.start) or len(options.end):
+        raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
+
+
+def no_order(robots: int) -> PlanningError:
+    """The error of a template for which no timetable was found."""
+    apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
+    return PlanningError("", apart, "give fewer robots, or templates that lie apart")
 
 
 def _tell(progress: Progress, begun: float, part: float, stage: str, fraction: float) -> None:

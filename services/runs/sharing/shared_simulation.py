@@ -19,7 +19,8 @@ from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
-from touchline.services.runs.sharing.joint_paint import JointPaint, joint_paint
+from touchline.services.runs.sharing.joint_ground import JointGround, joint_ground
+from touchline.services.runs.sharing.joint_paint import JointPaint, Work, joint_paint
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
@@ -43,7 +44,7 @@ class TeamOutcome:
 
     Attributes:
         robots: Of each robot, its tasks alone.
-        paint: Of all together.
+        work: The paint of all together, or the ground that they have covered.
         total_time_s: Until the last one was done, sim time.
         apart_m: How near to each other bodies came.
         waited_s: How long each robot stood because another one was in its way.
@@ -54,7 +55,7 @@ class TeamOutcome:
     """
 
     robots: tuple[tuple[Outcome, ...], ...]
-    paint: JointPaint
+    work: JointPaint | JointGround
     total_time_s: float
     apart_m: float
     waited_s: tuple[float, ...]
@@ -75,7 +76,7 @@ def simulate_shared(
     """Carry out a shared job once, as fast as it goes.
 
     Args:
-        job: What they paint.
+        job: What they paint or cover.
         setups: Of each robot: its world and its computer; the vehicle is the job's.
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
@@ -94,7 +95,7 @@ def simulate_shared(
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
         tuple(tuple(member.outcomes) for member in run.members),
-        joint_paint(job.template, job.vehicle, works),
+        _judged(job, works),
         max(member.ended_s for member in run.members),
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
@@ -103,6 +104,12 @@ def simulate_shared(
         length_m(run.left_out),
         tuple(taken),
     )
+
+
+def _judged(job: SharedJob, works: Sequence[Work]) -> JointPaint | JointGround:
+    if not job.template.areas:
+        return joint_paint(job.template, job.vehicle, works)
+    return joint_ground(job.template, job.vehicle, [each.trajectory for each in job.plans], works)
 
 
 class _SharedRun:
@@ -209,6 +216,9 @@ class _SharedRun:
     def _gather(self, taken: OrderTaken, member: TeamMember) -> None:
         if not member.dead:
             taken.outcome = f"nothing: {member.name} has not failed, and does its share itself"
+            return
+        if self.job.template.areas:
+            taken.outcome = f"nothing: only lines are taken over; the part of {member.name} stays as it is"
             return
         taken.outcome = "not carried out: the others did not come to rest"
         self._gathering.append(taken)

@@ -4,11 +4,13 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from touchline.services.runs.reports import paint_figures, plan_figures, traversal_figures
+from touchline.schemas.template import Template
+from touchline.services.runs.reports import area_report_figures, paint_figures, plan_figures, traversal_figures
 from touchline.services.runs.sharing.joint_paint import JointPaint
 from touchline.services.runs.sharing.rest import length_m
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_simulation import TeamOutcome
+from touchline.services.runs.simulation import Outcome
 from touchline.services.runs.team.team_figures import hash_of
 
 if TYPE_CHECKING:
@@ -23,9 +25,9 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
         outcome: Of it.
         names: Of the robots.
     """
-    paint = outcome.paint.figures()
-    judged = "" if paint["accepted"] else f"the paint is not accepted: {paint['verdict']}"
-    reason = outcome.reason or judged
+    kind, done = ("area", "work") if job.template.areas else ("paint", "paint")
+    judged = outcome.work.figures()
+    reason = outcome.reason or ("" if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}")
     return {
         "success": not reason,
         "reason": reason,
@@ -37,7 +39,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
             "closest_bodies_m": outcome.apart_m,
             "left_out_m": outcome.left_out_m,
         },
-        "paint": paint,
+        kind: judged,
         "orders": [order.figures() for order in outcome.orders],
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
         "hash": _hashes(outcome, names),
@@ -59,11 +61,11 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
     own, *after = outcome.robots[number]
     return {
         "reason": own.reason,
-        "segments": [segment.id for segment in job.shares[number].segments],
+        **_share_figures(job.shares[number]),
         "waited_s": outcome.waited_s[number],
         "plan": plan_figures(job.plans[number].report),
         "traversal": traversal_figures(own.report, outcome.wall_time_s),
-        "paint": paint_figures(own.report),
+        **_work_figures(own),
         "taken_over": [
             {
                 "segments": [segment.id for segment in each.report.segments],
@@ -74,6 +76,20 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
             for each in after
         ],
     }
+
+
+def _share_figures(share: Template) -> dict[str, Any]:
+    """What a robot is to do: lines, or parts of areas."""
+    if share.areas:
+        return {"areas_m2": {area.id: area.polygon.area for area in share.areas}}
+    return {"segments": [segment.id for segment in share.segments]}
+
+
+def _work_figures(own: Outcome) -> dict[str, Any]:
+    """What one robot has done of its share."""
+    if own.area is not None:
+        return {"area": area_report_figures(own.area, own.report)}
+    return {"paint": paint_figures(own.report)}
 
 
 def bus_figures(job: SharedJob, run: "SharedBusRun", paint: JointPaint) -> dict[str, Any]:

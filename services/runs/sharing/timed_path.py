@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.fleet.traffic.conflicts import STEP_M, TimedPath
+from touchline.services.fleet.traffic.conflicts import STEP_M, STOP_S, TimedPath
 from touchline.services.onboard.trajectory.path import poses_along
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 HOLD_EVERY_M: Final = 1.0
 """Places to wait at on a way between two swaths."""
+COVER_HOLD_EVERY_M: Final = 2.0
+"""Places to wait at on a way of a tool that covers."""
 SETTLE_S: Final = 0.5
 """Paint begins no sooner after a wait than when the robot has been as fast as planned for so long."""
 SPIN_STEP_RAD: Final = 0.25
@@ -29,7 +31,8 @@ def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x = poses[:, 0] + cos * middle[0] - sin * middle[1]
     y = poses[:, 1] + sin * middle[0] + cos * middle[1]
-    return TimedPath(arc_m, np.column_stack((x, y)), times_s(plan, arc_m), radius_m, _holds(plan, vehicle))
+    stop_s = vehicle.tool.work_speed_mps / vehicle.drive.max_acceleration_mps2 if vehicle.tool.covers else STOP_S
+    return TimedPath(arc_m, np.column_stack((x, y)), times_s(plan, arc_m), radius_m, _holds(plan, vehicle), stop_s)
 
 
 def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
@@ -71,7 +74,12 @@ def _poses(plan: LoadedTrajectory) -> tuple[Floats, Floats]:
 
 
 def _holds(plan: LoadedTrajectory, vehicle: Vehicle) -> Floats:
-    """Where the robot may wait: at the start, and between swaths, with room to brake and to be fast enough again."""
+    """Where the robot may wait: at the start, and between swaths, with room to brake and to be fast enough again.
+
+    A tool that covers works as well after a stop: with it, anywhere.
+    """
+    if vehicle.tool.covers:
+        return np.arange(0.0, plan.total_length_m, COVER_HOLD_EVERY_M)
     work_mps = vehicle.tool.work_speed_mps
     brake_m = work_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2)
     holds = [0.0]

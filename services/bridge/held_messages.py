@@ -1,27 +1,25 @@
 """What holds at a time of a recording: the messages by which a receiver that hears nothing before knows as much."""
 
-import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from touchline.schemas import topics
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.traversal_state import traversal_state
 from touchline.services.bridge.replay_cue import Cue
 
-#: Of these every message counts, of latched ones the last, of others none.
+#: Of these every message counts, of others the last.
 ACCUMULATING = (topics.EVENTS, topics.ORDERS, topics.PAINT)
 _ENDED_JOB = (topics.REPORT, topics.AREA_REPORT)
 _BUSY = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
-_TEXT_LENGTH = struct.Struct("<I")
-#: In CDR: after its head, and the seconds and nanoseconds of the stamp, comes the frame's name.
-_FRAME_AT = 4 + 8
 
 
 @dataclass
-class RobotStanding:
+class HeldOfRobot:
     """What holds of one robot, each with its place among all cues."""
 
-    latched: dict[str, tuple[int, Cue]] = field(default_factory=dict)
+    last: dict[str, tuple[int, Cue]] = field(default_factory=dict)
+    """Of each topic that does not accumulate."""
     states: list[tuple[int, Cue]] = field(default_factory=list)
     """The first status of each state of the traversal that followed on another."""
     said: list[tuple[int, Cue]] = field(default_factory=list)
@@ -35,8 +33,8 @@ class RobotStanding:
             self.paint.append((place, cue))
         elif topic in ACCUMULATING:
             self.said.append((place, cue))
-        elif topic.latched:
-            self.latched[topic.name] = place, cue
+        else:
+            self.last[topic.name] = place, cue
             if topic is topics.PLAN:  # what is told of paint is of the present plan
                 self.paint.clear()
             elif topic is topics.STATUS:
@@ -48,22 +46,22 @@ class RobotStanding:
             return
         if state in _BUSY and self.state not in _BUSY:  # figures are those of a job that is over
             for topic in _ENDED_JOB:
-                self.latched.pop(topic.name, None)
+                self.last.pop(topic.name, None)
         self.states.append((place, cue))
         self.state = state
 
 
-class Standing:
+class HeldMessages:
     """What holds after the messages that were given to `take`, in their order."""
 
     def __init__(self) -> None:
-        self._robots: dict[str, RobotStanding] = {}
+        self._robots: dict[str, HeldOfRobot] = {}
         self._places = 0
 
     def take(self, cue: Cue) -> None:
         """The next message of the recording."""
         if cue.namespace not in self._robots:
-            self._robots[cue.namespace] = RobotStanding()
+            self._robots[cue.namespace] = HeldOfRobot()
         self._robots[cue.namespace].take(self._places, cue)
         self._places += 1
 
@@ -73,19 +71,8 @@ class Standing:
         return [held[place] for place in sorted(held)]
 
 
-def counts(topic: topics.Topic) -> bool:
-    """Whether messages of a topic can hold any longer than until the next one of any topic."""
-    return topic.latched or topic in ACCUMULATING
-
-
-def traversal_state(payload: bytes) -> int:
-    """The state in a `traversal/status`, without decoding the rest."""
-    length: int = _TEXT_LENGTH.unpack_from(payload, _FRAME_AT)[0]
-    return payload[_FRAME_AT + _TEXT_LENGTH.size + length]
-
-
-def _held(robot: RobotStanding) -> Iterator[tuple[int, Cue]]:
-    yield from robot.latched.values()
+def _held(robot: HeldOfRobot) -> Iterator[tuple[int, Cue]]:
+    yield from robot.last.values()
     yield from robot.states
     yield from robot.said
     yield from robot.paint

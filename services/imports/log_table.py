@@ -1,0 +1,75 @@
+"""Streams of a log as tables: a time for each message, and columns of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import TouchlineError
+
+Floats = NDArray[np.float64]
+
+
+class LogError(TouchlineError):
+    """A log that cannot be read, or holds nothing that can be used; it says why and what would help."""
+
+
+@dataclass(frozen=True)
+class LogStream:
+    """What a log says of one of its streams.
+
+    Attributes:
+        name: Of a topic, a kind of sentence, or a file.
+        kind: Its type: ``sensor_msgs/msg/Imu``, ``nmea/GGA``, ``csv``.
+        messages: How many there are.
+        first_s, last_s: By the log's clock; NaN if it has none.
+        note: What else there is to know, such as why it cannot be read.
+    """
+
+    name: str
+    kind: str
+    messages: int
+    first_s: float = float("nan")
+    last_s: float = float("nan")
+    note: str = ""
+
+    @property
+    def rate_hz(self) -> float:
+        """Mean rate; NaN if it has none."""
+        span_s = self.last_s - self.first_s
+        return (self.messages - 1) / span_s if span_s > 0.0 and self.messages > 1 else float("nan")
+
+
+@dataclass(frozen=True)
+class LogTable:
+    """The messages of a stream.
+
+    Attributes:
+        stream: Its name.
+        kind: Its type.
+        time_s: (n,) stamps by the log's clock; neither sorted nor free of repetitions.
+        columns: (n,) each, NaN where a message has no such number.
+        arrived_s: (n,) when the messages came, if the log tells that apart from the stamps.
+    """
+
+    stream: str
+    kind: str
+    time_s: Floats
+    columns: Mapping[str, Floats]
+    arrived_s: Floats | None = None
+
+
+@dataclass
+class LogContent:
+    """What was read of a log.
+
+    Attributes:
+        tables: By the stream's name.
+        problems: What could not be read, a line each.
+    """
+
+    tables: dict[str, LogTable] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)

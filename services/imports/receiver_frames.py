@@ -1,0 +1,132 @@
+"""Frames of NMEA, UBX and RTCM in one stream of bytes, each found by its own checksum.
+
+After damage the search goes on at the next byte, so that a wrong length costs no more than its own frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import reduce
+from operator import xor
+from typing import Final, NamedTuple
+
+NMEA: Final = "nmea"
+UBX: Final = "ubx"
+RTCM: Final = "rtcm"
+_LONGEST_SENTENCE = 1024
+_UBX_HEAD: Final = b"\xb5\x62"
+_CRC24: Final = 0x1864CFB
+
+
+class Frame(NamedTuple):
+    """A whole frame whose checksum is right."""
+
+    protocol: str
+    content: bytes
+
+
+@dataclass
+class FrameCounts:
+    """What was passed over.
+
+    Attributes:
+        bad_checksums: Frames whose checksum is wrong.
+        cut: Frames that the end of the log cuts off.
+        foreign_bytes: Bytes that belong to no frame.
+    """
+
+    bad_checksums: int = 0
+    cut: int = 0
+    foreign_bytes: int = 0
+
+
+def frames(data: bytes, counts: FrameCounts) -> Iterator[Frame]:
+    """The frames of a stream, in order."""
+    at, n = 0, len(data)
+    while at < n:
+        first = data[at]
+        if first == 0x24:  # $
+            size = _nmea(data, at, counts)
+            protocol = NMEA
+        elif first == 0xB5 and data.startswith(_UBX_HEAD, at):
+            size, protocol = _ubx(data, at, counts), UBX
+        elif first == 0xD3:
+            size, protocol = _rtcm(data, at), RTCM
+        else:
+            size, protocol = 0, ""
+        if size:
+            yield Frame(protocol, data[at : at + size])
+            at += size
+        else:
+            counts.foreign_bytes += 1
+            at += 1
+
+
+def _nmea(data: bytes, at: int, counts: FrameCounts) -> int:
+    """Bytes of a sentence that begins here; 0 if there is none."""
+    end = data.find(b"\n", at, at + _LONGEST_SENTENCE)
+    if end < 0:
+        if len(data) - at < _LONGEST_SENTENCE and data[at + 1 : at + 3].isalpha():
+            counts.cut += 1
+        return 0
+    line = data[at:end].rstrip(b"\r")
+    star = line.rfind(b"*")
+    if not line[1:6].isalnum() or b"$" in line[1:]:
+        return 0
+    try:
+        told = int(line[star + 1 : star + 3], 16) if star > 0 else -1
+    except ValueError:
+        told = -1
+    if told != reduce(xor, line[1 : star if star > 0 else len(line)], 0):
+        counts.bad_checksums += 1
+        return 0
+    return end + 1 - at
+
+
+def _ubx(data: bytes, at: int, counts: FrameCounts) -> int:
+    """Bytes of a UBX frame that begins here; 0 if there is none (8-bit Fletcher, as in the protocol's description)."""
+    if at + 8 > len(data):
+        counts.cut += 1
+        return 0
+    size = 8 + int.from_bytes(data[at + 4 : at + 6], "little")
+    if at + size > len(data):
+        counts.cut += 1
+        return 0
+    a = b = 0
+    for byte in data[at + 2 : at + size - 2]:
+        a = (a + byte) & 0xFF
+        b = (b + a) & 0xFF
+    if (a, b) != (data[at + size - 2], data[at + size - 1]):
+        counts.bad_checksums += 1
+        return 0
+    return size
+
+
+def _rtcm(data: bytes, at: int) -> int:
+    """Bytes of an RTCM 3 frame that begins here; 0 if there is none: 0xD3 is a common byte."""
+    if at + 6 > len(data) or data[at + 1] & 0xFC:
+        return 0
+    size = 6 + (int.from_bytes(data[at + 1 : at + 3], "big") & 0x3FF)
+    if at + size > len(data):
+        return 0
+    return size if _crc24q(data[at : at + size - 3]) == int.from_bytes(data[at + size - 3 : at + size], "big") else 0
+
+
+def _crc24q(data: bytes) -> int:
+    crc = 0
+    for byte in data:
+        crc = ((crc << 8) & 0xFFFFFF) ^ _TABLE[(crc >> 16) ^ byte]
+    return crc
+
+
+def _crc_entry(byte: int) -> int:
+    crc = byte << 16
+    for _ in range(8):
+        crc <<= 1
+        if crc & 0x1000000:
+            crc ^= _CRC24
+    return crc
+
+
+_TABLE: Final = tuple(map(_crc_entry, range(256)))

@@ -1,0 +1,65 @@
+"""Does a session that differs once more, to draw it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from touchline.schemas.errors import TouchlineError
+from touchline.services.bridge.channels import topic_at
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.runs.checking.check_files import SessionVerdict
+from touchline.services.runs.checking.difference_plots import Plot, plan_view, plots_of
+from touchline.services.runs.checking.difference_traces import DifferenceTraces, way_of
+from touchline.services.runs.checking.divergence import PLAN
+from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.recorded_session import RecordedSession
+from touchline.services.runs.checking.replan import planned_again
+from touchline.services.runs.checking.robot_messages import RobotMessages
+
+
+def drawn_differences(only: str, task: tuple[int, SessionVerdict]) -> tuple[int, list[Plot]]:
+    """As `draw_differences`, of a verdict in its place among others."""
+    place, verdict = task
+    return place, draw_differences(only, verdict)
+
+
+def draw_differences(only: str, verdict: SessionVerdict) -> list[Plot]:
+    """Plots of a session that differs; none of one that cannot be done, or of a part alone but the plan.
+
+    Args:
+        only: The part that was run alone; "" for all of the robot.
+        verdict: What came of it.
+    """
+    if verdict.first is None or only not in ("", PLAN):
+        return []
+    messages = RobotMessages(Path(verdict.path), verdict.robot, verdict.process)
+    try:
+        session = RecordedSession.of(messages)
+        found = _plans(session) if verdict.part == PLAN else []
+        if only == PLAN:
+            return found
+        traces = DifferenceTraces(verdict.first, session.last_tick / 100.0)
+        for payloads in Rebuild(session).said():
+            traces.take(1, payloads)
+        traces.take(0, _payloads(messages))
+        return found + plots_of(traces)
+    except (TouchlineError, OSError):  # it could be done a moment ago; what came of that is told without pictures
+        return []
+
+
+def _payloads(messages: RobotMessages) -> Iterator[Payload]:
+    for message in messages:
+        if (topic := topic_at(message.topic)) is not None:
+            yield topic, message.payload
+
+
+def _plans(session: RecordedSession) -> list[Plot]:
+    """Each plan that was driven, and the one that is made today."""
+    found = []
+    for number, job in enumerate(session.jobs, 1):
+        made = planned_again(job, session.setup.vehicle)
+        if made is not None and made != job.trajectory:
+            which = f" {number}" if len(session.jobs) > 1 else ""
+            found.append(Plot(f"Plan{which}", plan_view(way_of(job.trajectory), way_of(made))))
+    return found

@@ -1,0 +1,112 @@
+"""One part of a robot alone on what was recorded, whatever the others would do today."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import Event
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.recorded import Recorded
+from touchline.services.runs.checking.divergence import ESTIMATOR, PART_OF, SessionDiff
+from touchline.services.runs.checking.estimator_alone import estimates_again
+from touchline.services.runs.checking.forced_computer import ForcedComputer, decisions
+from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.recorded_sensors import RecordedSensors
+from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt, RecordedSession
+from touchline.services.runs.checking.robot_messages import RobotMessages
+from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
+from touchline.services.runs.checking.side_by_side import Progress, compare_rest, let_both_go_on
+
+ESTIMATES: Final = frozenset(name for name, part in PART_OF.items() if part == ESTIMATOR)
+"""Topics of the estimator."""
+_JUMP_ACCEPTED: Final = "position-accepted"
+_CAUSES: Final = frozenset(
+    topic.name for topic in (topics.SETUP, topics.PLAN, topics.TEMPLATE, topics.ORDERS, topics.EVENTS, topics.CLOCK)
+)
+
+
+def check_estimator(
+    messages: RobotMessages, told: Collection[str], *, exact: bool, cut: bool
+) -> tuple[SessionDiff, float]:
+    """Compare what today's estimator makes of the recorded sensors.
+
+    Args:
+        messages: Of the robot.
+        told: Names of the topics that are recorded.
+        exact: Whether every bit counts.
+        cut: Whether the recording just stops.
+
+    Returns:
+        How it compares, and how long the session is (s).
+
+    Raises:
+        NotRebuilt: What it needs was not recorded.
+    """
+    came, causes = _grouped(messages, SENSED | ESTIMATES)
+    session = RecordedSession.of(causes)
+    _refuse_resumed(session)
+    held = [each for each in came.values() if each]
+    session.last_tick = max([session.last_tick, *(each[-1].log_time_ns // TICK_NS for each in held)])
+    from_ns = min([session.from_ns, *(each[0].publish_time_ns for each in held)])
+    frames = sensor_frames(session.setup, came, session.last_tick)
+    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut)
+    said = list(estimates_again(session, frames, _accepted(causes)))
+    recorded = [message for name in sorted(ESTIMATES) for message in came[name]]
+    if not diff.take_equal(recorded, (each for payloads in said for each in payloads)):
+        compare_rest(diff, recorded, said)
+    return diff, session.last_tick / 100.0
+
+
+def check_follower(
+    session: RecordedSession, messages: RobotMessages, diff: SessionDiff, *, exact: bool, progress: Progress
+) -> None:
+    """Compare what today's computer decides on the recorded sensors, while actuators do what they did then.
+
+    Args:
+        session: That is done again.
+        messages: Of the robot.
+        diff: Filled in.
+        exact: Whether every bit counts.
+        progress: Told the fraction done.
+
+    Raises:
+        NotRebuilt: What the computer needs was not recorded.
+    """
+    _refuse_resumed(session)
+    came, _ = _grouped(messages, SENSED)
+    computer = ForcedComputer(session.setup, session.commands)
+    sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick))
+    let_both_go_on(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
+    diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
+
+
+def _refuse_resumed(session: RecordedSession) -> None:
+    if any(order.details.get("resumed") for order in session.orders):
+        raise NotRebuilt(
+            "a part alone is not run on what goes on from a process that died: "
+            "when its sensors arrived is not told until sim time has passed what that process had come to"
+        )
+
+
+def _grouped(messages: RobotMessages, names: frozenset[str]) -> tuple[dict[str, list[Recorded]], list[Recorded]]:
+    """The messages of some topics, by name in the topic table, and those that caused the session, in their order."""
+    found: dict[str, list[Recorded]] = {name: [] for name in names}
+    causes: list[Recorded] = []
+    of_path: dict[str, list[Recorded]] = {}
+    for message in messages.of(names | _CAUSES):
+        if message.topic not in of_path:
+            topic = topic_at(message.topic)
+            of_path[message.topic] = found.get(topic.name, causes) if topic is not None else []
+        of_path[message.topic].append(message)
+    return found, causes
+
+
+def _accepted(causes: list[Recorded]) -> frozenset[int]:
+    """Ticks in which the robot's computer said that it takes a jump of the receiver's for true."""
+    events = [each for each in causes if topic_at(each.topic) is topics.EVENTS]
+    return frozenset(
+        each.publish_time_ns // TICK_NS for each in events if decode(Event, each.payload).code == _JUMP_ACCEPTED
+    )

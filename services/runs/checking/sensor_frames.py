@@ -1,0 +1,147 @@
+"""The frames that a recording's sensor messages were, tick by tick, decoded many at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.layout import FixedLayout
+from touchline.schemas.setup import Setup
+from touchline.services.bridge.recorded import Recorded
+from touchline.services.core.geodesy import local_frame, to_local
+from touchline.services.onboard.computer_state import ReceivedFix
+from touchline.services.onboard.estimation.frame_series import FrameSeries
+from touchline.services.onboard.interface import ANGLES, MAG, READINGS
+from touchline.services.robot_sim import layouts
+from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+OfTopic = Mapping[str, Sequence[Recorded]]
+
+SENSED: Final = frozenset(
+    each.name
+    for each in (
+        topics.IMU,
+        topics.MAGNETIC_FIELD,
+        topics.JOINT_STATES,
+        topics.GNSS_FIX,
+        topics.GNSS_STATUS,
+        topics.CAMERA_POSE,
+    )
+)
+"""Topics from which frames are made."""
+_FIRST_TICK: Final = 1
+
+
+def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
+    """What the computer got in each tick, from the first to the last.
+
+    Args:
+        setup: The robot and its world.
+        came: The messages of each topic in `SENSED`, in the order in which they were recorded.
+        last_tick: Of the session.
+
+    Raises:
+        NotRebuilt: What the estimator needs was not recorded.
+    """
+    if came.get(topics.CAMERA_POSE.name):
+        raise NotRebuilt("poses of a camera overhead are not run on yet")
+    n = max(last_tick, _FIRST_TICK)
+    ticks = np.arange(_FIRST_TICK, _FIRST_TICK + n)
+    readings: Floats = np.zeros((n, READINGS))
+    measured: Integers = np.zeros((n, 3), np.int64)
+    joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
+    vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
+    angles = {"position[0]": len(joints)}
+    for sensor, (topic, layout, places, column) in enumerate(
+        (
+            (topics.IMU, layouts.IMU, vectors, 0),
+            (topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD, {"magnetic_field.x": 3}, MAG),
+            (topics.JOINT_STATES, layouts.joint_states(joints), angles, ANGLES),
+        )
+    ):
+        messages = came.get(topic.name, ())
+        if not messages:
+            raise NotRebuilt("IMU, magnetometer or wheels were not recorded, so nothing can be run on them")
+        values = np.hstack(_numbers(layout, messages, places))
+        # The newest that has arrived by each tick; before the first one, rest.
+        newest = np.searchsorted(_arrivals(messages), ticks, side="right") - 1
+        has = newest >= 0
+        readings[has, column : column + values.shape[1]] = values[newest[has]]
+        times = np.fromiter((each.publish_time_ns for each in messages), np.int64, len(messages))
+        measured[has, sensor] = times[newest[has]] // TICK_NS
+    fixes, arrivals = _fixes(setup, came)
+    arrived = np.searchsorted(arrivals, np.append(ticks, ticks[-1] + 1), side="left")
+    return FrameSeries(_FIRST_TICK, readings, measured, cast("Sequence[ReceivedFix]", fixes), arrived)
+
+
+def _arrivals(messages: Sequence[Recorded]) -> Integers:
+    """The ticks in which messages arrived."""
+    return np.fromiter((each.log_time_ns for each in messages), np.int64, len(messages)) // TICK_NS
+
+
+def _numbers(layout: FixedLayout, messages: Sequence[Recorded], places: Mapping[str, int]) -> list[NDArray[Any]]:
+    """Numbers of messages; those of other frames or names are decoded one by one.
+
+    Raises:
+        NotRebuilt: One cannot be read.
+    """
+    payloads = [each.payload for each in messages]
+    try:
+        return layout.columns(payloads, places)
+    except PayloadError:
+        pass
+    try:
+        whole = [decode(layout.kind, payload) for payload in payloads]
+    except PayloadError as error:
+        raise NotRebuilt(f"{messages[0].topic} cannot be read today: {error}") from error
+    return [np.array([_at(path, count)(each) for each in whole]) for path, count in places.items()]
+
+
+def _at(path: str, count: int) -> Callable[[Any], list[float]]:
+    """Reads from a message the numbers that `FixedLayout` has at a place."""
+    *above, last = path.partition("[")[0].split(".")
+
+    def read(message: Any) -> list[float]:
+        for name in above:
+            message = getattr(message, name)
+        value = getattr(message, last)
+        if "[" in path:
+            return [float(each) for each in value[:count]]
+        names = list(type(message).model_fields)
+        return [getattr(message, name) for name in names[names.index(last) :][:count]]
+
+    return read
+
+
+def _fixes(setup: Setup, came: OfTopic) -> tuple[NDArray[Any], Integers]:
+    """The fixes that arrived (k,), and in which ticks: each when its status did, which comes behind it."""
+    statuses, told = came.get(topics.GNSS_STATUS.name, ()), came.get(topics.GNSS_FIX.name, ())
+    place_of = {each.publish_time_ns: i for i, each in enumerate(told)}
+    paired = [each for each in statuses if each.publish_time_ns in place_of]
+    found = np.zeros(len(paired), ReceivedFix.dtype)
+    if not paired:
+        return found, np.zeros(0, np.int64)
+    at = [place_of[each.publish_time_ns] for each in paired]
+    where = {"header.stamp.sec": 1, "header.stamp.nanosec": 1, "latitude": 3, "position_covariance[0]": 1}
+    sec, nanosec, places, variance_m2 = (column[at] for column in _numbers(layouts.GNSS_FIX, told, where))
+    state = {"fix": 1, "satellites": 1, "correction_age_s": 1}
+    fix, satellites, age_s = _numbers(layouts.GNSS_STATUS, paired, state)
+    origin = setup.scenario.origin
+    frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
+    local = np.array([to_local(frame, *place) for place in places.tolist()])
+    ticks, rest_ns = np.divmod(nanosec.astype(np.int64), TICK_NS)
+    found["stamp_s"] = ((100 * sec.astype(np.int64) + ticks) / 100 + rest_ns / 1e9)[:, 0]
+    found["east_m"], found["north_m"] = local[:, 0], local[:, 1]
+    found["variance_m2"], found["fix"] = variance_m2[:, 0], fix[:, 0]
+    found["satellites"], found["correction_age_s"] = satellites[:, 0], age_s[:, 0]
+    found["heading_rad"] = found["heading_variance_rad2"] = math.nan
+    return found, _arrivals(paired)

@@ -1,0 +1,1 @@
+"""Foreign logs made into sessions of ours."""

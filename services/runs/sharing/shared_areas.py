@@ -1,0 +1,177 @@
+"""Areas planned for several robots that cover them: parts, a plan for each, and who goes first where they meet."""
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final, NamedTuple
+
+import numpy as np
+import shapely
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.fleet.traffic.timetable import timetable
+from touchline.services.onboard.trajectory.trajectory import load_trajectory
+from touchline.services.planner.coverage.drum_sweep import swept
+from touchline.services.planner.coverage.lanes import lane_angle
+from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.plan import plan
+from touchline.services.planner.plan_task import Company, PlanTask
+from touchline.services.planner.sharing.ground_parts import Grounds, cut, directions, share_template, size_m2
+from touchline.services.runs.sharing.shared_job import (
+    APART_M,
+    ASTRAY_M,
+    Progress,
+    SharedJob,
+    no_order,
+    refuse_poses,
+)
+from touchline.services.runs.sharing.timed_path import timed_path
+
+MISSED_S_PER_M2: Final = 4.0
+"""What a missed square metre is worth when ways to share are compared, as when lanes are joined."""
+SHARE_PCT: Final = 99.7
+"""Of what can be reached of each part; where the options do not say how much."""
+TURNS: Final = 4
+"""Laps may begin with the side in any of so many directions."""
+WAITS_SHARE: Final = 0.02
+"""Where robots wait for each other for no larger share of the time, laps need not begin elsewhere."""
+EVEN_SHARE: Final = 0.03
+"""Times of robots that differ by no larger share are even."""
+
+
+class Parted(NamedTuple):
+    """A way to share that was planned."""
+
+    job: SharedJob
+    shares: tuple[float, ...]
+    angle_rad: float
+
+    @property
+    def cost_s(self) -> float:
+        """By which ways are compared: when all are done, and what they miss."""
+        return self.job.table.end_s + MISSED_S_PER_M2 * (self.job.area_m2 - self.job.covered_m2)
+
+
+def share_areas(
+    template: Template,
+    options: PlanOptions,
+    vehicle: Vehicle,
+    robots: int,
+    progress: Progress = lambda done, doing: None,
+) -> SharedJob:
+    """Plan a template's areas for several robots; each is carried to where its plan begins.
+
+    Args:
+        template: In the map frame.
+        options: How to plan.
+        vehicle: Every one of the robots; its tool covers.
+        robots: How many.
+        progress: Told the fraction done, and what is being done.
+
+    Raises:
+        PlanningError: It cannot be shared or planned; it says why and what to do.
+    """
+    begun = time.perf_counter()
+    refuse_poses(options)
+    if not template.areas:
+        raise PlanningError("", "has no area", f"give {vehicle.name} a template with an area to cover")
+    if template.segments:
+        problem = f'has the line "{template.segments[0].id}" beside its areas, and robots share areas alone'
+        raise PlanningError("", problem, "leave the lines out, or leave out --robots")
+    job = _AreaSharing(PlanTask(template, vehicle, options), robots, progress).best()
+    return replace(job, planning_time_s=time.perf_counter() - begun)
+
+
+class _AreaSharing:
+    """See `share_areas`."""
+
+    def __init__(self, task: PlanTask, robots: int, progress: Progress) -> None:
+        self.task, self.robots, self._progress = task, robots, progress
+        self.grounds: Grounds = {area.id: area.polygon for area in task.template.areas}
+        options = task.options
+        self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
+        self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
+        whole = as_area(shapely.union_all(list(self.grounds.values())))
+        angle = options.swath_angle_deg.tolist() or [area.angle_deg for area in task.template.areas]
+        pitch_m = self._width_m - self._overlap_m
+        self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
+        self._problem: PlanningError | None = None
+        self._done = 0
+
+    def best(self) -> SharedJob:
+        """The best of all ways."""
+        even = (1.0 / self.robots,) * self.robots
+        ways = [way for angle in directions(self.angle_rad) for way in self._ways(even, angle)]
+        best = min(ways, key=lambda way: way.cost_s, default=None)
+        if best is not None:
+            seconds = np.array([made.report.total_time_s for made in best.job.plans])
+            if np.ptp(seconds) > EVEN_SHARE * seconds.max():
+                shares = np.array(best.shares) / seconds
+                again = self._ways(tuple((shares / shares.sum()).tolist()), best.angle_rad)
+                best = min((best, *again), key=lambda way: way.cost_s)
+        if best is None:
+            raise self._problem or no_order(self.robots)
+        return best.job
+
+    def _ways(self, shares: tuple[float, ...], angle_rad: float) -> Iterator[Parted]:
+        """Laps begun in one direction after another, until nobody waits for long."""
+        try:
+            parts = self._parts(shares, angle_rad)
+            for turn in range(TURNS):
+                job = self._planned(parts, angle_rad + (turn + 2) * math.tau / TURNS)
+                if job is None:
+                    continue
+                yield Parted(job, shares, angle_rad)
+                if max(job.table.waits_s) <= WAITS_SHARE * job.table.end_s:
+                    return
+        except PlanningError as problem:
+            self._problem = self._problem or problem
+
+    def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Grounds]:
+        parts = cut(self.grounds, shares, angle_rad, self._overlap_m, 0.5 * self._width_m)
+        if not all(parts):
+            size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {self.robots} robots"
+            raise PlanningError("", f"has {size}", "give fewer robots")
+        return parts
+
+    def _planned(self, parts: Sequence[Grounds], begins_rad: float) -> SharedJob | None:
+        """The job with a plan for each part; None if one robot stands in another's way for good."""
+        template, vehicle = self.task.template, self.task.vehicle
+        plans = [
+            plan(
+                template,
+                vehicle,
+                self._asked,
+                partial(self._tell, robot),
+                company=Company(grounds=part, begins_rad=begins_rad),
+            )
+            for robot, part in enumerate(parts)
+        ]
+        self._done += 1
+        paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
+        table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
+        if table is None:
+            return None
+        shares = tuple(share_template(template, part) for part in parts)
+        whole = shapely.union_all([area.polygon for area in template.areas])
+        covered = swept([section.path for each in plans for section in each.sections], self._width_m)
+        return SharedJob(
+            template,
+            vehicle,
+            self.task.options,
+            shares,
+            tuple(plans),
+            tuple(paths),
+            table,
+            0,
+            covered_m2=float(covered.intersection(whole).area),
+        )
+
+    def _tell(self, robot: int, stage: str, fraction: float) -> None:
+        done = self._done + (robot + fraction) / self.robots
+        self._progress(1.0 - 1.0 / (1.0 + 0.5 * done), f"Planning parts: {stage}")

@@ -1,0 +1,165 @@
+"""Sessions that go on from a process that died, of guided robots, and of the estimator alone, tick by tick."""
+
+import numpy as np
+import pytest
+
+from tests.checking.short_sessions import BEND, bend
+from touchline.schemas import topics
+from touchline.schemas.messages import Guidance, PlanOptions
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.scenario import Pose2, Scenario
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.recorder import Recorder
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.checking import estimator_alone
+from touchline.services.runs.checking.check_session import check_recording
+from touchline.services.runs.checking.forced_computer import ForcedComputer
+from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.recorded_sensors import RecordedSensors
+from touchline.services.runs.checking.recorded_session import RecordedSession
+from touchline.services.runs.checking.robot_messages import RobotMessages
+from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
+
+pytestmark = pytest.mark.xdist_group("checking")
+ROBOT = "tt2"
+KILLED_TICK = 900
+
+
+def write(path, told):
+    recorder, counts = Recorder(path, (ROBOT,), topics.RECORDED), {}
+    for topic, payload in told:
+        if topic.recorded:
+            counts[topic.name] = counts.get(topic.name, 0) + 1
+            recorder.write(topic.name, payload, counts[topic.name])
+    recorder.finish()
+    return path
+
+
+def begun(vehicle, scenario, config=None):
+    emulator = Emulator(vehicle, scenario, config)
+    telemetry = Telemetry(emulator)
+    return emulator, telemetry, [telemetry.setup(), *telemetry.standing()]
+
+
+def driven(emulator, telemetry, ticks):
+    told = []
+    for _ in range(ticks):
+        emulator.tick()
+        told += telemetry.after_tick()
+    return told
+
+
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory):
+    """The robot's process is killed while it paints the bend, and the next one goes on from its journal."""
+    vehicle, scenario, options = Vehicle(), Scenario(seed=5), PlanOptions()
+    trajectory = plan(BEND, vehicle, options).trajectory
+    emulator, telemetry, told = begun(vehicle, scenario)
+    emulator.take(emulator.prepare(trajectory, BEND)._replace(cause=PlanCause(options=options)))
+    told += telemetry.loaded(trajectory, BEND)
+    emulator.start()
+    told += telemetry.news() + driven(emulator, telemetry, KILLED_TICK)
+    # What the journal has is a little older than what was told last.
+    checkpoint = emulator.onboard.checkpoint
+    remains = Remains(emulator.totals, emulator.ledger.rows(0).copy())
+    assert remains.totals.points > 10
+    told += driven(emulator, telemetry, 7)
+    emulator, telemetry, anew = begun(vehicle, scenario)
+    job = emulator.prepare(trajectory, BEND, checkpoint, remains)
+    emulator.take(job._replace(cause=PlanCause(options=options)))
+    anew += telemetry.loaded(trajectory, BEND) + telemetry.restored_paint()
+    emulator.start()
+    anew += telemetry.news()
+    while emulator.active:
+        anew += driven(emulator, telemetry, 1)
+    return write(tmp_path_factory.mktemp("resumed") / "resumed.mcap", told + anew)
+
+
+def test_what_goes_on_from_a_process_that_died_is_done_again(resumed):
+    first, second = check_recording(resumed, exact=True)
+    assert (first.process, second.process) == (1, 2)
+    for one in (first, second):
+        assert one.passed, (one.problem, str(one.first))
+        assert one.diff.topics[topics.IMU.name].pairs > 600
+    assert second.diff.topics[topics.REPORT.name].pairs == 1
+
+
+def test_other_remains_are_a_difference(resumed, monkeypatch):
+    real = Emulator.prepare
+
+    def prepare(self, trajectory, template, resume=None, remains=None, *others):
+        if remains is not None:
+            remains = remains._replace(paint=remains.paint[:-5])
+        return real(self, trajectory, template, resume, remains, *others)
+
+    monkeypatch.setattr(Emulator, "prepare", prepare)
+    first, second = check_recording(resumed, exact=True)
+    assert first.passed
+    assert second.part == "paint"
+
+
+def test_a_part_alone_says_why_it_is_not_run_on_what_goes_on(resumed):
+    first, second = check_recording(resumed, exact=True, only="estimator")
+    assert first.passed, (first.problem, str(first.first))
+    assert "goes on from a process that died" in second.problem
+
+
+@pytest.fixture(scope="module")
+def guided(tmp_path_factory):
+    """A robot that is guided to two places, one after the other."""
+    name = "turtlebot3-waffle-pi"
+    world = Scenario(seed=2, start=Pose2(x_m=0.5, y_m=0.5, heading_rad=0.3))
+    config = with_its_own(name, OnboardConfig())
+    emulator, telemetry, told = begun(SHIPPED[name].vehicle, on_its_ground(name, world), config)
+    emulator.begin_guided()
+    told += telemetry.begin([])
+    room = np.array([(1.0, 0.0, 9.0), (-1.0, 0.0, 9.0), (0.0, 1.0, 9.0), (0.0, -1.0, 9.0)]).ravel()
+    for step in range(40):
+        x_m, number = (1.5, 1) if step < 20 else (0.0, 2)
+        stamp_s = emulator.onboard.whereabouts.stamp_s
+        emulator.take_guidance(Guidance(number=number, echo_s=stamp_s, target_x_m=x_m, half_planes=room))
+        emulator.take_guidance(Guidance(number=99, echo_s=float("nan")))
+        told += driven(emulator, telemetry, 20)
+    emulator.abort()
+    told += telemetry.news() + driven(emulator, telemetry, 110)
+    return write(tmp_path_factory.mktemp("guided") / "guided.mcap", told)
+
+
+def test_a_guided_robot_is_done_again(guided):
+    (one,) = check_recording(guided, exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.diff.topics[topics.WHEREABOUTS.name].pairs > 50
+    assert one.diff.topics[topics.TRUTH.name].pairs > 400
+
+
+def test_other_guidance_is_a_difference(guided, monkeypatch):
+    real = Emulator.take_guidance
+    monkeypatch.setattr(
+        Emulator,
+        "take_guidance",
+        lambda self, told: real(self, told.model_copy(update={"target_x_m": told.target_x_m + 0.01})),
+    )
+    (one,) = check_recording(guided, exact=True)
+    assert not one.passed
+
+
+def test_the_estimator_in_one_kernel_does_what_it_does_tick_by_tick(tmp_path):
+    outage = {"kind": "gnss-outage", "start_s": 8.0, "duration_s": 3.0}
+    messages = RobotMessages(bend(tmp_path / "bend.mcap", faults=[outage]), ROBOT)
+    came = {name: [each for each in messages.of([name]) if topic_at(each.topic).name == name] for name in SENSED}
+    session = RecordedSession.of(messages)
+    frames = sensor_frames(session.setup, came, session.last_tick)
+    fast = [each for payloads in estimator_alone.estimates_again(session, frames) for each in payloads]
+    computer = ForcedComputer(session.setup, session.commands)
+    rebuild = Rebuild(session, computer, RecordedSensors(session.setup, frames))
+    plain = [each for payloads in rebuild.said() for each in payloads]
+    for topic, least in ((topics.ODOMETRY, 800), (topics.ESTIMATOR, 160)):
+        one, other = ([payload for of, payload in said if of == topic] for said in (fast, plain))
+        assert one == other
+        assert len(one) >= least

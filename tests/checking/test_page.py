@@ -1,0 +1,70 @@
+"""The page of what came of a check: it stands alone, says what differs, and nothing in a recording becomes markup."""
+
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+
+import pytest
+
+from tests.checking.short_sessions import bend
+from tests.checking.test_mutations import MUTATIONS
+from touchline.services.runs.checking.check_files import SessionVerdict, check_file
+from touchline.services.runs.checking.draw_differences import draw_differences
+from touchline.services.runs.checking.page import MOST_DETAILED, page_of, to_be_detailed
+
+pytestmark = pytest.mark.xdist_group("checking")
+WHEN = datetime(2026, 1, 2, 3, 4, tzinfo=UTC)
+HOSTILE = "<script>alert(1)</script>$\\frac{"
+
+
+class Tags(HTMLParser):
+    """Which tags there are, and what they refer to."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.links = [], []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in ("src", "href", "xlink:href")]
+
+
+@pytest.mark.parametrize("name", ["a heavier body", "a plan with another σ_max"])
+def test_a_page_of_what_differs(tmp_path, monkeypatch, name):
+    path = bend(tmp_path / "bend.mcap")
+    MUTATIONS[name][0](monkeypatch)
+    (verdict,) = check_file("", path)
+    plots = draw_differences("", verdict)
+    titles = [plot.title for plot in plots]
+    assert "Where the robots went" in titles or "Plan" in titles
+    page = page_of("bend.mcap", [verdict], {0: plots}, WHEN)
+    found = Tags(page)
+    assert found.tags.count("svg") == len(plots)
+    assert all(link.startswith("#") for link in found.links)
+    assert not {"script", "link", "img", "iframe"} & set(found.tags)
+    assert f"<b>{MUTATIONS[name][1]}</b>" in page
+    assert f"<code>{verdict.first.field}</code>" in page
+    assert re.search(r"coverage</td>", page)
+    assert len(page) < 500_000
+
+
+def test_what_a_recording_says_is_no_markup():
+    verdict = SessionVerdict(
+        f"/a/{HOSTILE}.mcap", HOSTILE, False, HOSTILE, notes=(HOSTILE,), schemas={HOSTILE: (HOSTILE,)}
+    )
+    verdict = replace(verdict, made_by={"numpy": HOSTILE})
+    page = page_of(HOSTILE, [verdict], {0: []}, WHEN)
+    assert "script" not in Tags(page).tags
+    assert page.count("&lt;script&gt;") >= 4
+
+
+def test_many_sessions_make_a_small_page():
+    verdicts = [SessionVerdict(f"{i}.mcap", "tt2", i % 2 == 0, "" if i % 2 == 0 else "broken") for i in range(5000)]
+    told = to_be_detailed(verdicts)
+    assert len(told) == MOST_DETAILED
+    page = page_of("sessions", verdicts, {i: [] for i, each in enumerate(verdicts) if each in told}, WHEN)
+    assert len(page) < 2_500_000
+    assert page.count("<section") == MOST_DETAILED
+    assert "3,000 sessions" in page

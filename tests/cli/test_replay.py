@@ -1,0 +1,67 @@
+"""A replay as a process of its own, what controls it from elsewhere, and its keys."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.meeting import eventually
+from touchline.schemas import topics
+from touchline.services.bridge.replay_player import ReplayPlayer
+from touchline.services.bridge.replay_source import ReplaySource
+from touchline.services.bus import Bus
+from touchline.services.cli.replay_keys import ReplayKeys
+
+SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
+
+
+def test_a_replay_is_controlled_from_elsewhere(touchline, monkeypatch, bus_config):
+    for name, value in bus_config.environment().items():
+        monkeypatch.setenv(name, value)
+    assert touchline("playback", "pause")[0] == 2  # there is none
+    command = [sys.executable, "-m", "touchline", "replay", str(SESSION), "--paused"]
+    process = subprocess.Popen(command, env={**os.environ, **bus_config.environment()}, stdin=subprocess.DEVNULL)
+    try:
+        with Bus.open(topics.OBSERVER, bus_config) as bus:
+            presence = bus.presence()
+            assert eventually(lambda: (presence.poll() and False) or topics.REPLAY in presence.alive())
+        code, out, _ = touchline("playback", "seek", "12")
+        assert (code, out) == (0, "seek: paused at 12.0 s of 20.3 s, 1×\n")
+        assert touchline("playback", "seek", "-2")[1] == "seek: paused at 10.0 s of 20.3 s, 1×\n"
+        assert touchline("playback", "step", "--seconds", "0.5")[1] == "step: paused at 10.5 s of 20.3 s, 1×\n"
+        assert touchline("playback", "loop", "3")[0] == touchline("playback", "speed", "5")[0] == 0
+        assert touchline("playback", "speed", "0")[0] == touchline("playback", "seek", "noon")[0] == 2
+        told = json.loads(touchline("playback", "status", "--json")[1])
+        assert (told["file"], told["robots"], told["playing"], told["jumps"]) == ("square.mcap", ["tt2"], False, 2)
+        assert (told["now_s"], told["speed"], told["loops"]) == (10.5, 5.0, 3)
+        for order in ("start", "estop"):
+            code, _, err = touchline("order", order)
+            assert (code, "refused: tt2 is a replay" in err) == (1, True)
+        assert touchline("replay", str(SESSION))[0] == 2  # two under one name
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 130
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_stretch_that_holds_nothing_is_refused(touchline, monkeypatch, bus_config):
+    for name, value in bus_config.environment().items():
+        monkeypatch.setenv(name, value)
+    code, _, err = touchline("replay", str(SESSION), "--from", "30")
+    assert (code, "it goes from 0.000 s to 20.300 s" in err) == (2, True)
+    assert touchline("replay", str(SESSION), "--from", "nan")[0] == 2
+
+
+def test_keys_move_a_replay():
+    player, keys = ReplayPlayer(ReplaySource(SESSION)), ReplayKeys()
+    keys.press(b" \x1b[C\x1b[C", player)
+    assert (player.playing, player.now_s, player.jumps) == (False, 20.0, 2)
+    keys.press(b"\x1bOD++-", player)
+    assert (player.now_s, player.speed) == (10.0, 2.0)
+    keys.press(b".", player)
+    assert player.stepping
+    keys.press(b"\x1b[99~zq", player)
+    assert keys.quit

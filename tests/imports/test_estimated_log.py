@@ -1,0 +1,63 @@
+"""A table of a drive that is known, imported and estimated: the figures are right."""
+
+import math
+
+import numpy as np
+import pytest
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.log_mapping import LogMapping
+from touchline.services.runs.estimating.estimate_figures import estimate_figures
+from touchline.services.runs.estimating.estimator_run import run_estimator
+from touchline.services.runs.estimating.reference_frame import FrameFit
+from touchline.services.runs.importing.import_logs import import_logs
+
+HEADING_RAD = 2.0
+
+
+@pytest.fixture
+def logs(tmp_path):
+    """Half a minute at 5 Hz: 5 s of standing, then a slow curve; fixes with 5 mm of noise."""
+    time_s = np.arange(0.0, 30.0, 0.2)
+    speed = np.clip(0.5 * (time_s - 5.0), 0.0, 0.6)
+    turn = np.where(time_s > 8.0, 0.02, 0.0)
+    heading = HEADING_RAD + np.cumsum(turn) - turn
+    step = speed * 0.2
+    east, north = (np.cumsum(step * part(heading + 0.5 * turn)) for part in (np.cos, np.sin))
+    noise = np.random.default_rng(1).normal(0.0, 0.005, (2, len(time_s)))
+    odometry, fixes, track = (tmp_path / f"{name}.csv" for name in ("odometry", "fixes", "track"))
+    for path, names, columns in (
+        (odometry, "time_s,distance_m,turn_rad", (time_s, step, turn)),
+        (fixes, "time_s,east_m,north_m", (time_s, east + noise[0], north + noise[1])),
+        (track, "time_s,east_m,north_m", (time_s, east + 3.0, north - 2.0)),
+    ):
+        np.savetxt(path, np.column_stack(columns), "%.6f", ",", header=names, comments="")
+    return [odometry, fixes, track]
+
+
+MAPPING = {
+    "fixes": {"stream": "fixes", "taken_as": "fixed", "sigma_m": 0.01, "latency_s": 0.0},
+    "imu": {"stream": "odometry"},
+    "wheels": {"stream": "odometry"},
+    "reference": {"stream": "track"},
+}
+
+
+def test_the_estimate_follows_a_known_drive(logs, tmp_path):
+    out = tmp_path / "session.mcap"
+    done = import_logs(logs, LogMapping.model_validate(MAPPING), out)
+    assert done.told == []
+    figures = estimate_figures(run_estimator(out), FrameFit.SHIFT)
+    assert figures["fixes"]["accepted_pct"] == 100.0
+    assert figures["verdict"] == []
+    assert figures["error"]["p95_m"] < 0.03
+    plain = estimate_figures(run_estimator(out), FrameFit.NONE)
+    assert plain["error"]["mean_m"] == pytest.approx(math.hypot(3.0, 2.0), abs=0.03)
+
+
+def test_what_does_not_fit_the_log_names_field_and_remedy(logs, tmp_path):
+    mapping = LogMapping.model_validate({"fixes": {"stream": "fixes", "columns": {"east_m": "x"}}})
+    with pytest.raises(SpecError, match=r"fixes.columns.east_m is 'x', which fixes does not have; its columns are"):
+        import_logs(logs, mapping, tmp_path / "session.mcap")
+    with pytest.raises(SpecError, match=r"imu.stream is 'imu'; name a stream of the log"):
+        import_logs(logs, LogMapping.model_validate({"imu": {"stream": "imu"}}), tmp_path / "session.mcap")

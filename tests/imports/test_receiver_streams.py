@@ -1,0 +1,112 @@
+"""Streams of receivers with the difficulties of real ones, and times that go by."""
+
+from datetime import date
+from functools import reduce
+from operator import xor
+
+import numpy as np
+import pytest
+from pyubx2 import UBXMessage
+
+from touchline.services.imports.formats import open_log
+from touchline.services.imports.log_table import LogError
+from touchline.services.imports.receiver_time import ReceiverClock
+from touchline.services.imports.time_order import in_order
+
+
+def sentence(text: str) -> bytes:
+    return f"${text}*{reduce(xor, text.encode()):02X}\r\n".encode()
+
+
+def gga(clock: str, quality: int = 4) -> bytes:
+    return sentence(f"GNGGA,{clock},4807.20000000,N,01131.20000000,W,{quality},12,0.7,500.0,M,46.0,M,1.0,0001")
+
+
+def pvt(second: int, carrier: int = 2) -> bytes:
+    return UBXMessage(
+        "NAV",
+        "NAV-PVT",
+        0,
+        iTOW=86_390_000 + 1000 * second,
+        year=2024,
+        month=1,
+        day=1,
+        hour=0,
+        min=0,
+        second=second,
+        validDate=1,
+        validTime=1,
+        fixType=3,
+        gnssFixOk=1,
+        carrSoln=carrier,
+        lat=48.12,
+        lon=-11.52,
+        height=546000,
+        hAcc=14,
+        numSV=12,
+    ).serialize()
+
+
+def read(path, stream):
+    content = open_log(path).read([stream])
+    return content.tables[stream], content.problems
+
+
+def test_a_mixed_damaged_stream_gives_what_is_whole(tmp_path):
+    wrong = bytearray(pvt(2))
+    wrong[20] ^= 0xFF
+    # A length that claims more than follows hides nothing of what does.
+    claims = b"\xb5\x62\x01\x07\xff\x7f"
+    path = tmp_path / "mixed.ubx"
+    path.write_bytes(b"# text\n" + pvt(0) + gga("000001.00") + bytes(wrong) + claims + pvt(3) + pvt(4)[:30])
+    table, problems = read(path, "NAV-PVT")
+    assert np.diff(table.time_s).tolist() == [3.0]
+    assert table.columns["fix"].tolist() == [3.0, 3.0]
+    assert table.columns["sigma_m"] == pytest.approx(0.014 / 2**0.5)
+    assert any("1 messages have a wrong checksum" in each for each in problems)
+    assert any("cut off" in each for each in problems)
+
+
+def test_sentences_pass_midnight_and_have_their_sigma(tmp_path):
+    path = tmp_path / "night.nmea"
+    gst = sentence("GNGST,000000.00,0.01,0.02,0.02,0.0,0.012,0.011,0.03")
+    path.write_bytes(gga("235959.00", 5) + gga("000000.00") + gst + gga("000001.00", 0))
+    table, _ = read(path, "GGA")
+    assert np.diff(table.time_s).tolist() == [1.0, 1.0]
+    assert table.columns["fix"].tolist() == [2.0, 3.0, 0.0]
+    assert table.columns["sigma_north_m"][1] == 0.012
+    assert np.isnan(table.columns["sigma_north_m"][0])
+    assert table.columns["longitude_deg"][0] == pytest.approx(-11.52)
+    assert table.columns["altitude_m"][0] == 546.0
+
+
+def test_a_leap_second_and_a_first_date_disturb_no_time():
+    clock = ReceiverClock()
+    first_s = clock.of_week(100.0, 1_000_000.0)
+    assert clock.of_week(101.0, 1_000_000.0) - first_s == 1.0  # 23:59:60 and 00:00:00 are the same stamp
+    later = ReceiverClock()
+    before_s = later.of_day(10.0)
+    assert later.dated(date(2024, 1, 1), 11.0) - (before_s + later.shift_s) == 1.0
+
+
+def test_stamps_are_put_in_order():
+    kept, told = in_order(np.array([1.0, 2.0, 2.0, 1.5, np.nan, 3.0, -500.0]))
+    assert kept.tolist() == [0, 3, 1, 5]
+    assert len(told) == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("nothing.bin", b"\0\1\2\3" * 50, "of no known format"),
+        ("empty.bag", b"", "is empty"),
+        ("cut.bag", b"#ROSBAG V2.0\nxx", "cannot be read as a ROS 1 bag"),
+        ("names.csv", b"a,b\n1,2\n", "has no column with the time"),
+        ("words.pos", b"% program\nhello\n", "has no line with time"),
+    ],
+)
+def test_what_is_no_log_is_refused_in_a_line(tmp_path, name, content, told):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(LogError, match=told):
+        open_log(path).streams()

@@ -1,0 +1,192 @@
+"""A replay in the console: as the live session was, and after a seek as if it had run there."""
+
+import random
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.tui.console import console, plain, until
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.paint_history import PaintHistory
+from touchline.schemas.replay_run import ReplayRun
+from touchline.services.bridge.replay_service import Playback, run_replay
+from touchline.services.bridge.replay_source import ReplaySource
+from touchline.services.bus import BusConfig
+from touchline.tui.key_bar import KeyBar
+from touchline.tui.link import BusLink, open_links
+from touchline.tui.panels import StatusPanel
+from touchline.tui.protocol import NodeChanged, Received
+from touchline.tui.robots import Robots
+from touchline.tui.signal_bar import SignalBar
+from touchline.tui.state import ConsoleState
+
+SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "stop-and-resume.mcap"
+RUN = ReplayRun(b"abcdef")
+
+
+def received(topic: topics.Topic, message: m.Message, run: ReplayRun = RUN) -> Received:
+    return Received(topic.name, message, run.publisher_id.hex())
+
+
+def live(until_s: float, *, replayed: bool) -> ConsoleState:
+    """What a console knows that has heard every message of the session until then."""
+    state, paint = ConsoleState(), PaintHistory()
+    state.apply(NodeChanged(topics.REPLAY if replayed else topics.ROBOT_SIM, True), 0.0)
+    for cue in ReplaySource(SESSION).from_start():
+        if cue.at_s > until_s:
+            break
+        publisher = RUN.publisher_id.hex() if replayed else "robot"
+        state.apply(Received(cue.topic.name, decode(cue.topic.type, cue.payload), publisher), 0.0)
+        if cue.topic is topics.PLAN:
+            paint.clear()
+        elif cue.topic is topics.PAINT:
+            paint.add(cue.payload)
+    state.paint.restore(paint.strokes())
+    return state
+
+
+def known(state: ConsoleState) -> dict[str, Any]:
+    """What is on the screen of a robot; its last motion tells of steered wheels alone, which it has not."""
+    robot, painted = state.robot, state.paint.line
+    told = {name: value for name, value in vars(robot).items() if name != "motion"}
+    events = [
+        (each.time_s, each.severity, each.text, each.times) for each in state.log.entries if each.time_s is not None
+    ]
+    job = state.template and state.template.text, state.path and state.path.trajectory
+    ends = [painted.x_m[[0, -1]].tolist(), painted.y_m[[0, -1]].tolist()] if len(painted) else []
+    return {**told, "events": events, "job": job, "strokes": int((~painted.joined).sum()), "ends": ends}
+
+
+class Console:
+    """A console's link and state, without its screen."""
+
+    def __init__(self, link: BusLink) -> None:
+        self.link, self.state = link, ConsoleState(closely=False)
+        link.attend(closely=True)
+        self.state.attend(closely=True)
+
+    def until(self, what: Any) -> None:
+        deadline = time.monotonic() + 60.0
+        while not what(self.state) or self.state.paint.needs_fetch:
+            assert time.monotonic() < deadline
+            for event in self.link.poll():
+                self.state.apply(event, time.monotonic())
+            if self.state.paint.needs_fetch:
+                self.state.paint.fetch_asked()
+                self.link.fetch_paint()
+            time.sleep(0.01)
+
+    def seek(self, time_s: float) -> m.ReplayStatus:
+        request = m.ReplaySeekRequest(request_id=str(time_s), time_s=time_s)
+        jumps = self.state.replay.run.jumps if self.state.replay.run is not None else 0
+        answer = self.link.call(topics.REPLAY_SEEK, request, 30.0)
+        assert answer.success, answer
+        self.until(lambda state: state.replay.status.jumps == state.replay.run.jumps == jumps + 1)
+        status = self.state.replay.status
+        assert status is not None
+        return status
+
+
+@pytest.fixture
+def replay(bus_config: BusConfig) -> Iterator[Console]:
+    """A console with a paused replay of the session."""
+    over = threading.Event()
+    playback = Playback(speed=-1.0, paused=True, stay=True)
+    thread = threading.Thread(target=run_replay, args=(SESSION, playback, bus_config), kwargs={"stop": over.is_set})
+    thread.start()
+    try:
+        with open_links(bus_config, topics.CONSOLE) as links:
+            ((_, link),) = links.found()
+            assert isinstance(link, BusLink)
+            yield Console(link)
+    finally:
+        over.set()
+        thread.join()
+
+
+def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(replay: Console) -> None:
+    replay.until(lambda state: state.replayed and state.replay.status is not None)
+    refused = replay.link.call(topics.START, m.CommandRequest(request_id="a"), 5.0)
+    assert not refused.success and "is a replay" in refused.message
+    assert replay.link.call(topics.REPLAY_RESUME, m.CommandRequest(request_id="b"), 5.0).success
+    replay.until(lambda state: not state.replay.playing and state.replay.status.now_s > 18.0 and state.robot.report)
+    settled = time.monotonic() + 0.3
+    replay.until(lambda _: time.monotonic() > settled)
+    end, run = known(replay.state), live(1e9, replayed=False)
+    assert replay.state.robot.truth is not None and run.robot.truth is not None
+    assert replay.state.robot.truth.coverage_pct == run.robot.truth.coverage_pct > 99.0
+    assert end == known(run)
+    draw = random.Random(3)
+    for time_s in (draw.uniform(0.1, 18.3) for _ in range(10)):
+        status = replay.seek(time_s)
+        assert (status.now_s, status.playing) == (time_s, False)
+        settled = time.monotonic() + 0.2
+        replay.until(lambda _, settled=settled: time.monotonic() > settled)
+        assert known(replay.state) == known(live(time_s, replayed=True)), time_s
+
+
+def test_what_was_sent_before_a_jump_is_dropped_whenever_it_comes() -> None:
+    state, after = ConsoleState(), RUN.next()
+    state.apply(NodeChanged(topics.REPLAY, True), 0.0)
+    state.apply(received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
+    state.apply(received(topics.EVENTS, m.Event(source="robot", text="done")), 0.0)
+    state.apply(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING), after), 0.0)
+    state.apply(received(topics.REPORT, m.TraversalReport(success=True)), 0.0)
+    assert state.robot.report is None and state.traversal == m.TraversalStatus.RUNNING
+    assert [entry.text for entry in state.log.entries] == ["replay is up"]
+
+
+def test_a_paused_replay_is_no_stale_robot_and_its_status_acknowledges_no_stop() -> None:
+    state = ConsoleState()
+    state.apply(NodeChanged(topics.REPLAY, True), 0.0)
+    state.orders.stop.press("a", "")
+    state.apply(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)), 0.0)
+    assert not state.orders.stop.changes
+    alive = m.DiagnosticArray(status=(m.DiagnosticStatus(name=topics.REPLAY, message="paused"),))
+    state.apply(Received(topics.DIAGNOSTICS.name, alive, "x"), 10.0)
+    assert state.robot_alive and not state.robot_stale
+
+
+def test_a_stop_goes_to_robots_and_not_to_replays() -> None:
+    robots = Robots({"a": ConsoleState(name="a"), "b": ConsoleState(name="b")}, "a")
+    robots.states["a"].apply(NodeChanged(topics.REPLAY, True), 0.0)
+    robots.states["b"].apply(NodeChanged(topics.ROBOT_SIM, True), 0.0)
+    assert robots.to_stop() == ("b",)
+    robots.states["a"].apply(NodeChanged(topics.ROBOT_SIM, True), 0.0)
+    assert robots.to_stop() == ("a", "b")
+
+
+async def test_the_screen_has_the_mark_and_keys_move_the_replay() -> None:
+    told = m.ReplayStatus(file="s.mcap", end_s=20.0, now_s=12.0, speed=5.0, playing=True)
+    events = [
+        NodeChanged(topics.REPLAY, True),
+        received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING)),
+        Received(topics.REPLAY_STATUS.name, told),
+    ]
+    async with console(*events, size=(80, 24)) as (app, link, pilot):
+        assert "REPLAY ► 0:12 of 0:20  5×" in plain(app, SignalBar)
+        assert "REPLAY RUNNING" in plain(app, StatusPanel)
+        assert "Template" not in plain(app, KeyBar)
+        for key, service in (
+            ("space", topics.REPLAY_PAUSE),
+            ("less_than_sign", topics.REPLAY_SEEK),
+            ("n", topics.REPLAY_STEP),
+            ("right_square_bracket", topics.REPLAY_SET_SPEED),
+        ):
+            await pilot.press(key)
+            await until(pilot, lambda service=service: service.name in link.names())
+        sought = next(request for name, request in link.asked if name == topics.REPLAY_SEEK.name)
+        assert sought.time_s == 2.0
+        before = len(link.asked) + len(link.told)
+        for key, said in (("s", "Start: tt2 is a replay"), ("t", "is a replay"), ("e", "cannot be stopped")):
+            await pilot.press(key)
+            app.tick()
+            await pilot.pause()
+            assert said in app.state.log.entries[-1].text
+        assert len(link.asked) + len(link.told) == before
