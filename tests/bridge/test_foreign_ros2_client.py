@@ -40,7 +40,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
 pytestmark = pytest.mark.xdist_group("ros2")  # by one worker, so that each process is started once
 SERVED = (*topics.SERVICES, *topics.PARAMETER_SERVICES)
-CALLED = (topics.START_TRAVERSAL, topics.PAUSE, topics.ABORT, topics.GET_PAINT)
+CALLED = (topics.START_TRAVERSAL, topics.START, topics.PAUSE, topics.ABORT, topics.GET_PAINT)
 READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
 LENGTH_M = 400.0  # so long that no test sees its end
 WAY = [
@@ -182,7 +182,7 @@ def meet(client: ForeignClient) -> dict[str, Any]:
 def gateway_seen(client: ForeignClient) -> bool:
     """Whether the client sees anything of the gateway beside what it has declared itself, here or in a test before."""
     graph = client.do("graph")
-    own = {f"/{service.name}" for service in CALLED}
+    own = {f"/{service.name}" for service in (*CALLED, *topics.PARAMETER_SERVICES, topics.FOLLOWER_STEP)}
     return (
         "/touchline" in graph["nodes"]
         or f"/{topics.PAINT.name}" in graph["topics"]

@@ -3,4 +3,4 @@
 venv=$(cd "$1" && pwd)
 cd "$2"
 PATH=$venv/bin:$PATH AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv LD_LIBRARY_PATH=$venv/lib \
-    colcon build --cmake-args -DBUILD_TESTING=OFF
+    colcon build --base-paths src --cmake-args -DBUILD_TESTING=OFF
