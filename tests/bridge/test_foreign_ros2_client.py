@@ -40,7 +40,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
 pytestmark = pytest.mark.xdist_group("ros2")  # by one worker, so that each process is started once
 SERVED = (*topics.SERVICES, *topics.PARAMETER_SERVICES)
-CALLED: set[str] = set()  # by the client, which declares what it calls
+DECLARED: set[str] = set()  # services that the client calls or serves itself
 READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
 LENGTH_M = 400.0  # so long that no test sees its end
 WAY = [
@@ -161,7 +161,7 @@ def listen(client: ForeignClient, read: Sequence[Topic]) -> None:
 
 
 def call(client: ForeignClient, service: Service[Any, Any], **request: Any) -> dict[str, Any]:
-    CALLED.add(f"/{service.name}")
+    DECLARED.add(f"/{service.name}")
     answer = client.do("call", service=f"/{service.name}", type=service.ros_type, request=request)
     assert isinstance(answer, dict), "no response"
     return answer
@@ -186,7 +186,7 @@ def gateway_seen(client: ForeignClient) -> bool:
     return (
         "/touchline" in graph["nodes"]
         or f"/{topics.PAINT.name}" in graph["topics"]
-        or bool(graph["services"].keys() - CALLED)
+        or bool(graph["services"].keys() - DECLARED)
     )
 
 
@@ -261,6 +261,7 @@ def test_it_reads_the_robots_parameters_and_can_set_none(robot: System, client: 
 
 @pytest.mark.usefixtures("gateway")
 def test_it_follows_the_path_for_a_robot_that_asks(system: System, client: ForeignClient) -> None:
+    DECLARED.add(f"/{topics.FOLLOWER_STEP.name}")
     client.do("follow", service=f"/{topics.FOLLOWER_STEP.name}", type=topics.FOLLOWER_STEP.ros_type, speed_mps=0.5)
 
     def step(number: int) -> FollowerStepResponse | None:
