@@ -171,6 +171,8 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
     team = site("--speed", "5")
     team.paints("r2", 1.0)
+    for robot in ("r1", "r2"):  # both are at work until the orders are given, however long that takes
+        team.pace(robot, 1.0)
     assert team.order("estop", "r2").returncode == 0
     team.wait_for("r2 is out of service")
     time.sleep(1.5)  # a reset right after a stop is refused
