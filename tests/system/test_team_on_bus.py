@@ -31,6 +31,7 @@ from touchline.services.bridge.channels import robots_among
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
+from touchline.services.runs.team.recorded_team import read_team
 
 pytestmark = pytest.mark.xdist_group("team-on-bus")
 RUN = ("--robots", "3", "--duration", "6", "--seed", "5", "--json")
@@ -57,6 +58,28 @@ def test_a_process_for_each_robot_changes_no_byte(simulated: dict[str, str]) -> 
     done = figures(touchline("fleet", "run", *RUN, "--processes"))
     assert done["success"], done["reason"]
     assert done["hash"]["robots"] == simulated
+
+
+def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_bus(tmp_path: Path) -> None:
+    close, slips = {"a": at(1.0), "b": at(1.36), "c": at(3.0)}, [{"kind": "wheel-slip", "wheel": "left", "share": -0.5}]
+    goals = {"kind": "goals", "goals": {"a": [(3.0, 1.0)], "b": [(0.5, 1.0)], "c": [(1.0, 3.0)]}}
+    file, recording = tmp_path / "team.json", tmp_path / "team.mcap"
+    told = {"places": close, "area": AREA, "task": goals, "faults": {"b": slips}, "duration_s": 4.0}
+    file.write_text(json.dumps(told))
+    run = ("--team", str(file), "--json")
+    simulated = touchline("fleet", "simulate", *run, "--hash", "--record", str(recording))
+    driven = touchline("fleet", "run", *run)
+    assert (simulated.returncode, driven.returncode) == (1, 1)
+    one, other = json.loads(simulated.stdout), json.loads(driven.stdout)
+    assert one["contacts"] == other["contacts"] == 1
+    assert one["stopped"] == dict.fromkeys("ab", "the bumper is pressed")
+    assert one["closest_m"] == other["closest_m"] < 0.354
+    assert one["hash"] == other["hash"]
+    assert len(read_team(recording).contacts().pairs) == 1
+
+
+def at(x_m: float) -> dict[str, float]:
+    return {"x_m": x_m, "y_m": 1.0, "heading_rad": 0.0 if x_m < 1.2 else 3.14159}
 
 
 SPEED = "4"

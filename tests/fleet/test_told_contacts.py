@@ -1,0 +1,40 @@
+"""Contacts by what robots tell at exchanges: those of one who sees all places, whoever is late, silent or gone."""
+
+import numpy as np
+import pytest
+
+from touchline.schemas.messages import TrueWay
+from touchline.services.fleet.answers import header_at
+from touchline.services.fleet.told_contacts import ToldContacts
+
+
+def way(tick: int, *x_m: float) -> TrueWay:
+    """A way along the x axis, up to a tick."""
+    return TrueWay(header=header_at(tick), x_m=np.array(x_m), y_m=np.zeros(len(x_m)))
+
+
+def test_a_touch_between_two_exchanges_is_told_at_the_second_and_once() -> None:
+    told = ToldContacts(["b", "a", "c"], 0.2)
+    for name, places in {"a": (0.0, 0.1), "b": (1.0, 1.0), "c": (5.0, 5.0)}.items():
+        told.take(name, way(2, *places))
+    assert told.look(2) == ()
+    for name, places in {"a": (0.7, 0.5), "b": (1.0, 1.0), "c": (5.0, 5.0)}.items():
+        told.take(name, way(4, *places))
+    assert told.look(4) == ("a", "b")
+    assert told.contacts.closest_m == pytest.approx(0.3)
+    assert told.contacts.pairs == [(0, 1)]
+
+
+def test_who_is_silent_stands_where_it_was_and_who_has_left_is_nowhere() -> None:
+    told = ToldContacts(["a", "b"], 0.2)
+    told.take("a", way(2, 0.0, 0.0))
+    assert told.look(2) == ()  # b has never said anything
+    told.take("b", way(4, 2.0, 1.0))
+    told.take("a", way(4, 0.0, 0.0))
+    assert told.look(4) == ()
+    told.take("a", way(6, 0.5, 0.7))
+    assert told.look(6) == ("a", "b")
+    told.leave("b")
+    told.take("a", way(8, 0.9, 1.0))
+    assert told.look(8) == ()
+    assert told.contacts.closest_m == pytest.approx(0.3)
