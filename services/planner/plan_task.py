@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.geometry.clothoid import Floats, PathPose
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
 
 if TYPE_CHECKING:
@@ -40,9 +39,6 @@ class Company:
 
 ALONE: Final = Company()
 
-POSE_MAX: Final = 20_000.0
-"""A pose further out than this (m) is a mistake."""
-
 
 @dataclass(frozen=True)
 class PlanTask:
@@ -62,17 +58,3 @@ class PlanTask:
     def limits(self) -> Limits:
         """Of the vehicle, as far as the options leave them; raises `PlanningError` as `Limits.of` does."""
         return Limits.of(self.vehicle, self.options)
-
-
-def pose_of(name: str, given: Floats) -> PathPose | None:
-    """The pose of a plan's option, or None if it is left empty.
-
-    Raises:
-        PlanningError: It is no pose on a field.
-    """
-    if not len(given):
-        return None
-    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
-    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
-        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
-    return pose

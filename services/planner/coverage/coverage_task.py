@@ -10,8 +10,7 @@ from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.machine_of import machine_of
 from touchline.services.planner.coverage.shapes import Area as Ground
-from touchline.services.planner.geometry.clothoid import PathPose
-from touchline.services.planner.plan_task import PlanTask, pose_of
+from touchline.services.planner.plan_task import PlanTask
 
 # Where nobody says how much shall be covered: what is cheap (% of what can be reached).
 CHEAP_PCT = 99.0
@@ -33,7 +32,6 @@ class CoverageTask:
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
         coverage_pct: What is missed is touched up until so much of what can be reached is covered.
         begins_rad: Direction of the side with which laps begin (rad); None: whichever suits best.
-        start: Where the machine stands; None: it is carried to where the route begins.
     """
 
     area: Ground
@@ -47,7 +45,6 @@ class CoverageTask:
     swath_angle_deg: float | None = None
     coverage_pct: float = CHEAP_PCT
     begins_rad: float | None = None
-    start: PathPose | None = None
 
     @classmethod
     def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
@@ -72,7 +69,6 @@ class CoverageTask:
             angle[0],
             options.coverage_pct or CHEAP_PCT,
             task.company.begins_rad,
-            pose_of("start", options.start),
         )
 
 
@@ -96,6 +92,7 @@ def _check(options: PlanOptions, width_m: float) -> None:
         *(("swath_angle_deg", angle, -360.0, 360.0, "degrees") for angle in options.swath_angle_deg.tolist()),
     )
     for name, given in (
+        ("a start pose", len(options.start)),
         ("an end pose", len(options.end)),
         ("to return to its start", options.return_to_start),
         ("the given order", options.order == "given"),

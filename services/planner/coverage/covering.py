@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import count, groupby
 
 import shapely
@@ -47,14 +46,10 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     parts: list[CoveredArea] = []
     for number, area in enumerate(areas):
         asked = CoverageTask.of(task, area)
-        asked = asked if not number else replace(asked, start=None)
         try:
             route = method.cover(asked, _share(progress, number, len(areas)))
         except PlanningError as error:
             raise PlanningError("", f'{error.problem} (area "{area.id}")', error.remedy) from error
-        if asked.start is not None and route.pieces[0].path.start != asked.start:
-            problem = f"asks for a start pose, and the area method {name} chooses that itself"
-            raise PlanningError("", problem, "leave it out")
         parts.append(CoveredArea(area.id, asked, route))
     for k in range(len(parts) - 1):
         parts[k : k + 2] = carried_over(parts[k], parts[k + 1], boundary)

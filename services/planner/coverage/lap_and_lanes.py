@@ -45,8 +45,6 @@ LOST_SHARE, STARTS_TRIED = 0.01, 6
 STROKES_ANEW = 40
 # A stroke out of reach is put in behind so many others, the nearest first.
 INSERTS_TRIED = 12
-# A machine that stands somewhere first goes so far (m) ahead or back, if there is no way to the first strokes else.
-SET_OUT_M, SET_OUT_TRIED = (0.0, -3.0, 3.0, -8.0, 8.0), 4
 # Less (m²) behind narrow places is not named.
 BEYOND_MIN_M2 = 0.05
 # The part of the work (share of the time) that is done when strokes are in order, joined, and joined anew.
@@ -187,7 +185,6 @@ class _Covering:
     def _lay(self, strokes: list[CoverStroke]) -> None:
         """Join strokes in order, then those in between, one way or the other, to which there was no way."""
         chain, self.left_out = self.chain, []
-        self._set_out(strokes)
         for number, stroke in enumerate(strokes):
             self._price(chain.strokes[-1] if chain.strokes else None, stroke, LANE_S_PER_M2)
             if not chain.append_over(stroke, self._vias(stroke, strokes)):
@@ -195,8 +192,6 @@ class _Covering:
             self.progress(ORDERED + (JOINED - ORDERED) * number / len(strokes))
         chain.forget()
         self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, TOUCH_UP_S_PER_M2[-1]
-        if self.task.start is not None and len(self.chain.strokes) < 2:
-            raise PlanningError("", "has no way for the machine from where it stands", "move it to where there is room")
         again = True
         while again:
             again = False
@@ -206,36 +201,14 @@ class _Covering:
                     self.left_out.remove(stroke)
                     again = True
 
-    def _set_out(self, strokes: list[CoverStroke]) -> None:
-        """Begin where the machine stands, or a little ahead or behind, from where a way leads to one of the first."""
-        at = self.task.start
-        if at is None:
-            return
-        self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, LANE_S_PER_M2
-        offers = [
-            CoverStroke(DriveKind.TURN, "from where it stands", at, abs(length_m), -1 if length_m < 0.0 else 1)
-            for length_m in SET_OUT_M
-            if length_m >= 0.0 or self.reversing
-        ]
-        clear = [
-            offer for offer in offers if not offer.length_m or not self.space.touched(offer.part(0.0, offer.length_m))
-        ]
-        ways = (offer for offer in clear if any(self.joiner.best(offer, way) for way in strokes[:SET_OUT_TRIED]))
-        self.chain.append(next(ways, offers[0]))
-
     def _ordered(self) -> list[CoverStroke]:
         """Strokes in order; the chain expects them and the turns between them."""
         chain, sides_of_laps = self.chain, [side for lap in self.laps for side in lap]
         for side in sides_of_laps:
             chain.expect(side, [side.part(0.0, side.length_m)])
-        lasts = (
-            [lap[self._asked_last(lap)] for lap in self.laps[-1:]]
-            if self.task.begins_rad is not None
-            else sides_of_laps
-        )
+        begins_rad = self.task.begins_rad
+        lasts = sides_of_laps if begins_rad is None else [lap[self._last(lap, begins_rad)] for lap in self.laps[-1:]]
         entries = [entry for side in lasts for entry in self._entries(side)]
-        if self.task.start is not None and not entries:
-            entries = [self.task.start]
         search = LaneOrder(self.items, self.angle_rad, entries, self.joiner, turn_room(self.space.machine))
         for lane in self.items:
             chain.expect(lane.along, [search.part(lane.along)])
@@ -258,28 +231,19 @@ class _Covering:
         """The sides of a lap, that one last from which it is the shortest way to the first stroke inside."""
         last = -1
         if self.task.begins_rad is not None:
-            last = self._asked_last(lap)
-        elif inside or self.task.start is not None:
-            last = self._last_side(lap, inside, search)
+            last = self._last(lap, self.task.begins_rad)
+        elif inside:
+            ways = [replace(search, entries=self._entries(side)).entry_s(inside[0]) for side in lap]
+            last = ways.index(min(ways))
         if self.reversing:
             return [*lap[last + 1 :], *lap[: last + 1]]
         ring = [*lap[last:], *lap[:last]]
         return [*ring, replace(ring[0], label="lap, closed", length_m=min(ring[0].length_m, CLOSING_M))]
 
-    def _asked_last(self, lap: list[CoverStroke]) -> int:
-        """The side with which a lap ends that begins as is asked for."""
-        begins_rad = self.task.begins_rad or 0.0
+    def _last(self, lap: list[CoverStroke], begins_rad: float) -> int:
+        """The side with which a lap ends that begins with that in a direction (rad)."""
         off = [abs(math.remainder(side.start.heading_rad - begins_rad, math.tau)) for side in lap]
         return off.index(min(off)) - self.reversing
-
-    def _last_side(self, lap: list[CoverStroke], inside: list[CoverStroke], search: LaneOrder) -> int:
-        """The side with which a lap ends: near to what comes next, and so that it begins near to the machine."""
-        ways = [replace(search, entries=self._entries(side)).entry_s(inside[0]) if inside else 0.0 for side in lap]
-        if self.task.start is not None:
-            firsts = [*lap[1:], lap[0]] if self.reversing else lap
-            there = [word_s(self.task.start, first.start, self.joiner.mover) for first in firsts]
-            ways = [way + more for way, more in zip(ways, there, strict=True)]
-        return ways.index(min(ways))
 
     def _entries(self, side: CoverStroke) -> list[PathPose]:
         """Where the way to the lanes may begin on the last side of a lap."""
