@@ -282,6 +282,18 @@ class Hand:
             return str(error)
         return "" if answer.success else answer.message
 
+    def record_job(self, path: Path, template: str) -> None:
+        """Begin to record, and bring the robot to work on a template.
+
+        Raises:
+            SystemLost: It cannot be recorded, or does not drive.
+        """
+        self.ready()
+        self.plan(template)
+        if problem := self.record(path):
+            raise SystemLost(f"no recording: {problem}")
+        self.drive(template)
+
     def finish_recording(self, timeout_s: float = 60.0) -> str:
         """End the recording, asking again if the bridge does not answer; returns what is wrong with it, or nothing."""
         request, deadline = m.RecordStopRequest(request_id=new_id()), time.monotonic() + timeout_s

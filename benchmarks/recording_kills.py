@@ -95,12 +95,8 @@ def _recorded_job() -> Iterator[tuple[System, Hand, _Listener, Path]]:
     """A system that paints a pitch and records it."""
     with running_system(_SPEED) as system, Bus.open(topics.OPERATOR, system.config) as bus:
         hand, listener = Hand(system, bus), _Listener(bus)
-        hand.ready()
-        hand.plan(_TEMPLATE)
         path = system.recordings / "killed.mcap"
-        if problem := hand.record(path):
-            raise SystemLost(f"no recording: {problem}")
-        hand.drive(_TEMPLATE)
+        hand.record_job(path, _TEMPLATE)
         yield system, hand, listener, path
 
 

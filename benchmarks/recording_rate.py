@@ -28,12 +28,8 @@ def main() -> None:
     duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "60"))
     with running_system(speed) as system, Bus.open(topics.OPERATOR, system.config) as bus:
         hand = Hand(system, bus)
-        hand.ready()
-        hand.plan(_TEMPLATE)
         path = system.recordings / "rate.mcap"
-        if problem := hand.record(path):
-            raise SystemLost(f"no recording: {problem}")
-        hand.drive(_TEMPLATE)
+        hand.record_job(path, _TEMPLATE)
         pid = system.processes()[topics.BRIDGE]
         begun_s = time.monotonic()
         samples: list[Figures] = []

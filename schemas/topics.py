@@ -182,8 +182,8 @@ BODY_MARKERS = Topic("body/markers", m.MarkerArray, latched=True, units="m")
 TRUE_TRANSFORMS = Topic("truth/tf", m.TFMessage, 10, units="m")
 TRUE_BODY_MARKERS = Topic("truth/body/markers", m.MarkerArray, latched=True, units="m")
 #: Of the paint, or what a covering tool has been over: all but the latest stretch, and that stretch.
-WORK_MARKERS = Topic("truth/work/markers", m.MarkerArray, latched=True, units="m")
-LATEST_WORK_MARKERS = Topic("truth/work/latest_markers", m.MarkerArray, 1, latched=True, units="m")
+WORK_MARKERS = Topic("truth/ground/markers", m.MarkerArray, latched=True, units="m")
+LATEST_WORK_MARKERS = Topic("truth/ground/latest_markers", m.MarkerArray, 1, latched=True, units="m")
 VIEWING: tuple[Topic, ...] = (
     TRANSFORMS,
     STATIC_TRANSFORMS,

@@ -127,6 +127,8 @@ class _Messages:
             told.append(f"{name}: {lost.bad_checksums:,} messages have a wrong checksum, and are left out")
         if lost.cut:
             told.append(f"{name}: {lost.cut:,} messages are cut off by the end of the file or by damage")
+        if lost.foreign_bytes:
+            told.append(f"{name}: {lost.foreign_bytes:,} bytes are of no message, and are passed over")
         if self._unread:
             told.append(f"{name}: {self._unread:,} messages have fields that cannot be read, and are left out")
         return told

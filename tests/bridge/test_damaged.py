@@ -43,7 +43,7 @@ def painted_session(path: Path, compression: CompressionType) -> Path:
         writer = Writer(stream, chunk_size=2048, compression=compression)
         writer.start("ros2", "another recorder")
         channels = {}
-        for topic in topics.RECORDED:
+        for topic in dict.fromkeys(topic for topic, _ in said):
             schema = writer.register_schema(topic.type.ros_type, "ros2msg", schema_text(topic))
             channels[topic.name] = writer.register_channel(f"/tt2/{topic.name}", "cdr", schema)
         for number, (topic, payload) in enumerate(said):
@@ -76,7 +76,7 @@ def test_a_mutated_recording_gives_an_answer_or_one_line(tmp_path: Path, compres
                 assert "\n" not in str(error) and str(error), number
             else:
                 outcomes[0] += 1
-    assert min(outcomes) >= 10  # both kinds of file are among them
+    assert min(outcomes) > MUTATED / 10  # both kinds of file are among them
 
 
 def file_of(*chunks: Chunk) -> bytes:

@@ -81,7 +81,7 @@ def test_the_last_message_of_both_work_topics_shows_all_paint():
     found = [point for name in last for marker in last[name].markers for point in marker.points]
     assert {round(point.y / 0.2) for point in found} == set(range(strokes))
     assert len(found) == 2 * strokes  # the point in the middle of a straight stroke says nothing
-    assert len(last["truth/work/latest_markers"].markers[0].points) <= 2 * 64
+    assert len(last["truth/ground/latest_markers"].markers[0].points) <= 2 * 64
 
 
 def test_frames_of_several_robots_differ():

@@ -26,7 +26,7 @@ ORDERS = (
     TimedOrder(700, "pause", {}),
     TimedOrder(803, "resume", {}),
 )
-LAST_TICK = 1000
+LAST_TICK = 1700
 
 
 def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSession:

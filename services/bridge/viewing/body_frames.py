@@ -78,7 +78,7 @@ class MovingFrame:
 
 
 def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
-    """Where antenna, IMU, tool and wheels are in the body's frame.
+    """Where antenna, IMU and tool are in the body's frame.
 
     Args:
         vehicle: The robot.
