@@ -76,7 +76,13 @@ def _equal(left: object, right: object) -> bool:
 class Message(BaseModel):
     """A ROS 2 message: frozen, no unknown fields, equal when every field is (NaN equals NaN)."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, from_attributes=True)
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        arbitrary_types_allowed=True,
+        from_attributes=True,
+        defer_build=True,  # no process uses more than a part of them, and building all takes longer than its start
+    )
     ros_type: ClassVar[str] = ""
 
     def __eq__(self, other: object) -> bool:

@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from tests.command import app
 from tests.robot_sim.test_area_session import CONFIG, PAN
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.cli.commands import app
 from touchline.services.runs.covered_picture import COVERED, MISSED, TWICE
 from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.simulation import Job, Products, simulate

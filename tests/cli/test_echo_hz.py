@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
+from tests.command import app
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Time
 from touchline.services.bus import Bus, BusConfig
-from touchline.services.cli.commands import app
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -11,13 +11,20 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from touchline.services.cli.commands import app
+from tests.command import app
+from touchline.services.cli.commands import PANELS, command_line
 from touchline.services.cli.ros2_choice import Ros2Choice
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
 JOBS = {"demo", "plan", "run", "simulate", "sweep", "templates"}
 SYSTEM = {"up", "status", "down", "record", "replay", "picture", "planner", "robot-sim", "bridge", "tui"}
+
+
+@pytest.mark.parametrize(("module", "names"), [each for panel in PANELS.values() for each in panel.items()])
+def test_one_module_alone_is_loaded_for_its_commands(module: str, names: tuple[str, ...]) -> None:
+    for name in names:
+        assert set(get_command(command_line(name)).commands) == set(names), module  # type: ignore[attr-defined]
 
 
 def help_of(*command: str, option: str = "-h") -> str:

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import records
 from tests.bridge.said import messages, record
+from tests.command import app
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import String
-from touchline.services.cli.commands import app
 
 
 def told(path: Path) -> dict:

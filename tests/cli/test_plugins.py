@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from textual.widgets import Input
 from typer.testing import CliRunner
 
+from tests.command import app
 from tests.robot_sim.test_fast_runner import assert_same
 from tests.tui.console import console
 from touchline.schemas.catalogue import load_template
@@ -17,7 +18,6 @@ from touchline.schemas.plugins import FOLLOWERS, METHODS, Registry, UnknownPlugi
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.cli.commands import app
 from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.limits import Limits

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.bridge.said import messages, record
+from tests.command import app
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
@@ -22,7 +23,6 @@ from touchline.schemas.messages import (
     RecordStopResponse,
 )
 from touchline.services.bus import Bus, BusConfig, HealthReporter
-from touchline.services.cli.commands import app
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages, record, sent
+from tests.command import app
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import String
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader, read_summary
 from touchline.services.bridge.salvage import salvage
-from touchline.services.cli.commands import app
 
 SAID = [("/a", number * 10**9, encode(String(data="x" * 400))) for number in range(1, 21)]
 

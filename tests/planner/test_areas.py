@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.command import app
 from tests.planner.strategies import floats
 from touchline.schemas.catalogue import parse_template, placed
 from touchline.schemas.curves import Curve
@@ -19,7 +20,6 @@ from touchline.schemas.plugins import AREA_METHODS
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Area, LineSpec, Placement, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.cli.commands import app
 from touchline.services.planner.coverage.parallel import SHORTEST_M, parallel
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.paint.targets import targets

@@ -5,13 +5,13 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from tests.command import app
 from touchline.schemas import supplies
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import NoTool, Vehicle
-from touchline.services.cli.commands import app
 from touchline.services.planner.plan import plan
 
 BARE = Vehicle(tool=NoTool(point_y_m=-0.41124))

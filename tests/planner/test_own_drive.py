@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.command import app
 from tests.planner.drum_drive import DrumDrive, registered
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.cdr import encode
@@ -16,7 +17,6 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.cli.commands import app
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plots.actuator_picture import plot_actuators
 from touchline.services.planner.plots.actuator_series import actuator_series

@@ -3,10 +3,10 @@
 import pytest
 from typer.testing import CliRunner
 
+from tests.command import app
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.cli.commands import app
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.transitions.transitions import TransitionFamily

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from touchline.services.cli.commands import app
+from tests.command import app
 from touchline.services.study.network import deployments, network_study, swaps
 from touchline.services.study.network.deployments import AskedSpread, deployment_table
 from touchline.services.study.network.moving_picture import BODY, TOUCHING, moving_picture, touching

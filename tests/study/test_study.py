@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from touchline.services.cli.commands import app
+from tests.command import app
 from touchline.services.study.run import CORNER_PHASES, Study, run_study, save_study
 
 ROW_11 = [*(f"11.{k}" for k in range(1, 13)), "11, too fast"]

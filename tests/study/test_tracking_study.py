@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from touchline.services.cli.commands import app
+from tests.command import app
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.poses.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
 from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM

@@ -14,12 +14,12 @@ from multiprocessing import get_context, util
 import pytest
 from typer.testing import CliRunner
 
+from tests.command import app
 from tests.sweep.combining import combined
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.services.cli.commands import app
 from touchline.services.cli.options import ExitCode
 from touchline.services.runs import places
 from touchline.services.runs.places import here, in_processes
