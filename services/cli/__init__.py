@@ -1,5 +1,6 @@
 """The ``touchline`` command."""
 
+import gc
 import os
 import signal
 import sys
@@ -8,6 +9,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import NoReturn
 
+from touchline.services.cli.garbage import without_collecting
 from touchline.services.system.safe_path import safe_path
 from touchline.services.system.shutdown import ENDS
 
@@ -35,7 +37,9 @@ def main() -> None:
     heard = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
-    from touchline.services.cli.commands import execute
+    with without_collecting():
+        from touchline.services.cli.commands import execute
+    gc.freeze()  # modules stay to the end; no later collection need go through them
 
     for number in heard:
         signal.signal(number, end)
