@@ -40,11 +40,13 @@ class GatewayConfig:
         domain: ROS domain id.
         namespace: ROS namespace of all names, with or without its leading slash; ``/`` for none, empty for the robot's.
             Of several robots each has its own below that.
+        clock: Whether the first robot's sim time is told as ``/clock``, too.
     """
 
     endpoint: Ros2Endpoint = field(default_factory=Ros2Endpoint)
     domain: int = 0
     namespace: str = ""
+    clock: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no ROS name."""
@@ -63,6 +65,7 @@ class GatewayConfig:
         return [
             *("--ros2", self.endpoint.option, self.endpoint.locator),
             *("--ros-domain", str(self.domain), "--ros-namespace", self.namespace),
+            *(["--clock"] if self.clock else []),
         ]
 
 
