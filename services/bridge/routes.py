@@ -49,8 +49,13 @@ class TopicRoute:
 
     def send(self, sample: Sample) -> None:
         """Pass ``sample`` on; a message that is missing before it is missing in ROS 2's numbers, too."""
-        self._sequence += 1 + sample.missed
-        self._publisher.send(sample.payload, self._sequence, sample.source_time_ns or time.time_ns())
+        self._sequence += sample.missed
+        self.send_bytes(sample.payload, sample.source_time_ns)
+
+    def send_bytes(self, payload: bytes, source_time_ns: int) -> None:
+        """As :meth:`send`, what no sample has; a time of 0 is now."""
+        self._sequence += 1
+        self._publisher.send(payload, self._sequence, source_time_ns or time.time_ns())
         self.messages += 1
 
 

@@ -486,12 +486,12 @@ def run_service(
     ):
         for bus in buses:
             bus.claim()
-        gateways = []
+        gateways: list[Gateway] = []
         if ros2 is not None:
             session = stack.enter_context(Ros2Session.open(ros2.endpoint))
-            for number, bus in enumerate(buses):
-                alone = len(buses) == 1
-                gateways.append(Gateway(bus, session, ros2.of(bus.namespace, alone=alone), number, alone=alone))
+            names = [bus.namespace for bus in buses]
+            alone = len(buses) == 1
+            gateways = [Gateway(bus, session, ros2.of(bus.namespace, alone=alone), names) for bus in buses]
             stack.enter_context(passing_urgent(gateways))
         viewers = None
         if foxglove is not None:

@@ -12,6 +12,7 @@ from touchline.schemas.replay_run import Belonging, ReplayFollower
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.channels import topic_path
 from touchline.services.bridge.foxglove.viewer_server import ViewerServer
+from touchline.services.bridge.gateway import CLOCK_NAME
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.bridge.robot_time import RobotTime
 from touchline.services.bridge.viewing import Drawn
@@ -20,7 +21,6 @@ from touchline.services.bridge.viewing.live_viewing import LiveViewing
 from touchline.services.bridge.viewing.viewing import SOURCES_OF
 from touchline.services.bus import Bus, Inbox, Sample
 
-CLOCK_NAME: Final = "/clock"
 _LOOK_EVERY_S: Final = 0.5
 #: Viewers forget everything when time steps back, and may hear of that after the messages that followed.
 _AGAIN_S: Final = 0.5
