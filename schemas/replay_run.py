@@ -35,7 +35,7 @@ class ReplayRun:
     @classmethod
     def of_publisher(cls, publisher_id: bytes) -> ReplayRun | None:
         """The one whose publishers have this id; None if that is no replay's."""
-        if len(publisher_id) != len(_MARK) + _RUN_BYTES + _JUMP_BYTES or not publisher_id.startswith(_MARK):
+        if not publisher_id.startswith(_MARK) or len(publisher_id) != len(_MARK) + _RUN_BYTES + _JUMP_BYTES:
             return None
         key = publisher_id[len(_MARK) : -_JUMP_BYTES]
         return cls(key, int.from_bytes(publisher_id[-_JUMP_BYTES:], "big"))

@@ -155,7 +155,7 @@ class ViewerClient:
 @contextmanager
 def viewer(url: str) -> Iterator[ViewerClient]:
     """A client that is connected and has been told what the server can do."""
-    told = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "close_timeout": 0.1}  # it may be flooded
+    told = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "ping_interval": None, "close_timeout": 0.1}
     with connect(url, **told) as socket:
         assert socket.subprotocol == "foxglove.sdk.v1"
         client = ViewerClient(socket)

@@ -92,7 +92,7 @@ class Viewers:
         robot = self._robots[namespace]
         return {
             "foxglove": self._server.url if self._server.serves else f"waits for {self._server.url}",
-            "foxglove_topics": ", ".join(robot.taken),
+            "foxglove_topics": robot.taken,
             "foxglove_messages": robot.messages,
             "foxglove_calls": self._orders,
         }

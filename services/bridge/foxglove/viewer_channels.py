@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import Final
+from collections.abc import Mapping
+from typing import Final, Literal
 
 import foxglove
 
@@ -22,6 +23,9 @@ from touchline.services.bridge.viewing.viewing import SOURCES_OF
 from touchline.services.bus import Bus, Inbox, Sample
 
 _LOOK_EVERY_S: Final = 0.5
+#: So often what has come is passed on, and of where frames are what is the latest (wall clock).
+_PASS_EVERY_S: Final = 0.01
+_SAMPLE_EVERY_S: Final = 0.02
 #: Viewers forget everything when time steps back, and may hear of that after the messages that followed.
 _AGAIN_S: Final = 0.5
 #: What other topics are drawn with comes before them; the clock tells when they were.
@@ -29,6 +33,7 @@ _FIRST: Final = (topics.CLOCK, topics.SETUP, topics.TEMPLATE, topics.PLAN)
 _ORDER: Final = (*_FIRST, *(topic for topic in topics.TOPICS if topic not in _FIRST))
 _STAMPED: Final = frozenset(topic.name for topic in topics.TOPICS if is_stamped(topic))
 _STAMP_END: Final = 12
+Keep = Literal["recent", "latest"]
 
 
 class ViewerChannels:
@@ -43,6 +48,7 @@ class ViewerChannels:
     Attributes:
         setup: The robot's last message of that topic, which parameters are told from; None before it.
         messages: How many were passed on.
+        taken: The topics that are taken from the bus for viewers.
     """
 
     def __init__(self, bus: Bus, server: ViewerServer, prefix: str, *, clock: bool) -> None:
@@ -55,8 +61,11 @@ class ViewerChannels:
             self._channels[topic.name], self._topics[channel.id()] = channel, topic
         self._clock = server.channel(CLOCK_NAME, topics.CLOCK) if clock else None
         self._inboxes: dict[str, Inbox] = {}
+        self._sampled: dict[str, Inbox] = {}
         self._watched: frozenset[Topic] = frozenset()
-        self._look_s = 0.0
+        self._shown: frozenset[str] = frozenset()
+        self._look_s = self._pass_s = self._sample_s = 0.0
+        self.taken = ""
         self._last: dict[str, bytes] = {}
         self._again_s: float | None = None
         self._replay = ReplayFollower()
@@ -73,11 +82,6 @@ class ViewerChannels:
     def watched(self) -> bool:
         """Whether anybody looks at anything of it."""
         return bool(self._watched)
-
-    @property
-    def taken(self) -> list[str]:
-        """The topics that are taken from the bus for viewers."""
-        return sorted(self._inboxes)
 
     def turn(self, subscribed: set[int]) -> bool:
         """Pass on what has come; returns whether anything had.
@@ -96,15 +100,19 @@ class ViewerChannels:
             self._again_s = None
             for name in list(self._last):
                 self._tell_last(name)
-        busy = False
-        for topic in _ORDER:
-            inbox = self._inboxes.get(topic.name)
-            for sample in inbox.drain() if inbox is not None else ():
-                busy = True
-                self._take(sample)
+        if now_s < self._pass_s:
+            return False
+        self._pass_s = now_s + _PASS_EVERY_S
+        due = [*self._inboxes.values()]
+        if now_s >= self._sample_s:
+            self._sample_s = now_s + _SAMPLE_EVERY_S
+            due += self._sampled.values()
+        samples = [sample for inbox in due for sample in inbox.drain()]
+        for sample in samples:
+            self._take(sample)
         for drawn in self._viewing.turn():
             self._draw(drawn)
-        return busy
+        return bool(samples)
 
     def _look(self) -> None:
         """See what is looked at, and subscribe to what that takes; what was subscribed to for nothing is let go."""
@@ -113,19 +121,24 @@ class ViewerChannels:
             watched.add(topics.CLOCK)
         if watched != self._watched:
             self._watched = frozenset(watched)
+            self._shown = frozenset(topic.name for topic in watched)
             drawn = self._viewing.want(self._watched & set(topics.VIEWING))
             for each in drawn:
                 self._draw(each)
         needed = self._viewing.sources | (self._watched - set(topics.VIEWING)) | {topics.CLOCK}
+        sampled = needed & self._viewing.sampled - self._watched
+        self._inboxes = self._subscribed(self._inboxes, needed - sampled, "recent")
+        self._sampled = self._subscribed(self._sampled, sampled, "latest")
         names = {topic.name for topic in needed}
-        for name in self._inboxes.keys() - names:
-            del self._inboxes[name]
-            self._last.pop(name, None)
-        for topic in topics.VIEWING:  # it may change without our hearing of it
-            if topic.name in self._last and not names.issuperset(source.name for source in SOURCES_OF[topic]):
-                del self._last[topic.name]
-        for name in names - self._inboxes.keys():
-            self._inboxes[name] = self._bus.inbox([topics.TOPIC_BY_NAME[name]], keep="recent")
+        self.taken = ", ".join(sorted(names))
+        for topic in (*topics.TOPICS, *topics.VIEWING):  # it may change without our hearing of it
+            if not names.issuperset(source.name for source in SOURCES_OF.get(topic, (topic,))):
+                self._last.pop(topic.name, None)
+
+    def _subscribed(self, known: Mapping[str, Inbox], wanted: set[Topic], keep: Keep) -> dict[str, Inbox]:
+        """Inboxes of the topics that are wanted, in their order; the others are let go."""
+        names = [topic.name for topic in _ORDER if topic in wanted]
+        return {name: known.get(name) or self._bus.inbox([topics.TOPIC_BY_NAME[name]], keep=keep) for name in names}
 
     def _take(self, sample: Sample) -> None:
         name, payload = sample.topic.name, sample.payload
@@ -155,7 +168,7 @@ class ViewerChannels:
     def _tell(self, topic: Topic, payload: bytes) -> None:
         if topic.latched:
             self._last[topic.name] = payload
-        if topic in self._watched:
+        if topic.name in self._shown:
             self._channels[topic.name].log(payload, log_time=self._time.latest_ns)
             self.messages += 1
 

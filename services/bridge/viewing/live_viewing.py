@@ -49,8 +49,13 @@ class LiveViewing:
         self._held: list[bytes] = []
 
     @property
+    def sampled(self) -> set[Topic]:
+        """Those of its `sources` of which the latest message now and then does: where frames are."""
+        return set() if self._viewing.covers else {topics.ODOMETRY, topics.TRUTH}
+
+    @property
     def sources(self) -> set[Topic]:
-        """The topics of which it needs every message now."""
+        """The topics that it needs now."""
         needed = {topics.SETUP, *(source for topic in self._wanted for source in SOURCES_OF[topic])}
         return needed | {topics.TEMPLATE, topics.TRUTH, topics.CLOCK} if self._viewing.covers else needed
 

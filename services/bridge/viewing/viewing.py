@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
-from touchline.schemas.cdr import decode, encode
+from touchline.schemas.cdr import decode, decode_structure, encode
 from touchline.schemas.errors import PayloadError, SpecError
 from touchline.schemas.frames import BODY_FRAME, TRUE_BODY_FRAME
 from touchline.schemas.messages import Message, PaintMarks, String, Trajectory
@@ -19,7 +19,7 @@ from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.viewing.body_frames import MovingFrame, Stamp, fixed_frames, pose_of, stamp_of
-from touchline.services.bridge.viewing.markers import body_markers, template_markers
+from touchline.services.bridge.viewing.markers import Floats, body_markers, template_markers
 from touchline.services.bridge.viewing.planned_poses import planned_poses
 from touchline.services.bridge.viewing.tool_track import ToolTrack
 from touchline.services.bridge.viewing.work_lines import WorkLines
@@ -37,6 +37,29 @@ class Drawn(NamedTuple):
     payload: bytes
 
 
+class PaintBatch(NamedTuple):
+    """A stretch of paint: `PaintMarks` with its points (n, 2) in the map frame (m)."""
+
+    segment_id: str
+    first_index: int
+    width_m: float
+    points: Floats
+
+    @classmethod
+    def of(cls, marks: Any) -> PaintBatch:
+        """Of a message, or of its fields as they are read.
+
+        Raises:
+            PayloadError: Its coordinates are not pairs of numbers.
+        """
+        if len(marks.x_m) != len(marks.y_m):
+            raise PayloadError(f"{topics.PAINT.name}: x_m and y_m have different lengths")
+        points = np.column_stack((marks.x_m, marks.y_m))
+        if not np.isfinite(points).all():
+            raise PayloadError(f"{topics.PAINT.name}: x_m or y_m is not finite")
+        return cls(marks.segment_id, marks.first_index, marks.width_m, points)
+
+
 class Viewing:
     """What viewers draw of one robot. The same messages give the same drawing, live and from a recording.
 
@@ -50,7 +73,7 @@ class Viewing:
         self._setup: Setup | None = None
         self._template: Template | None = None
         self._work: WorkLines | None = None
-        self._marks: PaintMarks | None = None
+        self._marks: PaintBatch | None = None
         self._track: ToolTrack | None = None
         self._of: dict[str, Callable[[bytes], Iterator[Drawn]]] = {
             topics.SETUP.name: self._take_setup,
@@ -80,7 +103,7 @@ class Viewing:
         """What a robot tells of all its paint takes the place of what has been drawn of it."""
         self._work = self._marks = None
         for marks in strokes:
-            self._add_paint(marks)
+            self._add_paint(PaintBatch.of(marks))
         return self.whole_work()
 
     def whole_work(self) -> list[Drawn]:
@@ -136,23 +159,21 @@ class Viewing:
             yield from _work_drawn(*self._work.told(stamp))
 
     def _take_paint(self, payload: bytes) -> Iterator[Drawn]:
-        self._add_paint(decode(PaintMarks, payload))
+        self._add_paint(PaintBatch.of(decode_structure(PaintMarks, payload)))  # validating takes as long again
         assert self._work is not None, "there is some since this paint"
         yield from _work_drawn(*self._work.told(stamp_of(payload)))
 
-    def _add_paint(self, marks: PaintMarks) -> None:
+    def _add_paint(self, marks: PaintBatch) -> None:
         before = self._marks
-        if len(marks.x_m) != len(marks.y_m):
-            raise PayloadError(f"{topics.PAINT.name}: x_m and y_m have different lengths")
         if self._work is None or self._work.width_m != marks.width_m:
             self._work = WorkLines(marks.width_m)
         goes_on = (
             before is not None
             and before.segment_id == marks.segment_id
-            and marks.first_index == before.first_index + len(before.x_m) - 1
+            and marks.first_index == before.first_index + len(before.points) - 1
         )
         self._marks = marks
-        self._work.add(np.column_stack((marks.x_m, marks.y_m)), goes_on=goes_on)
+        self._work.add(marks.points, goes_on=goes_on)
 
 
 def _drawn(topic: Topic, message: Message) -> Drawn:
