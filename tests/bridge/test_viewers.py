@@ -40,7 +40,7 @@ WORK = ("/r1/truth/ground/markers", "/r1/truth/ground/latest_markers")
 
 
 class System:
-    """A robot that drives, and a bridge that shows it and another one, which is not there."""
+    """A robot that drives, too fast for its watchdog to mind a busy machine, and a bridge that shows it and another."""
 
     def __init__(self, bus: Bus, folder: Path) -> None:
         self.bus = bus
@@ -48,7 +48,7 @@ class System:
         self.log = folder / "bridge.log"
         here, both = bus.config, bus.config.of(*ROBOTS)
         self.processes = [
-            start_touchline("robot-sim", "--seed", "5", config=here, log=folder / "robot.log"),
+            start_touchline("robot-sim", "--seed", "5", "--speed", "2", config=here, log=folder / "robot.log"),
             start_touchline(
                 *("bridge", "--foxglove", "--foxglove-listen", "127.0.0.1:0", "--clock"), config=both, log=self.log
             ),
@@ -69,7 +69,7 @@ class System:
 
     def figure(self, name: str) -> str:
         """One of the bridge's."""
-        answer = self.bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest())
+        answer = self.bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest(), 60.0)
         return next(entry.value for entry in answer.diagnostics.status[0].values if entry.key == name)
 
 
@@ -149,15 +149,16 @@ def test_who_comes_late_gets_what_was_told_once_and_all_paint(system: System, cl
             assert {each.child_frame_id for each in found["tf_static"].transforms} >= {"r1/gnss_link", "r1/tool_link"}
             assert found["plan/path"].poses[-1].pose.position.x == LENGTH_M
             assert {each.ns for each in found["template/markers"].markers if each.action == 0} == {"lines"}
-            for topic in WORK:
-                now.first(topic)
-            places = [
-                point.x for topic in WORK for each in now.decoded(now.of(topic)[-1]).markers for point in each.points
-            ]
+            now.until(lambda now=now: covered_m(now) > 1.2)
             at_m = now.decoded(now.of("/r1/odometry/filtered")[-1]).pose.pose.position.x
-            assert min(places) == pytest.approx(1.0, abs=0.1)
-            assert max(places) <= at_m + 1.0
-            assert max(places) > 1.2
+            assert covered_m(now) <= at_m + 1.0
+            assert covered_m(now, min) == pytest.approx(1.0, abs=0.1)
+
+
+def covered_m(client: ViewerClient, most: Callable[..., float] = max) -> float:
+    """The x up to which a viewer has been shown paint, by the last message of both topics; or from which on."""
+    last = [client.decoded(client.of(topic)[-1]) for topic in WORK if client.of(topic)]
+    return most((point.x for array in last for each in array.markers for point in each.points), default=0.0)
 
 
 def test_orders_are_services_and_answers_are_the_robots(client: ViewerClient) -> None:
@@ -208,7 +209,7 @@ def test_a_viewer_that_takes_nothing_holds_up_nobody(system: System) -> None:
         heard = len(client.of("/r1/clock"))
         client.until(lambda: len(client.of("/r1/clock")) > heard)
         assert system.figure("lost") == "0"
-    assert system.bus.call(topics.SET_SPEED, SetSpeedRequest(factor=1.0), 60.0).success
+    assert system.bus.call(topics.SET_SPEED, SetSpeedRequest(factor=2.0), 60.0).success
 
 
 def test_an_address_that_is_taken_or_none_is_refused_in_a_line(system: System, monkeypatch: Any) -> None:
@@ -237,7 +238,7 @@ def test_a_replay_is_played_paused_and_sought_by_the_viewer(system: System) -> N
         try:
             with viewer(system.url) as client:
                 ends = [client.server.get(key) for key in ("dataStartTime", "dataEndTime")]
-        except OSError:
+        except (OSError, ConnectionClosed):
             return None
         return tuple(end["sec"] * 10**9 + end["nsec"] for end in ends if end is not None)
 
