@@ -15,7 +15,7 @@ from tests.meeting import eventually
 from tests.robot_sim.scripted import trajectory
 from tests.system.commands import start_touchline
 from touchline.schemas import topics
-from touchline.schemas.cdr import full_definition
+from touchline.schemas.cdr import encode, full_definition
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import (
@@ -23,6 +23,7 @@ from touchline.schemas.messages import (
     GetDiagnosticsRequest,
     GetPaintRequest,
     LoadRequest,
+    PlanRequest,
     SetSpeedRequest,
     TraversalStatus,
 )
@@ -268,11 +269,14 @@ def test_a_replay_is_played_paused_and_sought_by_the_viewer(system: System) -> N
     assert eventually(lambda: playable() == ())
 
 
-def test_it_ends_in_order_while_somebody_looks(system: System) -> None:
+def test_it_ends_in_order_while_somebody_looks_and_waits_for_an_answer(system: System) -> None:
     bridge = system.processes[1]
-    with viewer(system.url) as client:
+    with Bus.open(topics.PLANNER, system.bus.config) as planner, viewer(system.url) as client:
         client.subscribe("/r1/setup")
         client.first("/r1/setup")
+        server = planner.serve(topics.PLAN_SERVICE)
+        client.ask("/r1/planner/plan", encode(PlanRequest()))
+        assert eventually(lambda: server.poll() is not None)  # which is never answered
         bridge.send_signal(signal.SIGINT)
         assert bridge.wait(60) == 0
         with pytest.raises(ConnectionClosed):

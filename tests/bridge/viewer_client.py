@@ -109,12 +109,16 @@ class ViewerClient:
 
     def call_bytes(self, service: str, payload: bytes) -> bytes | str:
         """As `call`, with bytes of the request and the response."""
-        self.until(lambda: service in self.services)
-        self._calls += 1
-        number = self._calls
-        self.socket.send(_ORDER.pack(_CALL, self.services[service]["id"], number, 3) + b"cdr" + payload)
+        number = self.ask(service, payload)
         answer: bytes | str = self.until(lambda: self.answers.get(number))
         return answer
+
+    def ask(self, service: str, payload: bytes) -> int:
+        """Send a request; returns its number among the answers."""
+        self.until(lambda: service in self.services)
+        self._calls += 1
+        self.socket.send(_ORDER.pack(_CALL, self.services[service]["id"], self._calls, 3) + b"cdr" + payload)
+        return self._calls
 
     def control(self, *, play: bool, speed: float = 1.0, seek_ns: int | None = None) -> None:
         """Ask for playback."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import time
 import uuid
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from foxglove.websocket import PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus
 
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import CommandRequest, ReplaySeekRequest, ReplayStatus, SetSpeedRequest
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Service
 from touchline.services.bridge.foxglove.viewer_server import Span
 from touchline.services.bus import Bus, CallError
 
@@ -27,9 +29,11 @@ class ReplayPlayback:
 
     Args:
         buses: Of each robot; a replay is told of under each of its own.
+        check: Called while an answer is waited for; raises `CallError` if there is no time for that.
     """
 
-    def __init__(self, buses: Sequence[Bus]) -> None:
+    def __init__(self, buses: Sequence[Bus], check: Callable[[], None]) -> None:
+        self._check = check
         self._ends = [(bus, bus.presence(), bus.inbox([topics.REPLAY_STATUS], keep="latest")) for bus in buses]
         self._bus = buses[0]
         self._status: ReplayStatus | None = None
@@ -83,20 +87,24 @@ class ReplayPlayback:
         try:
             if wish.seek_time is not None:
                 time_s = wish.seek_time / _NS
-                self._bus.call(topics.REPLAY_SEEK, ReplaySeekRequest(request_id=_new(), time_s=time_s), _ANSWER_S)
-                changed["now_s"] = time_s
+                if self._call(topics.REPLAY_SEEK, ReplaySeekRequest(request_id=_new(), time_s=time_s)):
+                    changed["now_s"] = time_s
             if wish.playback_speed > 0.0 and wish.playback_speed != status.speed:
                 speed = SetSpeedRequest(request_id=_new(), factor=wish.playback_speed)
-                self._bus.call(topics.REPLAY_SET_SPEED, speed, _ANSWER_S)
-                changed["speed"] = wish.playback_speed
+                if self._call(topics.REPLAY_SET_SPEED, speed):
+                    changed["speed"] = wish.playback_speed
             playing = wish.playback_command == PlaybackCommand.Play
             if playing != status.playing:
                 service = topics.REPLAY_RESUME if playing else topics.REPLAY_PAUSE
-                self._bus.call(service, CommandRequest(request_id=_new()), _ANSWER_S)
-                changed["playing"] = playing
+                if self._call(service, CommandRequest(request_id=_new())):
+                    changed["playing"] = playing
         except (CallError, PayloadError):  # it has gone; the viewer is told what was last known
             pass
         return _state(status.model_copy(update=changed), jumped=wish.seek_time is not None)
+
+    def _call(self, service: Service[Any, Any], request: Message) -> bool:
+        """Whether the replay has done it."""
+        return bool(self._bus.call(service, request, _ANSWER_S, self._check).success)
 
 
 def _state(status: ReplayStatus, *, jumped: bool) -> PlaybackState:

@@ -45,7 +45,8 @@ class Viewers:
 
     def __init__(self, buses: Sequence[Bus], config: FoxgloveConfig) -> None:
         self._parameters = {bus.namespace: ToldParameters(bus.counters.reject) for bus in buses}
-        self._playback = ReplayPlayback(buses)
+        self._leaving = False
+        self._playback = ReplayPlayback(buses, self._check_staying)
         self._orders = 0
         served = [self._served(bus, service) for bus in buses for service in (*SERVICES, *REPLAY_SERVICES)]
         self._server = ViewerServer(config, ViewerAnswers(served, self._told, self._playback.control))
@@ -68,6 +69,7 @@ class Viewers:
         try:
             yield viewers
         finally:
+            viewers._leaving = True
             viewers._server.stop()
 
     @property
@@ -126,12 +128,21 @@ class Viewers:
         """Ask whoever serves it; called in a thread of the SDK, so that a stop waits for nothing here."""
         self._orders += 1
         try:
-            return encode(bus.call(service, decode(service.request, payload), _ANSWER_S))
+            return encode(bus.call(service, decode(service.request, payload), _ANSWER_S, self._check_staying))
         except (CallError, PayloadError) as error:
             told = refusal_response(service, str(error))
             if told is None:
                 raise
             return encode(told)
+
+    def _check_staying(self) -> None:
+        """Called while an answer is waited for: the process cannot end before that.
+
+        Raises:
+            CallError: It is to end.
+        """
+        if self._leaving:
+            raise CallError("the bridge is being stopped; what becomes of this is not known")
 
     def _told(self) -> Parameters:
         """Parameters by the names that they have among ROS 2 nodes: ``/tt2/touchline.vehicle.name``."""
