@@ -12,7 +12,7 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test lint planner-kernels robot-kernels bench ros2-hashes ros2-packages clean
+.PHONY: demo test lint planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
@@ -56,6 +56,13 @@ $(ROS2)/.wheels: tests/rosidl/wheels.txt tests/rosidl/install_wheels.sh
 	mkdir -p $(ROS2)
 	tests/rosidl/install_wheels.sh $(ROS2)/venv $(PYTHON)
 	@touch $@
+
+# What viewers draw, read by the libraries of Foxglove and Lichtblick; it takes node and npm.
+node-readers: $(STAMP)
+	mkdir -p build/node-readers
+	cp tests/foreign_readers/package.json build/node-readers/
+	npm install --prefix build/node-readers --no-package-lock --no-audit --no-fund --silent
+	$(BIN)/python -m pytest -q tests/bridge/test_foreign_readers.py
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

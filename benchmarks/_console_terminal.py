@@ -11,8 +11,8 @@ import subprocess
 import sys
 import termios
 import threading
-from pathlib import Path
 
+from benchmarks._processes import cpu_s
 from touchline.services.bus import BusConfig
 from touchline.services.bus.config import NAMESPACE_VARIABLE
 
@@ -68,8 +68,7 @@ class Terminal:
 
     def cpu_s(self) -> float:
         """What the console's process has taken of a core so far."""
-        fields = Path(f"/proc/{self.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return cpu_s(self.pid)
 
     def leave(self) -> None:
         """End the console."""

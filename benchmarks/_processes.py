@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 from contextlib import suppress
 from pathlib import Path
@@ -31,6 +32,12 @@ def figures(pid: int) -> Figures | None:
     except OSError:
         return None
     return Figures(pages * _PAGE_BYTES / 1e6, threads, descriptors)
+
+
+def cpu_s(pid: int) -> float:
+    """Processor time that a process has taken."""
+    fields = (_PROC / str(pid) / "stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def processes(supervisor: int) -> dict[str, int]:

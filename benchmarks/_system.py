@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -86,13 +86,16 @@ class System:
 
 
 @contextmanager
-def running_system(speed: float = 1.0, *, ros2: bool = False, keep: Path | None = None) -> Iterator[System]:
+def running_system(
+    speed: float = 1.0, *, ros2: bool = False, keep: Path | None = None, options: Sequence[str] = ()
+) -> Iterator[System]:
     """Start a system with a bus and folders of its own, wait until it is ready, and end it.
 
     Args:
         speed: Times real time.
         ros2: Whether it shows itself to ROS 2.
         keep: Folder of what strangers need long to make.
+        options: Further ones of `touchline up`.
     """
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as name:
         folder = Path(name)
@@ -109,7 +112,7 @@ def running_system(speed: float = 1.0, *, ros2: bool = False, keep: Path | None 
         gateway = ["--ros2", "--ros2-listen", f"tcp/127.0.0.1:{port}", "--ros-domain", str(ROS_DOMAIN)] if ros2 else []
         with (folder / "up.log").open("wb") as log:
             supervisor = subprocess.Popen(
-                [*COMMAND, "up", "--speed", f"{speed:g}", *gateway],
+                [*COMMAND, "up", "--speed", f"{speed:g}", *gateway, *options],
                 cwd=folder / "recordings",
                 env={**os.environ, **environment},
                 stdin=subprocess.DEVNULL,

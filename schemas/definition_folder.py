@@ -28,7 +28,8 @@ def used_types() -> set[str]:
     """ROS types of all topics, of services' requests and responses, of goals, and of all that is in them."""
     services = (*topics.SERVICES, topics.FOLLOWER_STEP, *topics.PARAMETER_SERVICES)
     found: set[str] = set()
-    kinds = [topic.type for topic in topics.TOPICS] + [part for s in services for part in (s.request, s.response)]
+    kinds = [topic.type for topic in (*topics.TOPICS, *topics.VIEWING)]
+    kinds += [part for s in services for part in (s.request, s.response)]
     pending = [EVENT_INFO, PoseStamped.ros_type, *(kind.ros_type for kind in kinds)]
     pending += [name for name in typestore().fielddefs if name.split("/")[0] in _packages(OWN)]
     while pending:

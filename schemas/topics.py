@@ -274,6 +274,14 @@ REPLAY_SEEK = Service("replay/seek", m.ReplaySeekRequest, m.ReplaySeekResponse, 
 REPLAY_STEP = Service("replay/step", m.ReplayStepRequest, m.ReplayStepResponse, REPLAY)
 REPLAY_SET_SPEED = Service("replay/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, REPLAY)
 REPLAY_SET_LOOPS = Service("replay/set_loops", m.ReplaySetLoopsRequest, m.ReplaySetLoopsResponse, REPLAY)
+REPLAY_SERVICES: tuple[Service[Any, Any], ...] = (
+    REPLAY_PAUSE,
+    REPLAY_RESUME,
+    REPLAY_SEEK,
+    REPLAY_STEP,
+    REPLAY_SET_SPEED,
+    REPLAY_SET_LOOPS,
+)
 GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)

@@ -17,6 +17,7 @@ from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
+from touchline.schemas.replay_run import Belonging
 from touchline.schemas.scenario import Origin
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
@@ -31,7 +32,7 @@ from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
-from touchline.tui.replay_view import Belonging, ReplayView
+from touchline.tui.replay_view import ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)

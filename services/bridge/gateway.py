@@ -1,4 +1,4 @@
-"""The ROS 2 gateway: every topic and service of the tables, and goals, for nodes that use rmw_zenoh.
+"""The ROS 2 gateway: every topic and service of the tables, what viewers draw, and goals, for nodes of rmw_zenoh.
 
 Messages and requests pass as bytes, undecoded. A slow or hostile ROS 2 node can hold up nobody on the bus: messages
 that it does not take in time are dropped, and its requests are checked by whoever serves them, as everyone's are.
@@ -11,12 +11,14 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.topics import PARAMETER_SERVICES, SERVICES, SETUP, TOPICS
+from touchline.schemas.topics import CLOCK, PARAMETER_SERVICES, SERVICES, SETUP, TOPICS, VIEWING
 from touchline.services.bridge.follower_route import FollowerRoute
 from touchline.services.bridge.goal_route import GoalRoute
 from touchline.services.bridge.parameter_route import ParameterRoute
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import ServiceRoute, TopicRoute
+from touchline.services.bridge.viewing import frame_prefix
+from touchline.services.bridge.viewing_route import ViewingRoute
 from touchline.services.bus import Bus
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
@@ -24,8 +26,10 @@ NODE_NAME = "touchline"
 #: geometry_msgs/PoseStamped, as RViz and others publish it.
 GOAL_NAME: Final = "goal_pose"
 _GOAL_NAMES: Final = 2
-#: Liveliness tokens of a gateway at most: of its node, its follower, and each topic, service and name of goals.
-ENDPOINTS: Final = 2 + len(TOPICS) + len(SERVICES) + len(PARAMETER_SERVICES) + _GOAL_NAMES
+#: Sim time, as nodes with ``use_sim_time`` expect it.
+CLOCK_NAME: Final = "/clock"
+#: Liveliness tokens of a gateway at most: of its node, follower and clock, each topic, service and name of goals.
+ENDPOINTS: Final = 3 + len(TOPICS) + len(VIEWING) + len(SERVICES) + len(PARAMETER_SERVICES) + _GOAL_NAMES
 _STOPS_EVERY_S: Final = 0.002
 #: While a follower is asked, and the robot waits.
 _STEPS_EVERY_S: Final = 0.0002
@@ -40,11 +44,13 @@ class GatewayConfig:
         domain: ROS domain id.
         namespace: ROS namespace of all names, with or without its leading slash; ``/`` for none, empty for the robot's.
             Of several robots each has its own below that.
+        clock: Whether the first robot's sim time is told as ``/clock``, too.
     """
 
     endpoint: Ros2Endpoint = field(default_factory=Ros2Endpoint)
     domain: int = 0
     namespace: str = ""
+    clock: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no ROS name."""
@@ -63,6 +69,7 @@ class GatewayConfig:
         return [
             *("--ros2", self.endpoint.option, self.endpoint.locator),
             *("--ros-domain", str(self.domain), "--ros-namespace", self.namespace),
+            *(["--clock"] if self.clock else []),
         ]
 
 
@@ -73,20 +80,21 @@ class Gateway:
         bus: An open bus.
         session: An open session among ROS 2 nodes.
         config: What they are to see.
-        number: Which of the gateways in this session it is, from 0.
-        alone: Whether it is the only one: then its robot takes goals without a namespace, too.
+        robots: Of all gateways in this session: one that is alone takes goals without a namespace, too, and of several
+            the first one's clock is told.
 
     Raises:
         TouchlineError: Another gateway shows the same robot there.
     """
 
     def __init__(
-        self, bus: Bus, session: Ros2Session, config: GatewayConfig, number: int = 0, *, alone: bool = True
+        self, bus: Bus, session: Ros2Session, config: GatewayConfig, robots: Sequence[str] | None = None
     ) -> None:
         self._bus = bus
         self._config = config
+        robots = robots or [bus.namespace]
         namespace = config.namespace or bus.namespace
-        first = number * ENDPOINTS
+        first = robots.index(bus.namespace) * ENDPOINTS
         self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id, first)
         if session.tokens(self._node.twins()):
             raise TouchlineError(
@@ -100,8 +108,14 @@ class Gateway:
         ]
         self._stops = [route for route in self._services if route.urgent]
         self._others = [route for route in self._services if not route.urgent]
-        names = {self._node.full_name(GOAL_NAME), f"/{GOAL_NAME}"} if alone else {self._node.full_name(GOAL_NAME)}
-        self._goals = GoalRoute(bus, session, self._node, 1 + len(TOPICS) + len(SERVICES), sorted(names))
+        names = {self._node.full_name(GOAL_NAME)} | ({f"/{GOAL_NAME}"} if len(robots) == 1 else set())
+        at = 1 + len(TOPICS) + len(SERVICES)
+        self._goals = GoalRoute(bus, session, self._node, at, sorted(names))
+        at += _GOAL_NAMES
+        self._viewing = ViewingRoute(bus, session, self._node, at, frame_prefix(bus.namespace, robots))
+        self._clock: TopicRoute | None = None
+        if config.clock and first == 0 and self._node.full_name(CLOCK.name) != CLOCK_NAME:
+            self._clock = TopicRoute(session, self._node, at + len(VIEWING), replace(CLOCK, name=CLOCK_NAME))
         self._parameters = ParameterRoute(bus.counters, session, self._node, ENDPOINTS - len(PARAMETER_SERVICES))
         self._follower = FollowerRoute(bus, session, self._node, ENDPOINTS - len(PARAMETER_SERVICES) - 1)
         self._inbox = bus.inbox(TOPICS, keep="recent")
@@ -120,6 +134,9 @@ class Gateway:
             routes[sample.topic.name].send(sample)
             if sample.topic is SETUP:
                 self._parameters.take_setup(sample.payload)
+            elif sample.topic is CLOCK and self._clock is not None:
+                self._clock.send(sample)
+        self._viewing.turn(samples)
         for service in self._others:
             service.turn()
         self._goals.turn()
@@ -150,6 +167,7 @@ class Gateway:
         return {
             "ros2": f"{self._config.endpoint.locator}, domain {self._node.domain}, {self._node.full_name(NODE_NAME)}",
             "ros2_messages": sum(route.messages for route in self._topics.values()),
+            "ros2_drawn": self._viewing.messages,
             "ros2_dropped": self._inbox.lost,
             "ros2_calls": sum(service.calls for service in self._services),
             "ros2_parameter_calls": self._parameters.calls,

@@ -3,17 +3,14 @@
 from collections.abc import Callable, Iterable
 from typing import Any, Final
 
-from pydantic import ValidationError
-
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
-from touchline.schemas.setup import Setup
 from touchline.schemas.topics import Service
 from touchline.services.bridge.rmw_zenoh import RosNode
-from touchline.services.bridge.robot_parameters import described, listed, parameters_of, refusal
+from touchline.services.bridge.robot_parameters import ToldParameters, described, listed, refusal
 from touchline.services.bridge.routes import problem_of
 from touchline.services.bus.counters import Counters
 from touchline.services.bus.ros2 import Ros2Request, Ros2Server, Ros2Session
@@ -37,8 +34,7 @@ class ParameterRoute:
 
     def __init__(self, counters: Counters, session: Ros2Session, node: RosNode, number: int) -> None:
         self._counters = counters
-        self._parameters = parameters_of(None)
-        self._setup: bytes | None = None
+        self._told = ToldParameters(counters.reject)
         self._servers: list[tuple[Service[Any, Any], Ros2Server]] = []
         for at, service in enumerate(topics.PARAMETER_SERVICES, number):
             self._servers.append((service, session.serve(node.service_key(service))))
@@ -47,7 +43,7 @@ class ParameterRoute:
 
     def take_setup(self, payload: bytes) -> None:
         """Note what the robot tells of itself; it is read when somebody asks."""
-        self._setup = payload
+        self._told.take_setup(payload)
 
     def turn(self) -> None:
         """Answer requests that wait."""
@@ -70,7 +66,7 @@ class ParameterRoute:
         request.fail(problem)
 
     def _response(self, request: Message) -> Message:
-        parameters = self._known()
+        parameters = self._told.known()
         match request:
             case m.ListParametersRequest():
                 return m.ListParametersResponse(result=listed(parameters, request))
@@ -90,18 +86,7 @@ class ParameterRoute:
 
     def _of(self, names: Iterable[str], told: Callable[[str, m.ParameterValue], Any]) -> tuple[Any, ...]:
         """Something of each; nothing of any if one of them is unknown, as a node of rclpy answers."""
-        parameters = self._known()
+        parameters = self._told.known()
         if not all(name in parameters for name in names):
             return ()
         return tuple(told(name, parameters[name]) for name in names)
-
-    def _known(self) -> dict[str, m.ParameterValue]:
-        if self._setup is not None:
-            payload, self._setup = self._setup, None
-            try:
-                setup = Setup.model_validate_json(decode(m.String, payload).data)
-            except (PayloadError, TouchlineError, ValidationError, RecursionError) as error:
-                self._counters.reject(f"{topics.SETUP.name}: {error}")
-            else:
-                self._parameters = parameters_of(setup)
-        return self._parameters

@@ -1,17 +1,51 @@
 """A robot's setup as ROS 2 parameters: names with dots, and values of ROS 2's types; all of them read-only."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
+from pydantic import ValidationError
+
 from touchline.schemas import messages as m
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import ParameterKind
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD
+from touchline.schemas.topics import SETUP
 
 _DOT: Final = "."
 _LARGEST: Final = 2**63 - 1
 READ_ONLY: Final = "is read-only: it is what the robot was started with (docs/ros2.md says where it is set)"
+
+
+class ToldParameters:
+    """The parameters of a robot as it has told of its setup, which is read when somebody asks.
+
+    Args:
+        reject: Told why what the robot says is no setup.
+    """
+
+    def __init__(self, reject: Callable[[str], None]) -> None:
+        self._reject = reject
+        self._setup: bytes | None = None
+        self._known = parameters_of(None)
+
+    def take_setup(self, payload: bytes) -> None:
+        """Note what the robot tells of itself."""
+        self._setup = payload
+
+    def known(self) -> dict[str, m.ParameterValue]:
+        """All of them by name."""
+        payload, self._setup = self._setup, None
+        if payload is not None:
+            try:
+                setup = Setup.model_validate_json(decode(m.String, payload).data)
+            except (PayloadError, TouchlineError, ValidationError, RecursionError) as error:
+                self._reject(f"{SETUP.name}: {error}")
+            else:
+                self._known = parameters_of(setup)
+        return self._known
 
 
 def parameters_of(setup: Setup | None) -> dict[str, m.ParameterValue]:
@@ -36,6 +70,22 @@ def refusal(names: Mapping[str, object], wish: m.RosParameter) -> m.SetParameter
     """Why a parameter is not set."""
     reason = READ_ONLY if wish.name in names else "is no parameter of this robot"
     return m.SetParametersResult(reason=f"{wish.name!r} {reason}")
+
+
+def plain_value(value: m.ParameterValue) -> Any:
+    """A parameter's value as Python has it."""
+    match value.type:
+        case ParameterKind.BOOL:
+            return value.bool_value
+        case ParameterKind.INTEGER:
+            return value.integer_value
+        case ParameterKind.DOUBLE:
+            return value.double_value
+        case ParameterKind.DOUBLE_ARRAY:
+            return [float(each) for each in value.double_array_value]
+        case ParameterKind.STRING_ARRAY:
+            return list(value.string_array_value)
+    return value.string_value
 
 
 def _asked_for(name: str, request: m.ListParametersRequest) -> bool:

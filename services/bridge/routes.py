@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
+from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 from touchline.services.bus import Bus, Sample
@@ -48,8 +49,13 @@ class TopicRoute:
 
     def send(self, sample: Sample) -> None:
         """Pass ``sample`` on; a message that is missing before it is missing in ROS 2's numbers, too."""
-        self._sequence += 1 + sample.missed
-        self._publisher.send(sample.payload, self._sequence, sample.source_time_ns or time.time_ns())
+        self._sequence += sample.missed
+        self.send_bytes(sample.payload, sample.source_time_ns)
+
+    def send_bytes(self, payload: bytes, source_time_ns: int) -> None:
+        """As :meth:`send`, what no sample has; a time of 0 is now."""
+        self._sequence += 1
+        self._publisher.send(payload, self._sequence, source_time_ns or time.time_ns())
         self.messages += 1
 
 
@@ -110,13 +116,19 @@ class ServiceRoute:
 
     def _refuse(self, request: Ros2Request, reason: str) -> None:
         self.refused += 1
-        response = self._service.response
-        said = {"success": False, "message": reason}
-        told = {name: value for name, value in said.items() if name in response.model_fields}
-        if "success" in told and request.client is not None:
-            request.reply(encode(response(**told)))
+        response = refusal_response(self._service, reason)
+        if response is not None and request.client is not None:
+            request.reply(encode(response))
         else:
             request.fail(reason)
+
+
+def refusal_response(service: Service[Any, Any], reason: str) -> Message | None:
+    """The response that says why nothing was done; None if the service has none that can."""
+    said = {"success": False, "message": reason}
+    told = {name: value for name, value in said.items() if name in service.response.model_fields}
+    response: Message | None = service.response(**told) if "success" in told else None
+    return response
 
 
 def problem_of(request: Ros2Request) -> str:

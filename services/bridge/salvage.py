@@ -1,5 +1,6 @@
 """Writes everything that can be read of a recording to a sound file with index."""
 
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -45,17 +46,42 @@ def salvage(source: Path, target: Path) -> Salvaged:
     Raises:
         RecordingError: The one is none, or the other is there already or cannot be written; it is then removed.
     """
+    return copied(source, target, CopyPlan("touchline_salvaged", lambda message: iter((message,))))
+
+
+@dataclass(frozen=True)
+class CopyPlan:
+    """What becomes of a recording as it is copied.
+
+    Attributes:
+        note: Name of the metadata that tell where it is from, and what is lost.
+        change: What takes the place of a message.
+        added: Metadata of the channels of topics that the recording does not have itself.
+    """
+
+    note: str
+    change: Callable[[Recorded], Iterator[Recorded]]
+    added: Mapping[str, dict[str, str]] = field(default_factory=dict)
+
+
+def copied(source: Path, target: Path, plan: CopyPlan) -> Salvaged:
+    """Write what can be read of a recording to a new file, changed as planned.
+
+    Raises:
+        RecordingError: The one is none, or the other is there already or cannot be written; it is then removed.
+    """
     make_room(target, Existing.REFUSE)
     with closing(RecordingReader(source)) as reader:
-        return _copied(reader, target)
+        return _copied(reader, target, plan)
 
 
-def _copied(reader: RecordingReader, target: Path) -> Salvaged:
+def _copied(reader: RecordingReader, target: Path, plan: CopyPlan) -> Salvaged:
     file = RecordingFile(target)
     try:
-        copy = _Copy(file, reader.summary)
+        copy = _Copy(file, reader.summary, plan)
         for message in reader.messages():
-            copy.add(message)
+            for each in plan.change(message):
+                copy.add(each)
         found = copy.finish(target)
     except BaseException:  # an interruption, too: half a copy is worth nothing
         file.close()
@@ -68,7 +94,8 @@ def _copied(reader: RecordingReader, target: Path) -> Salvaged:
 class _Copy:
     """The new file while it is written; its header is that of the source, which is known with the first message."""
 
-    def __init__(self, file: RecordingFile, summary: Summary) -> None:
+    def __init__(self, file: RecordingFile, summary: Summary, plan: CopyPlan) -> None:
+        self._plan = plan
         self._writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         self._summary = summary
         self._begun = False
@@ -111,7 +138,7 @@ class _Copy:
             found.attachments += 1
         for name, values in held.metadata.items():
             self._writer.add_metadata(name, values)
-        self._writer.add_metadata("touchline_salvaged", _account(held.path, found))
+        self._writer.add_metadata(self._plan.note, _account(held.path, found))
         self._writer.finish()  # type: ignore[no-untyped-call]
         return found
 
@@ -126,7 +153,8 @@ class _Copy:
         if schema not in self._schemas:
             text = kind.schema.encode(errors=SCHEMA_ERRORS)
             self._schemas[schema] = self._writer.register_schema(*schema[:2], text) if any(schema) else 0
-        metadata = self._summary.topics[topic].metadata
+        own = self._summary.topics.get(topic)
+        metadata = own.metadata if own is not None else self._plan.added[topic]
         channel = self._writer.register_channel(topic, kind.encoding, self._schemas[schema], metadata)
         self._channels[topic, kind] = channel
         return channel

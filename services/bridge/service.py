@@ -1,4 +1,4 @@
-"""The bridge as a process: records its robots on request, and shows them to ROS 2."""
+"""The bridge as a process: records its robots on request, and shows them to ROS 2 and to viewers."""
 
 import gc
 import sys
@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
@@ -19,6 +20,7 @@ from touchline.schemas.messages import (
     Time,
 )
 from touchline.services.bridge.folder import RecordingFolder
+from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
@@ -33,6 +35,9 @@ from touchline.services.bus.last_sent import sent_by
 from touchline.services.bus.ros2 import Ros2Session
 from touchline.services.system.priority import switch_threads_soon
 from touchline.services.system.shutdown import Stop, until_stopped
+
+if TYPE_CHECKING:
+    from touchline.services.bridge.foxglove.robot_viewers import Viewers
 
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0
@@ -58,6 +63,7 @@ class BridgeService:
         existing: What to do when a recording's file is there already.
         recordings: The folder of what is recorded on request.
         gateways: To ROS 2, one for each robot, if it is to see them.
+        viewers: Foxglove and the like, if they are served.
         beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
         going: Where to note what is being recorded, for a bridge after this one.
     """
@@ -70,7 +76,9 @@ class BridgeService:
         gateways: Sequence[Gateway] = (),
         beat: Callable[[], None] = lambda: None,
         going: GoingRecording | None = None,
+        viewers: "Viewers | None" = None,
     ) -> None:
+        self._viewers = viewers
         self._ends = [_RobotEnd(bus) for bus in buses]
         self._going = going
         self._continues: list[Path] = []
@@ -153,8 +161,7 @@ class BridgeService:
                 self._ask_again = _ASK_AGAIN
         self._steadiness.meet(self._ends[0].bus.peers)
         busy = self._pump()
-        for gateway in self._gateways:
-            busy |= gateway.turn()
+        busy |= self._show()
         self._tell_problems()
         self._report_health()
         for end in self._ends:
@@ -162,6 +169,15 @@ class BridgeService:
                 call.reply(self._answer_record(call.request))
             if (stop_call := end.record_stop.poll()) is not None:
                 stop_call.reply(self._answer_stop())
+        return busy
+
+    def _show(self) -> bool:
+        """Pass on to ROS 2 and to viewers what has come; returns whether anything had."""
+        busy = False
+        for gateway in self._gateways:
+            busy |= gateway.turn()
+        if self._viewers is not None:
+            busy |= self._viewers.turn()
         return busy
 
     def _tell_problems(self) -> None:
@@ -220,6 +236,8 @@ class BridgeService:
         level, message, values = self._health()
         for number, end in enumerate(self._ends):
             figures = self._gateways[number].figures() if self._gateways else {}
+            if self._viewers is not None:
+                figures |= self._viewers.figures(end.bus.namespace)
             end.health.poll({**values, **figures}, level=level, message=message)
 
     def _health(self) -> tuple[int, str, dict[str, object]]:
@@ -379,8 +397,7 @@ class BridgeService:
         self._breathe()
         self._pump()
         self._was_behind |= self._session is not None and self._session.behind
-        for gateway in self._gateways:
-            gateway.turn()
+        self._show()
         self._report_health()
 
 
@@ -425,6 +442,10 @@ def _in_words(report: RecordingReport, continues: Sequence[Path], parts: Sequenc
     return text
 
 
+def _robots(buses: Sequence[Bus]) -> str:
+    return ", ".join(bus.namespace for bus in buses)
+
+
 def run_service(
     record: Path | None = None,
     config: BusConfig | None = None,
@@ -432,6 +453,7 @@ def run_service(
     recordings: Path | None = None,
     existing: Existing = Existing.RENAME,
     ros2: GatewayConfig | None = None,
+    foxglove: FoxgloveConfig | None = None,
     supervisor: int | None = None,
 ) -> RecordingReport | None:
     """Run the bridge until SIGTERM or SIGINT.
@@ -442,6 +464,7 @@ def run_service(
         recordings: The folder of what is recorded on request; by default the present one.
         existing: What to do when a recording's file is there already.
         ros2: Be a gateway to ROS 2, too.
+        foxglove: Serve viewers there, too.
         supervisor: Process id of the parent, to end with it.
 
     Returns:
@@ -450,7 +473,8 @@ def run_service(
     Raises:
         RecordingError: ``record`` cannot be created, or there is no folder ``recordings``.
         SpecError: The bus configuration cannot be used.
-        TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
+        TouchlineError: Another bridge is there, ROS 2 nodes cannot be met where ``ros2`` says, or viewers
+            not be served where ``foxglove`` says.
     """
     folder = RecordingFolder(recordings or Path.cwd())
     config = config or BusConfig.from_environment()
@@ -462,15 +486,19 @@ def run_service(
     ):
         for bus in buses:
             bus.claim()
-        gateways = []
+        gateways: list[Gateway] = []
         if ros2 is not None:
             session = stack.enter_context(Ros2Session.open(ros2.endpoint))
-            for number, bus in enumerate(buses):
-                alone = len(buses) == 1
-                gateways.append(Gateway(bus, session, ros2.of(bus.namespace, alone=alone), number, alone=alone))
+            names = [bus.namespace for bus in buses]
+            alone = len(buses) == 1
+            gateways = [Gateway(bus, session, ros2.of(bus.namespace, alone=alone), names) for bus in buses]
             stack.enter_context(passing_urgent(gateways))
+        viewers = None
+        if foxglove is not None:
+            viewers = stack.enter_context(serve_viewers(buses, foxglove))
+            sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {_robots(buses)} at {viewers.url}\n")
         going = GoingRecording(config, folder.path, supervisor)
-        service = BridgeService(buses, existing, folder, gateways, stop.beat, going)
+        service = BridgeService(buses, existing, folder, gateways, stop.beat, going, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         if record is not None:
             service.start(record)

@@ -5,7 +5,7 @@ It shares nothing with the bus: what ROS 2 nodes publish, ask or break stays on 
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Self
@@ -117,6 +117,11 @@ class Ros2Session:
     def publisher(self, key: str, gid: bytes, *, latched: bool) -> "Ros2Publisher":
         """A publisher; late joiners get the last message of a ``latched`` one."""
         return Ros2Publisher(self._session, key, gid, latched=latched)
+
+    def watch(self, key: str) -> Callable[[], bool]:
+        """Tells whenever it is asked whether somebody subscribes to a key."""
+        publisher = self._session.declare_publisher(key)
+        return lambda: bool(publisher.matching_status.matching)  # type: ignore[attr-defined]  # they say bool
 
     def subscribe(self, key: str) -> "Ros2Subscriber":
         """The receiving end of a topic."""

@@ -1,4 +1,4 @@
-"""``touchline export``: recorded topics as tables, and the painted field as a map of the earth."""
+"""``touchline export``: recorded topics as tables, the painted field as a map of the earth, a copy for viewers."""
 
 import json
 import sys
@@ -13,7 +13,7 @@ from touchline.services.cli.display import print_event, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, RecordingArgument
 from touchline.services.cli.table_choice import TableChoice
-from touchline.services.runs.writing import check_writable, write_text
+from touchline.services.runs.writing import check_recordable, check_writable, write_text
 
 
 def register(app: typer.Typer) -> None:
@@ -30,6 +30,14 @@ def export(
             metavar="FILE", help="Write template, plan and paint as GeoJSON in WGS 84 here.", show_default=False
         ),
     ] = None,
+    viewer: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OUT.mcap",
+            help="Write a copy here with the topics that viewers draw, for recordings made without; it must not exist.",
+            show_default=False,
+        ),
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(
@@ -37,13 +45,15 @@ def export(
         ),
     ] = None,
 ) -> None:
-    """Write topics of a recording as CSV or Parquet, a row a message, or its field as GeoJSON.
+    """Write topics of a recording as CSV or Parquet (a row a message), its field as GeoJSON, or a copy for viewers.
 
     The exit code is 1 if not all of the recording could be read.
     """
     check_writable(tables.csv, tables.parquet, geojson)
-    if geojson is None and not tables.asked:
-        raise SpecError("command line", "--csv", "is missing", "say what to write: --csv, --parquet or --geojson")
+    check_recordable(viewer)
+    if geojson is None and viewer is None and not tables.asked:
+        remedy = "say what to write: --csv, --parquet, --geojson or --viewer"
+        raise SpecError("command line", "--csv", "is missing", remedy)
     problem = tables.write(file) if tables.asked else ""
     if geojson is not None:
         from touchline.services.runs.earth_map import earth_map
@@ -51,6 +61,17 @@ def export(
         found = earth_map(file, robot)
         write_text(json.dumps(found, allow_nan=False) + "\n", geojson)
         say(f"{len(found['features']):,} features in {geojson}")
+    if viewer is not None:
+        problem = "; ".join(filter(None, (problem, _copy_for_viewers(file, viewer))))
     if problem:
         print_event(Event.WARN, f"{file}: {problem}")
         sys.exit(ExitCode.FAILED)
+
+
+def _copy_for_viewers(file: Path, out: Path) -> str:
+    """Returns what of the recording is not in the copy; empty if all is."""
+    from touchline.services.bridge.viewing_copy import copy_with_viewing
+
+    found, drawn = copy_with_viewing(file, out)
+    say(f"{found.messages:,} messages in {out}, of which {drawn:,} are for viewers")
+    return "; ".join(map(str, found.losses))

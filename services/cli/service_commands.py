@@ -14,6 +14,7 @@ from touchline.services.bus import BusConfig
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice, VehicleChoice
 from touchline.services.cli.drawing import OriginOption, parse_origin
+from touchline.services.cli.foxglove_choice import FoxgloveChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import (
     RecordingsOption,
@@ -70,17 +71,24 @@ def robot_sim(
 
 def bridge(
     ros: Ros2Choice,
+    viewers: FoxgloveChoice,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.mcap", help="Record to this MCAP file from the start.")
     ] = None,
     recordings: RecordingsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
-    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
+    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and shows the robot to ROS 2 and viewers."""
     from touchline.services.bridge.service import run_service
 
     check_recordable(record)
-    report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
+    report = run_service(
+        record,
+        recordings=recordings,
+        ros2=viewers.with_clock(ros.gateway()),
+        foxglove=viewers.server(),
+        supervisor=supervisor,
+    )
     if report is not None:
         figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
         typer.echo(json.dumps(figures | ({"problem": report.problem} if report.problem else {})))

@@ -17,6 +17,7 @@ from touchline.services.bus import Bus, BusConfig, CallError
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice
 from touchline.services.cli.display import output, print_event, say
+from touchline.services.cli.foxglove_choice import FoxgloveChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import (
     ExitCode,
@@ -52,6 +53,7 @@ def register(app: typer.Typer) -> None:
 def up(
     robot: SetupChoice,
     ros: Ros2Choice,
+    viewers: FoxgloveChoice,
     fleet: RobotsOption = None,
     apart: Annotated[
         bool, typer.Option("--apart", help="Run each robot in a process of its own, not all in one.")
@@ -65,7 +67,7 @@ def up(
     from touchline.services.robot_sim.together import check_together
 
     config = BusConfig.from_environment()
-    gateway = ros.gateway()
+    shown = [config for config in (viewers.with_clock(ros.gateway()), viewers.server()) if config is not None]
     robots = robot.chosen_robots(fleet, config.namespaces)
     if not apart:
         check_together(robots)
@@ -77,15 +79,16 @@ def up(
         local_system(
             robots,
             config,
-            ProcessOptions(["--speed", speed], gateway.arguments() if gateway else (), recordings, apart),
+            ProcessOptions(["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart),
             join_as=topics.SUPERVISOR,  # nobody who could stop a robot: that is who has a console
         ) as system,
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):
             which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
             say(f"Touchline is up on {config.endpoint}{which}; open a console with `touchline tui`, stop with Ctrl-C")
-            if where := ros.told(config.namespaces):
-                say(where)
+            for where in (ros.told(config.namespaces), viewers.told()):
+                if where:
+                    say(where)
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     say("Touchline is down")
 

@@ -39,6 +39,7 @@ from touchline.services.bus.ports import free_port
 ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
 pytestmark = pytest.mark.xdist_group("ros2")  # by one worker, so that each process is started once
+SHOWN = (*topics.TOPICS, *topics.VIEWING)
 SERVED = (*topics.SERVICES, *topics.PARAMETER_SERVICES)
 DECLARED: set[str] = set()  # services that the client calls or serves itself
 READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
@@ -172,7 +173,7 @@ def meet(client: ForeignClient) -> dict[str, Any]:
 
     def everything() -> dict[str, Any] | None:
         graph: dict[str, Any] = client.do("graph")
-        whole = len(graph["topics"]) >= len(topics.TOPICS) and len(graph["services"]) >= len(SERVED)
+        whole = len(graph["topics"]) >= len(SHOWN) and len(graph["services"]) >= len(SERVED)
         return graph if whole and graph["nodes"] else None
 
     graph = until(everything)
@@ -193,7 +194,7 @@ def gateway_seen(client: ForeignClient) -> bool:
 def test_it_discovers_the_node_and_every_topic_and_service(client: ForeignClient) -> None:
     graph = meet(client)
     assert graph["nodes"] == ["/touchline"]
-    published = {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
+    published = {f"/{topic.name}": [topic.type.ros_type] for topic in SHOWN}
     assert graph["topics"] == {**published, "/goal_pose": ["geometry_msgs/msg/PoseStamped"]}
     named = {f"/{service.name.replace('-', '_')}": [service.ros_type] for service in SERVED}
     assert graph["services"] == {**named, "/follower/step": ["touchline_msgs/srv/FollowerStep"]}  # asked, not served
@@ -210,7 +211,7 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
 
 
 def test_it_computes_the_same_type_hashes_from_the_shipped_files(client: ForeignClient) -> None:
-    ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
+    ours = {topic.type.ros_type: type_hash(topic.type) for topic in SHOWN}
     ours |= {service.ros_type: service_type_hash(service.ros_type) for service in (*SERVED, topics.FOLLOWER_STEP)}
     assert client.do("hash", types=list(ours)) == ours
 

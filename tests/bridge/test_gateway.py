@@ -1,5 +1,6 @@
 """The gateway in one process, against a plain Zenoh session that is set up as rmw_zenoh sets up a node's."""
 
+import itertools
 import json
 import time
 from dataclasses import replace
@@ -21,9 +22,12 @@ from touchline.schemas.messages import (
     GetPaintRequest,
     GetParametersRequest,
     GetParametersResponse,
+    Header,
     ListParametersRequest,
     ListParametersResponse,
+    Odometry,
     String,
+    TFMessage,
     Time,
 )
 from touchline.schemas.scenario import Scenario
@@ -36,7 +40,8 @@ from touchline.services.bus.ports import free_port
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 #: Liveliness tokens of a gateway: of its node, its follower, each topic and service, and two for goals.
-EVERYTHING = 2 + len(topics.TOPICS) + len(topics.SERVICES) + len(topics.PARAMETER_SERVICES) + 2
+SHOWN = (*topics.TOPICS, *topics.VIEWING)
+EVERYTHING = 2 + len(SHOWN) + len(topics.SERVICES) + len(topics.PARAMETER_SERVICES) + 2
 
 
 @pytest.fixture
@@ -183,6 +188,39 @@ def test_who_comes_late_is_given_the_last_message_of_a_latched_topic_only(robot,
         latched.send(String(data="third"))
         assert decode(String, turn_until(gateway, template.try_recv).payload.to_bytes()).data == "third"
         assert clocks.try_recv() is None
+
+
+def test_what_viewers_draw_is_published_to_who_looks(robot, session, gateway, ros, names):
+    robot.publisher(topics.SETUP).send(String(data=Setup(scenario=Scenario(seed=7)).model_dump_json()))
+    odometry = robot.publisher(topics.ODOMETRY)
+    odometry.send(Odometry(header=Header(frame_id="map", stamp=Time(sec=1))))
+    turn_until(gateway, lambda: gateway.figures()["ros2_drawn"] == 3)  # of the setup; nobody looks at transforms
+    transforms = subscribe(ros, session, names.topic_key(topics.TRANSFORMS))
+    history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
+    key = names.topic_key(topics.STATIC_TRANSFORMS)
+    fixed = ext.declare_advanced_subscriber(ros, key, handlers.FifoChannel(16), history=history)
+    told = decode(TFMessage, turn_until(gateway, fixed.try_recv).payload.to_bytes())
+    assert {each.child_frame_id for each in told.transforms} == {"gnss_link", "imu_link", "tool_link"}
+    second = itertools.count(2)
+
+    def moved():
+        """A transform, once the gateway has seen that somebody looks."""
+        odometry.send(Odometry(header=Header(frame_id="map", stamp=Time(sec=next(second)))))
+        return transforms.try_recv()
+
+    (transform,) = decode(TFMessage, turn_until(gateway, moved).payload.to_bytes()).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("map", "base_link")
+
+
+def test_the_clock_is_told_by_the_name_that_nodes_expect_if_asked_for(robot, bridge, session, endpoint):
+    gateway = Gateway(bridge, session, GatewayConfig(domain=3, clock=True))
+    with zenoh_session("peer", connect=[endpoint]) as ros:
+        turn_until(gateway, lambda: len(tokens(ros)) == EVERYTHING + 1)
+        heard = subscribe(ros, session, RosNode(3, "", "x", session.id).topic_key(topics.CLOCK))
+        publisher = robot.publisher(topics.CLOCK)
+        caught_up(bridge, robot)
+        publisher.send_bytes(clock(3))
+        assert turn_until(gateway, heard.try_recv).payload.to_bytes() == clock(3)
 
 
 def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(robot, session, gateway, ros, names):
@@ -418,13 +456,13 @@ def test_nobody_at_the_router_is_told(endpoint, monkeypatch):
 def test_several_robots_are_several_nodes_of_one_session(bus_config, session, endpoint):
     with Bus.open_all(topics.BRIDGE, bus_config.of("r1", "club/r2")) as buses:
         config = GatewayConfig(domain=3, namespace="/demo")
-        gateways = [
-            Gateway(bus, session, config.of(bus.namespace, alone=False), number) for number, bus in enumerate(buses)
-        ]
+        names = [bus.namespace for bus in buses]
+        gateways = [Gateway(bus, session, config.of(bus.namespace, alone=False), names) for bus in buses]
         with zenoh_session("peer", connect=[endpoint]) as ros:
-            found = turn_until(gateways[0], lambda: len(there := tokens(ros)) == 2 * EVERYTHING and there)
+            every = 2 * (EVERYTHING - 1)  # goals have one name each
+            found = turn_until(gateways[0], lambda: len(there := tokens(ros)) == every and there)
             ids = [tuple(token.split("/")[2:5]) for token in found]
-            assert len(set(ids)) == 2 * EVERYTHING, "session, node and endpoint tell each from all others"
+            assert len(set(ids)) == every, "session, node and endpoint tell each from all others"
             nodes = {token.split("/")[-2] for token in found if "/NN/" in token}
             assert nodes == {"%demo%r1", "%demo%club%r2"}
             second = RosNode(3, "/demo/club/r2", "touchline", session.id, EVERYTHING)

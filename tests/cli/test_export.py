@@ -21,6 +21,8 @@ from touchline.schemas.messages.turf_tank import Path as DrivenPath
 from touchline.schemas.messages.turf_tank import Segment
 from touchline.schemas.scenario import Origin, Scenario
 from touchline.schemas.setup import Setup
+from touchline.services.bridge.channels import is_drawn, topic_at
+from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorder import Recorder
 
 ORIGIN = Origin(latitude_deg=-33.5, longitude_deg=151.25, altitude_m=40.0)
@@ -168,3 +170,27 @@ def test_what_cannot_be_exported_is_refused(
     with pytest.raises(TouchlineError, match=said):
         export(path, *arguments)
     assert not (tmp_path / "a.csv").exists()
+
+
+def test_a_copy_for_viewers_has_all_of_the_recording_and_what_the_recorder_would_have_drawn(tmp_path, capsys):
+    square = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
+    first, again = tmp_path / "first.mcap", tmp_path / "again.mcap"
+    assert export(square, "--viewer", first) == 0
+    recorder = Recorder(tmp_path / "recorded.mcap")
+    before = list(RecordingReader(square).messages())
+    for each in before:
+        topic = topic_at(each.topic)
+        recorder.write(topic.name, each.payload, each.sequence)
+    recorder.finish()
+    copied, recorded = (
+        [each for each in RecordingReader(path).messages() if is_drawn(each.topic, ["tt2"])]
+        for path in (first, tmp_path / "recorded.mcap")
+    )
+    assert len(copied) > 400
+    assert [each[:5] for each in copied] == [each[:5] for each in recorded]
+    kept = [each for each in RecordingReader(first).messages() if not is_drawn(each.topic, ["tt2"])]
+    assert kept == before
+    assert export(first, "--viewer", again) == 0  # what it has for viewers is drawn anew, not twice
+    assert list(RecordingReader(again).messages()) == list(RecordingReader(first).messages())
+    with pytest.raises(TouchlineError, match="is there already"):
+        export(square, "--viewer", first)

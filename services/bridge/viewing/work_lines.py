@@ -78,6 +78,12 @@ class WorkLines:
             older = self._lists[0].pack(self._older)
         return older, self._lists[1].pack(np.vstack((self._latest, self._stroke_lines())))
 
+    def whole(self) -> tuple[bytes, bytes]:
+        """Both messages, whatever was sent before."""
+        self._end_stroke()
+        self._older, self._latest = np.vstack((self._older, self._latest)), _NONE
+        return self._lists[0].pack(self._older), self._lists[1].pack(_NONE)
+
     def cleared(self) -> tuple[bytes, bytes]:
         """Messages that take both markers away."""
         return self._lists[0].pack(_NONE), self._lists[1].pack(_NONE)

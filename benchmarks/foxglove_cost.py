@@ -1,0 +1,129 @@
+"""What the bridge costs while a viewer looks: processor time at 20 times real time, by what is subscribed to.
+
+`python -m benchmarks foxglove_cost`; TOUCHLINE_SPEED sets times real time (20), TOUCHLINE_SECONDS how long for each row
+(15, wall clock). The share is that of one core, reckoned for that speed from processor time over sim time: on a busy
+machine the robot may fall behind.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from benchmarks._processes import cpu_s
+from benchmarks._system import RUNNING, Hand, running_system
+from touchline.schemas import topics
+from touchline.schemas.messages import Clock
+from touchline.services.bus import Bus, Sample
+from touchline.services.bus.ports import free_port
+
+_TEMPLATE: Final = "soccer-11"
+_LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewer-layout.json"
+_SETTLED_S: Final = 3.0
+_ADVERTISED_S: Final = 2.0
+
+
+class Looker:
+    """A viewer that throws away what it gets, in a thread.
+
+    Attributes:
+        messages: How many it got.
+    """
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self._socket = socket
+        self.messages = 0
+
+    def subscribe(self, wanted: Collection[str] | None) -> int:
+        """To topics by name, or all; returns to how many."""
+        channels: dict[str, int] = {}
+        deadline = time.monotonic() + _ADVERTISED_S
+        while time.monotonic() < deadline:
+            try:
+                told = self._socket.recv(timeout=0.2)
+            except TimeoutError:
+                continue
+            if isinstance(told, str) and (message := json.loads(told))["op"] == "advertise":
+                channels |= {each["topic"]: each["id"] for each in message["channels"]}
+        numbers = [number for topic, number in channels.items() if wanted is None or topic in wanted]
+        subscriptions = [{"id": number, "channelId": number} for number in numbers]
+        self._socket.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+        threading.Thread(target=self._listen, daemon=True).start()
+        return len(numbers)
+
+    def _listen(self) -> None:
+        try:
+            for _ in self._socket:
+                self.messages += 1
+        except ConnectionClosed:
+            return
+
+
+@contextmanager
+def looking(url: str, wanted: Collection[str] | None) -> Iterator[tuple[Looker, int]]:
+    """A viewer that has subscribed, and to how many topics."""
+    with connect(url, subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None, close_timeout=0.1) as socket:
+        looker = Looker(socket)
+        yield looker, looker.subscribe(wanted)
+
+
+def layout_topics() -> set[str]:
+    """Those that Foxglove and Lichtblick subscribe to with the shipped layout; of transforms they take all."""
+    text = _LAYOUT.read_text(encoding="utf-8")
+    names = {f"/{topics.DEFAULT_NAMESPACE}/{topic.name}" for topic in (*topics.TOPICS, *topics.VIEWING)}
+    transforms = {f"/{topics.DEFAULT_NAMESPACE}/{name}" for name in ("tf", "tf_static", "truth/tf")}
+    return transforms | {name for name in names if f'"{name}"' in text or f'"{name}.' in text}
+
+
+def main() -> None:
+    """Print a row for nobody, for a viewer with the layout, and for one with everything."""
+    speed = float(os.environ.get("TOUCHLINE_SPEED", "20"))
+    duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "15"))
+    address = f"127.0.0.1:{free_port()}"
+    options = ["--foxglove", "--foxglove-listen", address]
+    with running_system(speed, options=options) as system, Bus.open(topics.OPERATOR, system.config) as bus:
+        hand = Hand(system, bus)
+        hand.ready()
+        hand.plan(_TEMPLATE)
+        pid = system.processes()[topics.BRIDGE]
+        clock = bus.inbox([topics.CLOCK], keep="latest")
+
+        def row(name: str, looker: Looker | None) -> None:
+            hand.order(topics.ABORT)  # from the beginning, so that the job does not end meanwhile
+            while hand.state == RUNNING:
+                hand.listen()
+                time.sleep(0.02)
+            hand.drive(_TEMPLATE)
+            time.sleep(_SETTLED_S)
+            begun_s, sim_s, taken_s = time.monotonic(), _now_s(clock.wait(10.0)), cpu_s(pid)
+            heard = looker.messages if looker is not None else 0
+            time.sleep(duration_s)
+            passed_s, cost_s = _now_s(clock.wait(10.0)) - sim_s, cpu_s(pid) - taken_s
+            took_s = time.monotonic() - begun_s
+            rate = (looker.messages - heard) / took_s if looker is not None else 0.0
+            print(
+                f"{name:28} {passed_s / took_s:5.1f}x  {cost_s:5.2f} s in {took_s:4.1f} s  "
+                f"{speed * cost_s / passed_s:6.1%} of a core at {speed:g}x  {rate:7,.0f} messages/s"
+            )
+
+        row("nobody looks", None)
+        with looking(f"ws://{address}", layout_topics()) as (looker, count):
+            row(f"the layout, {count} topics", looker)
+        with looking(f"ws://{address}", None) as (looker, count):
+            row(f"everything, {count} topics", looker)
+
+
+def _now_s(samples: list[Sample]) -> float:
+    message = samples[-1].decode()
+    assert isinstance(message, Clock)
+    return message.clock.sec + message.clock.nanosec / 1e9

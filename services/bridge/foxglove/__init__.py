@@ -1,0 +1,33 @@
+"""Robots for viewers that speak Foxglove's WebSocket protocol (Foxglove, Lichtblick): topics, orders, parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+from touchline.schemas.errors import TouchlineError
+from touchline.services.bridge.foxglove.viewer_address import DEFAULT_ADDRESS, FoxgloveConfig
+from touchline.services.bus import Bus
+
+if TYPE_CHECKING:
+    from touchline.services.bridge.foxglove.robot_viewers import Viewers
+
+__all__ = ["DEFAULT_ADDRESS", "FoxgloveConfig", "serve_viewers"]
+
+
+def serve_viewers(buses: Sequence[Bus], config: FoxgloveConfig) -> AbstractContextManager[Viewers]:
+    """Serve viewers until the context is left.
+
+    Args:
+        buses: Of each robot.
+        config: Where they are served.
+
+    Raises:
+        TouchlineError: Foxglove's SDK is not installed, or the address cannot be listened on.
+    """
+    try:
+        from touchline.services.bridge.foxglove.robot_viewers import Viewers
+    except ImportError as error:
+        raise TouchlineError("--foxglove needs Foxglove's SDK: pip install 'touchline[foxglove]'") from error
+    return Viewers.open(buses, config)

@@ -1,0 +1,122 @@
+"""Playback control of viewers, by which they play, pause and seek what is replayed on the bus."""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from foxglove.websocket import PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus
+
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import CommandRequest, ReplaySeekRequest, ReplayStatus, SetSpeedRequest
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Service
+from touchline.services.bridge.foxglove.viewer_server import Span
+from touchline.services.bus import Bus, CallError
+
+_TELL_EVERY_S: Final = 0.1
+_ANSWER_S: Final = 10.0
+_NS: Final = 1_000_000_000
+#: Nearer to the end than this (s) a replay that does not play has ended.
+_AT_END_S: Final = 1e-3
+
+
+class ReplayPlayback:
+    """What viewers are told of a replay and tell it.
+
+    Args:
+        buses: Of each robot; a replay is told of under each of its own.
+        check: Called while an answer is waited for; raises `CallError` if there is no time for that.
+    """
+
+    def __init__(self, buses: Sequence[Bus], check: Callable[[], None]) -> None:
+        self._check = check
+        self._ends = [(bus, bus.presence(), bus.inbox([topics.REPLAY_STATUS], keep="latest")) for bus in buses]
+        self._bus = buses[0]
+        self._status: ReplayStatus | None = None
+        self._told: ReplayStatus | None = None
+        self._tell_s = 0.0
+
+    def turn(self) -> None:
+        """Take what the replay tells."""
+        there = False
+        for bus, presence, inbox in self._ends:
+            presence.poll()
+            if topics.REPLAY not in presence.alive():
+                inbox.drain()
+                continue
+            there = True
+            for _, message in inbox.messages():
+                if isinstance(message, ReplayStatus):
+                    self._bus, self._status = bus, message
+        if not there:
+            self._status = None
+
+    @property
+    def span_ns(self) -> Span | None:
+        """What can be played; None while nothing is, or nobody knows how long it is."""
+        status = self._status
+        if status is None or not status.end_s > status.begin_s:  # NaN: not known yet
+            return None
+        return _ns(status.begin_s), _ns(status.end_s)
+
+    def news(self) -> PlaybackState | None:
+        """Where the replay is, if that is to be told."""
+        status, told, now_s = self._status, self._told, time.monotonic()
+        if status is None or status == told:
+            return None
+        jumped = told is not None and told.jumps != status.jumps
+        changed = told is None or jumped or told.playing != status.playing or told.speed != status.speed
+        if not changed and now_s < self._tell_s:
+            return None
+        self._told, self._tell_s = status, now_s + _TELL_EVERY_S
+        return _state(status, jumped=jumped)
+
+    def control(self, wish: PlaybackControlRequest) -> PlaybackState | None:
+        """Have the replay do what a viewer wishes; returns how it is then, None if there is none.
+
+        Called in a thread of the SDK.
+        """
+        status = self._status
+        if status is None:
+            return None
+        changed: dict[str, object] = {}
+        try:
+            if wish.seek_time is not None:
+                time_s = wish.seek_time / _NS
+                if self._call(topics.REPLAY_SEEK, ReplaySeekRequest(request_id=_new(), time_s=time_s)):
+                    changed["now_s"] = time_s
+            if wish.playback_speed > 0.0 and wish.playback_speed != status.speed:
+                speed = SetSpeedRequest(request_id=_new(), factor=wish.playback_speed)
+                if self._call(topics.REPLAY_SET_SPEED, speed):
+                    changed["speed"] = wish.playback_speed
+            playing = wish.playback_command == PlaybackCommand.Play
+            if playing != status.playing:
+                service = topics.REPLAY_RESUME if playing else topics.REPLAY_PAUSE
+                if self._call(service, CommandRequest(request_id=_new())):
+                    changed["playing"] = playing
+        except (CallError, PayloadError):  # it has gone; the viewer is told what was last known
+            pass
+        return _state(status.model_copy(update=changed), jumped=wish.seek_time is not None)
+
+    def _call(self, service: Service[Any, Any], request: Message) -> bool:
+        """Whether the replay has done it."""
+        return bool(self._bus.call(service, request, _ANSWER_S, self._check).success)
+
+
+def _state(status: ReplayStatus, *, jumped: bool) -> PlaybackState:
+    kind = PlaybackStatus.Playing if status.playing else PlaybackStatus.Paused
+    if not status.playing and status.now_s > status.end_s - _AT_END_S:
+        kind = PlaybackStatus.Ended
+    return PlaybackState(kind, _ns(status.now_s), max(status.speed, 0.0), jumped, None)
+
+
+def _ns(time_s: float) -> int:
+    return max(round(time_s * _NS), 0)
+
+
+def _new() -> str:
+    return uuid.uuid4().hex

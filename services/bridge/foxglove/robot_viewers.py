@@ -1,0 +1,153 @@
+"""All robots of a bridge for viewers: what its loop does for them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, Final, Self
+
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.topics import REPLAY_SERVICES, SERVICES, Service
+from touchline.services.bridge.foxglove.replay_playback import ReplayPlayback
+from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
+from touchline.services.bridge.foxglove.viewer_channels import ViewerChannels
+from touchline.services.bridge.foxglove.viewer_server import (
+    Parameters,
+    ServedOrder,
+    ViewerAnswers,
+    ViewerServer,
+)
+from touchline.services.bridge.robot_parameters import ToldParameters, plain_value
+from touchline.services.bridge.routes import refusal_response
+from touchline.services.bridge.viewing import frame_prefix
+from touchline.services.bus import Bus, CallError
+
+_NODE: Final = "touchline"
+#: The longest that a service may take to answer; planning takes longest.
+_ANSWER_S: Final = 120.0
+_TIME_EVERY_S: Final = 1 / 30
+_PLAYBACK_EVERY_S: Final = 0.05
+
+
+class Viewers:
+    """Shows robots to viewers; call `turn` often.
+
+    Args:
+        buses: Of each robot.
+        config: Where viewers are served.
+
+    Raises:
+        TouchlineError: They cannot be.
+    """
+
+    def __init__(self, buses: Sequence[Bus], config: FoxgloveConfig) -> None:
+        self._parameters = {bus.namespace: ToldParameters(bus.counters.reject) for bus in buses}
+        self._leaving = False
+        self._playback = ReplayPlayback(buses, self._check_staying)
+        self._orders = 0
+        served = [self._served(bus, service) for bus in buses for service in (*SERVICES, *REPLAY_SERVICES)]
+        self._server = ViewerServer(config, ViewerAnswers(served, self._told, self._playback.control))
+        names = [bus.namespace for bus in buses]
+        self._robots = {
+            bus.namespace: ViewerChannels(
+                bus, self._server, frame_prefix(bus.namespace, names), clock=config.clock and bus is buses[0]
+            )
+            for bus in buses
+        }
+        self._span_ns: tuple[int, int] | None = None
+        self._time_ns = -1
+        self._time_s = self._playback_s = 0.0
+
+    @classmethod
+    @contextmanager
+    def open(cls, buses: Sequence[Bus], config: FoxgloveConfig) -> Iterator[Self]:
+        """Serve viewers until the context is left; see the class."""
+        viewers = cls(buses, config)
+        try:
+            yield viewers
+        finally:
+            viewers._leaving = True
+            viewers._server.stop()
+
+    @property
+    def url(self) -> str:
+        """Where viewers find it."""
+        return self._server.url
+
+    def turn(self) -> bool:
+        """Pass on what has come; returns whether anything had."""
+        subscribed, busy = self._server.take_subscribed(), False
+        for name, robot in self._robots.items():
+            busy |= robot.turn(subscribed)
+            if robot.setup is not None:
+                self._parameters[name].take_setup(robot.setup)
+                robot.setup = None
+        self._tell_time()
+        self._tell_playback()
+        return busy
+
+    def figures(self, namespace: str) -> dict[str, object]:
+        """Counters of one robot for the diagnostics."""
+        robot = self._robots[namespace]
+        return {
+            "foxglove": self._server.url if self._server.serves else f"waits for {self._server.url}",
+            "foxglove_topics": robot.taken,
+            "foxglove_messages": robot.messages,
+            "foxglove_calls": self._orders,
+        }
+
+    def _tell_time(self) -> None:
+        watched = [robot.now_ns for robot in self._robots.values() if robot.watched]
+        now_s = time.monotonic()
+        if watched and now_s >= self._time_s and max(watched) != self._time_ns:
+            self._time_ns, self._time_s = max(watched), now_s + _TIME_EVERY_S
+            self._server.tell_time(self._time_ns)
+
+    def _tell_playback(self) -> None:
+        now_s = time.monotonic()
+        if now_s < self._playback_s:
+            return
+        self._playback_s = now_s + _PLAYBACK_EVERY_S
+        self._server.turn()
+        self._playback.turn()
+        span_ns = self._playback.span_ns
+        if span_ns != self._span_ns:
+            self._span_ns = span_ns
+            self._server.restart(span_ns)
+        if span_ns is not None and (state := self._playback.news()) is not None:
+            self._server.tell_playback(state)
+
+    def _served(self, bus: Bus, service: Service[Any, Any]) -> ServedOrder:
+        name = f"/{bus.namespace}/{service.name.replace('-', '_')}"
+        return ServedOrder(name, service, partial(self._pass_order, bus, service))
+
+    def _pass_order(self, bus: Bus, service: Service[Any, Any], payload: bytes) -> bytes:
+        """Ask whoever serves it; called in a thread of the SDK, so that a stop waits for nothing here."""
+        self._orders += 1
+        try:
+            return encode(bus.call(service, decode(service.request, payload), _ANSWER_S, self._check_staying))
+        except (CallError, PayloadError) as error:
+            told = refusal_response(service, str(error))
+            if told is None:
+                raise
+            return encode(told)
+
+    def _check_staying(self) -> None:
+        """Called while an answer is waited for: the process cannot end before that.
+
+        Raises:
+            CallError: It is to end.
+        """
+        if self._leaving:
+            raise CallError("the bridge is being stopped; what becomes of this is not known")
+
+    def _told(self) -> Parameters:
+        """Parameters by the names that they have among ROS 2 nodes: ``/tt2/touchline.vehicle.name``."""
+        return {
+            f"/{namespace}/{_NODE}.{name}": plain_value(value)
+            for namespace, told in self._parameters.items()
+            for name, value in told.known().items()
+        }

@@ -1,0 +1,178 @@
+"""One robot's topics for viewers: what nobody looks at is not even subscribed to, but for clock and setup."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Final, Literal
+
+import foxglove
+
+from touchline.schemas import topics
+from touchline.schemas.replay_run import Belonging, ReplayFollower
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.channels import topic_path
+from touchline.services.bridge.foxglove.viewer_server import ViewerServer
+from touchline.services.bridge.gateway import CLOCK_NAME
+from touchline.services.bridge.recorder import is_stamped
+from touchline.services.bridge.robot_time import RobotTime
+from touchline.services.bridge.viewing import Drawn
+from touchline.services.bridge.viewing.body_frames import stamp_of
+from touchline.services.bridge.viewing.live_viewing import LiveViewing
+from touchline.services.bridge.viewing.viewing import SOURCES_OF
+from touchline.services.bus import Bus, Inbox, Sample
+
+_LOOK_EVERY_S: Final = 0.5
+#: So often what has come is passed on, and of where frames are what is the latest (wall clock).
+_PASS_EVERY_S: Final = 0.01
+_SAMPLE_EVERY_S: Final = 0.02
+#: Viewers forget everything when time steps back, and may hear of that after the messages that followed.
+_AGAIN_S: Final = 0.5
+#: What other topics are drawn with comes before them; the clock tells when they were.
+_FIRST: Final = (topics.CLOCK, topics.SETUP, topics.TEMPLATE, topics.PLAN)
+_ORDER: Final = (*_FIRST, *(topic for topic in topics.TOPICS if topic not in _FIRST))
+_STAMPED: Final = frozenset(topic.name for topic in topics.TOPICS if is_stamped(topic))
+_STAMP_END: Final = 12
+Keep = Literal["recent", "latest"]
+
+
+class ViewerChannels:
+    """Passes one robot's messages on to viewers, and what is drawn of them.
+
+    Args:
+        bus: Of the robot.
+        server: Of the viewers.
+        prefix: Before the names of the robot's own frames.
+        clock: Whether its clock is told as ``/clock``, too.
+
+    Attributes:
+        setup: The robot's last message of that topic, which parameters are told from; None before it.
+        messages: How many were passed on.
+        taken: The topics that are taken from the bus for viewers.
+    """
+
+    def __init__(self, bus: Bus, server: ViewerServer, prefix: str, *, clock: bool) -> None:
+        self._bus = bus
+        self._viewing = LiveViewing(bus, prefix)
+        self._channels: dict[str, foxglove.Channel] = {}
+        self._topics: dict[int, Topic] = {}
+        for topic in (*topics.TOPICS, *topics.VIEWING):
+            channel = server.channel(topic_path(bus.namespace, topic), topic)
+            self._channels[topic.name], self._topics[channel.id()] = channel, topic
+        self._clock = server.channel(CLOCK_NAME, topics.CLOCK) if clock else None
+        self._inboxes: dict[str, Inbox] = {}
+        self._sampled: dict[str, Inbox] = {}
+        self._watched: frozenset[Topic] = frozenset()
+        self._shown: frozenset[str] = frozenset()
+        self._look_s = self._pass_s = self._sample_s = 0.0
+        self.taken = ""
+        self._last: dict[str, bytes] = {}
+        self._again_s: float | None = None
+        self._replay = ReplayFollower()
+        self._time = RobotTime()
+        self.setup: bytes | None = None
+        self.messages = 0
+
+    @property
+    def now_ns(self) -> int:
+        """The robot's sim time."""
+        return self._time.latest_ns
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks at anything of it."""
+        return bool(self._watched)
+
+    def turn(self, subscribed: set[int]) -> bool:
+        """Pass on what has come; returns whether anything had.
+
+        Args:
+            subscribed: Ids of channels, this robot's and others', to which somebody has subscribed just now.
+        """
+        now_s = time.monotonic()
+        ours = subscribed & self._topics.keys()
+        if ours or now_s >= self._look_s:
+            self._look_s = now_s + _LOOK_EVERY_S
+            self._look()
+        for number in ours:
+            self._tell_last(self._topics[number].name)
+        if self._again_s is not None and now_s >= self._again_s:
+            self._again_s = None
+            for name in list(self._last):
+                self._tell_last(name)
+        if now_s < self._pass_s:
+            return False
+        self._pass_s = now_s + _PASS_EVERY_S
+        due = [*self._inboxes.values()]
+        if now_s >= self._sample_s:
+            self._sample_s = now_s + _SAMPLE_EVERY_S
+            due += self._sampled.values()
+        samples = [sample for inbox in due for sample in inbox.drain()]
+        for sample in samples:
+            self._take(sample)
+        for drawn in self._viewing.turn():
+            self._draw(drawn)
+        return bool(samples)
+
+    def _look(self) -> None:
+        """See what is looked at, and subscribe to what that takes; what was subscribed to for nothing is let go."""
+        watched = {topic for topic in self._topics.values() if self._channels[topic.name].has_sinks()}
+        if self._clock is not None and self._clock.has_sinks():
+            watched.add(topics.CLOCK)
+        if watched != self._watched:
+            self._watched = frozenset(watched)
+            self._shown = frozenset(topic.name for topic in watched)
+            drawn = self._viewing.want(self._watched & set(topics.VIEWING))
+            for each in drawn:
+                self._draw(each)
+        needed = self._viewing.sources | (self._watched - set(topics.VIEWING)) | {topics.CLOCK}
+        sampled = needed & self._viewing.sampled - self._watched
+        self._inboxes = self._subscribed(self._inboxes, needed - sampled, "recent")
+        self._sampled = self._subscribed(self._sampled, sampled, "latest")
+        names = {topic.name for topic in needed}
+        self.taken = ", ".join(sorted(names))
+        for topic in (*topics.TOPICS, *topics.VIEWING):  # it may change without our hearing of it
+            if not names.issuperset(source.name for source in SOURCES_OF.get(topic, (topic,))):
+                self._last.pop(topic.name, None)
+
+    def _subscribed(self, known: Mapping[str, Inbox], wanted: set[Topic], keep: Keep) -> dict[str, Inbox]:
+        """Inboxes of the topics that are wanted, in their order; the others are let go."""
+        names = [topic.name for topic in _ORDER if topic in wanted]
+        return {name: known.get(name) or self._bus.inbox([topics.TOPIC_BY_NAME[name]], keep=keep) for name in names}
+
+    def _take(self, sample: Sample) -> None:
+        name, payload = sample.topic.name, sample.payload
+        heard = self._replay.hear(sample.publisher)
+        if heard is Belonging.VOID:
+            return
+        before_ns = self._time.latest_ns
+        if heard is Belonging.JUMP:
+            self._time = RobotTime()
+            self._last.clear()
+        if name in _STAMPED and len(payload) >= _STAMP_END:
+            seconds, nanoseconds = stamp_of(payload)
+            self._time.hear(max(seconds * 1_000_000_000 + nanoseconds, 0), sample.topic is topics.CLOCK)
+        if self._time.latest_ns < before_ns:
+            self._again_s = time.monotonic() + _AGAIN_S
+        if sample.topic is topics.SETUP:
+            self.setup = payload
+        self._tell(sample.topic, payload)
+        if sample.topic is topics.CLOCK and self._clock is not None:
+            self._clock.log(payload, log_time=self._time.latest_ns)
+        for drawn in self._viewing.take(sample):
+            self._draw(drawn)
+
+    def _draw(self, drawn: Drawn) -> None:
+        self._tell(drawn.topic, drawn.payload)
+
+    def _tell(self, topic: Topic, payload: bytes) -> None:
+        if topic.latched:
+            self._last[topic.name] = payload
+        if topic.name in self._shown:
+            self._channels[topic.name].log(payload, log_time=self._time.latest_ns)
+            self.messages += 1
+
+    def _tell_last(self, name: str) -> None:
+        """Tell a latched topic's last message again; who knows it already learns nothing new."""
+        if name in self._last:
+            self._channels[name].log(self._last[name], log_time=self._time.latest_ns)

@@ -1,0 +1,224 @@
+"""The WebSocket server: channels, services, parameters and playback by Foxglove's SDK, the only place that imports it.
+
+The SDK calls back from threads of its own. What a client asks for is noted there and looked at in the bridge's loop;
+only orders to the robot and parameters are answered in those threads.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Final
+
+import foxglove
+from foxglove.websocket import (
+    Capability,
+    ChannelView,
+    Client,
+    PlaybackControlRequest,
+    PlaybackState,
+    ServerListener,
+    WebSocketServer,
+)
+
+from touchline.schemas.cdr import full_definition
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Service, Topic
+from touchline.services.bridge.channels import channel_metadata, schema_text
+from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
+
+_NAME: Final = "Touchline"
+_SCHEMA: Final = "ros2msg"
+_ENCODING: Final = "cdr"
+#: Messages that wait for one client; the oldest gives way. It costs memory alone: nobody waits for a client.
+_BACKLOG: Final = 4096
+
+Parameters = Mapping[str, Any]
+"""Values by name."""
+Span = tuple[int, int]
+"""From and to, in ns of a recording's own clock."""
+
+
+@dataclass(frozen=True)
+class ServedOrder:
+    """A service that viewers call.
+
+    Attributes:
+        name: With the robot's namespace.
+        service: Its types.
+        answer: CDR of the response to CDR of a request; called in a thread of the SDK. What it raises is told the
+            client.
+    """
+
+    name: str
+    service: Service[Any, Any]
+    answer: Callable[[bytes], bytes]
+
+
+@dataclass(frozen=True)
+class ViewerAnswers:
+    """Who answers what viewers ask beside topics; called in threads of the SDK.
+
+    Attributes:
+        orders: Services.
+        parameters: All of them, of all robots.
+        control: What becomes of a request to play, pause or seek; None if nothing can be said.
+    """
+
+    orders: Sequence[ServedOrder]
+    parameters: Callable[[], Parameters]
+    control: Callable[[PlaybackControlRequest], PlaybackState | None]
+
+
+class ViewerServer:
+    """Serves viewers until `stop`.
+
+    Args:
+        config: Where.
+        answers: Who answers what is asked.
+
+    Raises:
+        TouchlineError: The address cannot be listened on.
+    """
+
+    def __init__(self, config: FoxgloveConfig, answers: ViewerAnswers) -> None:
+        self._config = config
+        self._answers = answers
+        self._context = foxglove.Context()
+        self._subscribed: deque[int] = deque()
+        self._span_ns: Span | None = None
+        self._port = config.port
+        try:
+            self._server: WebSocketServer | None = self._start()
+        except RuntimeError as error:
+            reason = str(error).rpartition(": ")[2]
+            raise TouchlineError(
+                f"--foxglove-listen {config.host}:{config.port}: cannot listen there ({reason}); name another "
+                "address, or stop what listens there"
+            ) from error
+        self._port = self._server.port
+
+    @property
+    def url(self) -> str:
+        """Where viewers find it."""
+        return f"ws://{self._config.address.rpartition(':')[0]}:{self._port}"
+
+    @property
+    def serves(self) -> bool:
+        """Whether it listens; after `restart` it may take some turns until the address is free again."""
+        return self._server is not None
+
+    def channel(self, name: str, topic: Topic) -> foxglove.Channel:
+        """A channel of that name for the topic's messages as they are."""
+        schema = foxglove.Schema(name=topic.type.ros_type, encoding=_SCHEMA, data=schema_text(topic))
+        metadata = channel_metadata(topic)
+        return foxglove.Channel(
+            name, schema=schema, message_encoding=_ENCODING, context=self._context, metadata=metadata
+        )
+
+    def take_subscribed(self) -> set[int]:
+        """Ids of the channels to which somebody has subscribed since the last call."""
+        found = set()
+        while self._subscribed:
+            found.add(self._subscribed.popleft())
+        return found
+
+    def tell_time(self, time_ns: int) -> None:
+        """The time that viewers show."""
+        if self._server is not None:
+            self._server.broadcast_time(time_ns)
+
+    def tell_playback(self, state: PlaybackState) -> None:
+        """Where a replay is."""
+        if self._server is not None:
+            self._server.broadcast_playback_state(state)
+
+    def warn(self, text: str) -> None:
+        """Have viewers show a warning."""
+        if self._server is not None:
+            self._server.publish_status(text, foxglove.StatusLevel.Warning)
+
+    def restart(self, span_ns: Span | None) -> None:
+        """Serve anew, since it is said at the beginning that there is playback, and of what; clients come back.
+
+        Args:
+            span_ns: From and to which time something is replayed; None if nothing is.
+        """
+        self.stop()
+        self._server, self._span_ns = None, span_ns
+        self.turn()
+
+    def turn(self) -> None:
+        """Serve again, if the address of the former server is free by now."""
+        if self._server is None:
+            with suppress(RuntimeError):
+                self._server = self._start()
+
+    def stop(self) -> None:
+        """Take leave of all clients."""
+        if self._server is not None:
+            self._server.stop()
+
+    def _start(self) -> WebSocketServer:
+        playback = [Capability.PlaybackControl] if self._span_ns is not None else []
+        return foxglove.start_server(
+            name=_NAME,
+            host=self._config.host,
+            port=self._port,
+            capabilities=[Capability.Services, Capability.Parameters, Capability.Time, *playback],
+            server_listener=_Listener(self._subscribed, self._answers, self.warn),
+            supported_encodings=[_ENCODING],
+            services=[_service(order) for order in self._answers.orders],
+            context=self._context,
+            playback_time_range=self._span_ns,
+            message_backlog_size=_BACKLOG,
+        )
+
+
+def _service(order: ServedOrder) -> foxglove.Service:
+    kinds: tuple[type[Message], ...] = (order.service.request, order.service.response)
+    request, response = (
+        foxglove.MessageSchema(
+            encoding=_ENCODING,
+            schema=foxglove.Schema(name=kind.ros_type, encoding=_SCHEMA, data=full_definition(kind).encode()),
+        )
+        for kind in kinds
+    )
+    schema = foxglove.ServiceSchema(order.service.ros_type, request=request, response=response)
+    return foxglove.Service(order.name, schema=schema, handler=lambda asked: order.answer(asked.payload))
+
+
+class _Listener(ServerListener):
+    """What clients do, as the SDK tells it from its threads."""
+
+    def __init__(self, subscribed: deque[int], answers: ViewerAnswers, warn: Callable[[str], None]) -> None:
+        self._subscribed = subscribed
+        self._answers = answers
+        self._warn = warn
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        """Noted for the bridge's loop."""
+        self._subscribed.append(channel.id)
+
+    def on_get_parameters(
+        self, client: Client, param_names: list[str], request_id: str | None = None
+    ) -> list[foxglove.Parameter]:
+        """Those that are named, or all."""
+        known = self._answers.parameters()
+        names = [name for name in param_names if name in known] if param_names else known
+        return [foxglove.Parameter(name, value=known[name]) for name in names]
+
+    def on_set_parameters(
+        self, client: Client, parameters: list[foxglove.Parameter], request_id: str | None = None
+    ) -> list[foxglove.Parameter]:
+        """None can be set: the client is told of the values as they are."""
+        names = [parameter.name for parameter in parameters]
+        self._warn(f"parameters are read-only: {', '.join(names)}")
+        return self.on_get_parameters(client, names) if names else []
+
+    def on_playback_control_request(self, playback_control_request: PlaybackControlRequest) -> PlaybackState | None:
+        """Passed on to the replay."""
+        return self._answers.control(playback_control_request)

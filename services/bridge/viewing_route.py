@@ -1,0 +1,59 @@
+"""What viewers draw, for those among ROS 2 nodes (RViz): made as the robot's messages pass, where somebody looks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.services.bridge.rmw_zenoh import RosNode
+from touchline.services.bridge.routes import TopicRoute
+from touchline.services.bridge.viewing import Drawn
+from touchline.services.bridge.viewing.live_viewing import LiveViewing
+from touchline.services.bridge.viewing.viewing import WORK
+from touchline.services.bus import Bus, Sample
+from touchline.services.bus.ros2 import Ros2Session
+
+#: What is drawn as often as it may change, so only for who looks; the others are drawn and kept for late joiners.
+_MOVING: Final = (topics.TRANSFORMS, topics.TRUE_TRANSFORMS, *WORK)
+_LOOK_EVERY_S: Final = 0.5
+
+
+class ViewingRoute:
+    """Publishes it for one robot.
+
+    Args:
+        bus: Of the robot.
+        session: Among ROS 2 nodes.
+        node: That the robot is there.
+        number: Tells the node's endpoints apart: of the first of the topics.
+        prefix: Before the names of the robot's own frames.
+    """
+
+    def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, prefix: str) -> None:
+        self._viewing = LiveViewing(bus, prefix)
+        self._routes = {
+            topic.name: TopicRoute(session, node, at, topic) for at, topic in enumerate(topics.VIEWING, number)
+        }
+        self._watched = {topic: session.watch(node.topic_key(topic)) for topic in _MOVING}
+        self._look_s = 0.0
+
+    @property
+    def messages(self) -> int:
+        """How many have been published."""
+        return sum(route.messages for route in self._routes.values())
+
+    def turn(self, samples: Iterable[Sample]) -> None:
+        """Draw what has come."""
+        now_s = time.monotonic()
+        if now_s >= self._look_s:
+            self._look_s = now_s + _LOOK_EVERY_S
+            self._send(self._viewing.want([topic for topic, watched in self._watched.items() if watched()]), 0)
+        for sample in samples:
+            self._send(self._viewing.take(sample), sample.source_time_ns)
+        self._send(self._viewing.turn(), 0)
+
+    def _send(self, drawn: Iterable[Drawn], source_time_ns: int) -> None:
+        for each in drawn:
+            self._routes[each.topic.name].send_bytes(each.payload, source_time_ns)
