@@ -24,6 +24,12 @@ def drawn_differences(only: str, task: tuple[int, SessionVerdict]) -> tuple[int,
     return place, draw_differences(only, verdict)
 
 
+def lost_drawing(task: tuple[int, SessionVerdict], _why: str) -> tuple[int, list[Plot]]:
+    """What is drawn if the process that draws it dies: nothing."""
+    place, _ = task
+    return place, []
+
+
 def draw_differences(only: str, verdict: SessionVerdict) -> list[Plot]:
     """Plots of a session that differs; none of one that cannot be done, or of a part alone but the plan.
 
