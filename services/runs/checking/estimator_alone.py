@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
+from touchline.schemas.layout import Payloads
 from touchline.schemas.setup import Setup
+from touchline.schemas.topics import Topic
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.frame_series import (
@@ -29,11 +31,13 @@ from touchline.services.onboard.interface import Checkpoint
 from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.odometry_packer import OdometryPacker
-from touchline.services.robot_sim.packing import Payload, stamp
+from touchline.services.robot_sim.packing import stamp
 from touchline.services.robot_sim.tick_log import period
 from touchline.services.runs.checking.recorded_sensors import frame_at
 from touchline.services.runs.checking.recorded_session import RecordedSession
 
+Said = tuple[Topic, Payloads]
+"""Some messages of a topic, in their order."""
 _AT_ONCE: Final = 6000
 """Ticks, so that memory is bounded."""
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
@@ -43,7 +47,7 @@ _BEGINNING: Final = Checkpoint(0, 0.0, None)
 
 def estimates_again(
     session: RecordedSession, frames: FrameSeries, accepted: Collection[int] = ()
-) -> Iterator[list[Payload]]:
+) -> Iterator[list[Said]]:
     """What today's estimator says of itself and of where the robot is, on both of its topics.
 
     Args:
@@ -75,14 +79,14 @@ class _EstimatorRun:
         self._counters = counters
         self._packer = OdometryPacker(_AT_ONCE)
 
-    def until(self, tick: int) -> Iterator[list[Payload]]:
+    def until(self, tick: int) -> Iterator[list[Said]]:
         """Run up to the end of a tick."""
         end = tick - self._frames.first_tick + 1
         while self._done < end:
             begin, self._done = self._done, min(end, self._done + _AT_ONCE)
             yield self._run(begin, self._done)
 
-    def _run(self, begin: int, end: int) -> list[Payload]:
+    def _run(self, begin: int, end: int) -> list[Said]:
         frames, n = self._frames, end - begin
         part = frames._replace(
             first_tick=frames.first_tick + begin,
@@ -109,7 +113,7 @@ class _EstimatorRun:
         for name in _COUNTED:
             self._counters[row][name] = getattr(estimator.counters, name)
 
-    def _said(self, first_tick: int, n: int) -> list[Payload]:
+    def _said(self, first_tick: int, n: int) -> list[Said]:
         """What of n ticks is due on both topics."""
         at = np.arange(-first_tick % tick_log.ODOMETRY_TICKS, n, tick_log.ODOMETRY_TICKS)
         rows = np.zeros((len(at), tick_log.COLUMNS))
@@ -117,8 +121,7 @@ class _EstimatorRun:
         rows[:, tick_log.ESTIMATE : tick_log.TRUTH] = self._out.rows[at, :SIGMAS]
         estimates = self._packer.estimates(rows)
         at = np.arange(-first_tick % _ESTIMATOR_TICKS, n, _ESTIMATOR_TICKS)
-        said = [(topics.ODOMETRY, each) for each in estimates.each()]
-        return said + [(topics.ESTIMATOR, each) for each in self._consistency(first_tick, at)]
+        return [(topics.ODOMETRY, estimates), (topics.ESTIMATOR, Payloads.of(self._consistency(first_tick, at)))]
 
     def _consistency(self, first_tick: int, at: NDArray[np.int64]) -> list[bytes]:
         columns = [self._counters[name][at].tolist() for name in _COUNTED]

@@ -21,6 +21,7 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import GNSS
 from touchline.services.bridge.channels import namespace_at, robots_among, topic_at
 from touchline.services.bridge.former_types import presented
+from touchline.services.bridge.message_table import MessageTable
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.core.geodesy import local_frame, to_local
@@ -128,7 +129,7 @@ def run_estimator(
             "give one with a GNSS receiver",
         )
     try:
-        sensors = RecordedSensors(session.setup, sensor_frames(session.setup, session.sensors, session.last_tick))
+        sensors = RecordedSensors(session.setup, sensor_frames(session.setup, session.tables(), session.last_tick))
     except NotRebuilt as error:
         run.problem = str(error)
         return run
@@ -180,6 +181,10 @@ class _Session:
             self.told.append("an order in the recording cannot be read")
             return
         self.orders.setdefault(tick_of(order.header), []).append((order.name, details))
+
+    def tables(self) -> dict[str, MessageTable]:
+        """Of each sensor."""
+        return {name: MessageTable.of(messages) for name, messages in self.sensors.items()}
 
     def receiver(self) -> Floats:
         """See `EstimatorRun`."""
