@@ -137,6 +137,13 @@ def test_a_guided_robot_is_done_again(guided):
     assert one.diff.topics[topics.TRUTH.name].pairs > 400
 
 
+@pytest.mark.parametrize("part", ["estimator", "follower"])
+def test_a_part_alone_is_run_on_the_poses_of_a_camera(guided, part):
+    (one,) = check_recording(guided, exact=True, only=part)
+    assert one.passed, (one.problem, str(one.first))
+    assert sum(each.pairs for each in one.diff.topics.values()) > 400
+
+
 def test_other_guidance_is_a_difference(guided, monkeypatch):
     real = Emulator.take_guidance
     monkeypatch.setattr(

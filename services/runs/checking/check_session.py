@@ -32,9 +32,16 @@ from touchline.services.runs.checking.replan import planned_again
 from touchline.services.runs.checking.robot_messages import RobotMessages
 from touchline.services.runs.checking.robot_tables import ProcessTables, RobotTables
 from touchline.services.runs.checking.side_by_side import Progress, let_both_go_on
+from touchline.services.runs.importing.session_writer import IMPORTED
 
 ALONE: Final = (PLAN, ESTIMATOR, FOLLOWER)
 """Parts that can be run alone on what was recorded."""
+
+
+_OF_A_LOG: Final = (
+    "it was made of a log of another robot, of which nothing was estimated, decided or driven by this code then; "
+    "`touchline estimate` runs the estimator on it"
+)
 
 
 @dataclass
@@ -96,6 +103,8 @@ def check_recording(
     """
     tables = RobotTables(path, OPEN_LOOP) if only == ESTIMATOR else None
     summary = _summary(path) if tables is None else tables.summary
+    if IMPORTED in summary.metadata:
+        return [SessionCheck("", problem=_OF_A_LOG)]
     made_by = summary.metadata.get(MADE_BY, {})
     others = other_platform(made_by)
     told = {topic.name for each in summary.topics if (topic := topic_at(each)) is not None}

@@ -11,7 +11,7 @@ from touchline.schemas.messages import Event
 from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.runs.checking.divergence import ESTIMATOR, PART_OF, SessionDiff
-from touchline.services.runs.checking.estimator_alone import estimates_again
+from touchline.services.runs.checking.estimator_alone import Said, estimates_again
 from touchline.services.runs.checking.forced_computer import ForcedComputer, decisions
 from touchline.services.runs.checking.rebuild import Rebuild
 from touchline.services.runs.checking.recorded_sensors import RecordedSensors
@@ -48,18 +48,24 @@ def check_estimator(
     Raises:
         NotRebuilt: What it needs was not recorded.
     """
-    causes, came = recorded.messages(_CAUSES), recorded.of(SENSED | ESTIMATES)
-    session = RecordedSession.of(causes)
-    _refuse_resumed(session)
-    session.last_tick = max([session.last_tick, *(int(each.log_time_ns[-1]) // TICK_NS for each in came.values())])
+    session, said = estimated_again(recorded)
+    came = recorded.of(SENSED | ESTIMATES)
     from_ns = min([session.from_ns, *(int(each.publish_time_ns[0]) for each in came.values())])
-    frames = sensor_frames(session.setup, came, session.last_tick)
     diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut)
-    said = list(estimates_again(session, frames, _accepted(causes)))
     if not diff.take_equal(came, said):
         each_said = ([(topic, payload) for topic, some in slice_ for payload in some.each()] for slice_ in said)
         compare_rest(diff, recorded.messages(ESTIMATES), each_said)
     return diff, session.last_tick / 100.0
+
+
+def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list[Said]]]:
+    """What was recorded, and what today's estimator says on its sensors; see `check_estimator`."""
+    causes, came = recorded.messages(_CAUSES), recorded.of(SENSED | ESTIMATES)
+    session = RecordedSession.of(causes)
+    _refuse_resumed(session)
+    session.last_tick = max([session.last_tick, *(int(each.log_time_ns[-1]) // TICK_NS for each in came.values())])
+    frames = sensor_frames(session.setup, came, session.last_tick)
+    return session, list(estimates_again(session, frames, _accepted(causes)))
 
 
 def check_follower(
@@ -77,12 +83,20 @@ def check_follower(
     Raises:
         NotRebuilt: What the computer needs was not recorded.
     """
+    computer = decided_again(session, messages, diff, progress)
+    diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
+
+
+def decided_again(
+    session: RecordedSession, messages: RobotMessages, diff: SessionDiff, progress: Progress = lambda done: None
+) -> ForcedComputer:
+    """Today's computer after it has been through the session; see `check_follower`."""
     _refuse_resumed(session)
     came = messages.tables(SENSED).of(SENSED)
     computer = ForcedComputer(session.setup, session.commands)
     sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick))
     let_both_go_on(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
-    diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
+    return computer
 
 
 def _refuse_resumed(session: RecordedSession) -> None:

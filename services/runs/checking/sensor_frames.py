@@ -18,6 +18,7 @@ from touchline.services.bridge.message_table import MessageTable
 from touchline.services.core.geodesy import local_frame, to_local
 from touchline.services.onboard.computer_state import ReceivedFix
 from touchline.services.onboard.estimation.frame_series import FrameSeries
+from touchline.services.onboard.estimation.received import FIX_FIXED
 from touchline.services.onboard.interface import ANGLES, MAG, READINGS
 from touchline.services.robot_sim import layouts
 from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt
@@ -39,6 +40,7 @@ SENSED: Final = frozenset(
 )
 """Topics from which frames are made."""
 _FIRST_TICK: Final = 1
+_ULPS: Final = 8
 
 
 def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
@@ -52,8 +54,6 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
     Raises:
         NotRebuilt: What the estimator needs was not recorded.
     """
-    if came.get(topics.CAMERA_POSE.name):
-        raise NotRebuilt("poses of a camera overhead are not run on yet")
     n = max(last_tick, _FIRST_TICK)
     ticks = np.arange(_FIRST_TICK, _FIRST_TICK + n)
     readings: Floats = np.zeros((n, READINGS))
@@ -77,7 +77,8 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
         has = newest >= 0
         readings[has, column : column + values.shape[1]] = values[newest[has]]
         measured[has, sensor] = messages.publish_time_ns[newest[has]] // TICK_NS
-    fixes, arrivals = _fixes(setup, came)
+    poses = came.get(topics.CAMERA_POSE.name)
+    fixes, arrivals = _fixes(setup, came) if poses is None else _poses(poses)
     arrived = np.searchsorted(arrivals, np.append(ticks, ticks[-1] + 1), side="left")
     return FrameSeries(_FIRST_TICK, readings, measured, cast("Sequence[ReceivedFix]", fixes), arrived)
 
@@ -132,10 +133,47 @@ def _fixes(setup: Setup, came: OfTopic) -> tuple[NDArray[Any], Integers]:
     origin = setup.scenario.origin
     frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
     local = np.array([to_local(frame, *place) for place in places.tolist()]).reshape(-1, 3)
-    ticks, rest_ns = np.divmod(nanosec.astype(np.int64), TICK_NS)
-    found["stamp_s"] = ((100 * sec.astype(np.int64) + ticks) / 100 + rest_ns / 1e9)[:, 0]
+    found["stamp_s"] = _stamps_s(sec, nanosec)
     found["east_m"], found["north_m"] = local[:, 0], local[:, 1]
     found["variance_m2"], found["fix"] = variance_m2[:, 0], fix[:, 0]
     found["satellites"], found["correction_age_s"] = satellites[:, 0], age_s[:, 0]
     found["heading_rad"] = found["heading_variance_rad2"] = math.nan
     return found, statuses.log_time_ns[paired] // TICK_NS
+
+
+def _stamps_s(sec: NDArray[Any], nanosec: NDArray[Any]) -> Floats:
+    """(n,) times as the robot's computer has them, of (n, 1) seconds and nanoseconds: whole ticks are exact."""
+    ticks, rest_ns = np.divmod(nanosec.astype(np.int64), TICK_NS)
+    found: Floats = ((100 * sec.astype(np.int64) + ticks) / 100 + rest_ns / 1e9)[:, 0]
+    return found
+
+
+def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
+    """The poses of a camera that arrived (k,), and in which ticks."""
+    where = {
+        "header.stamp.sec": 1,
+        "header.stamp.nanosec": 1,
+        "pose.pose.position.x": 2,
+        "pose.pose.orientation.z": 2,
+        "pose.covariance[0]": 1,
+        "pose.covariance[35]": 1,
+    }
+    sec, nanosec, places, turned, variance_m2, variance_rad2 = _numbers(layouts.CAMERA_POSE, told, where)
+    found = np.zeros(len(sec), ReceivedFix.dtype)
+    found["stamp_s"], found["fix"] = _stamps_s(sec, nanosec), FIX_FIXED
+    found["east_m"], found["north_m"] = places[:, 0], places[:, 1]
+    found["variance_m2"], found["heading_variance_rad2"] = variance_m2[:, 0], variance_rad2[:, 0]
+    found["heading_rad"] = [_heading_rad(z, w) for z, w in turned.tolist()]
+    return found, told.log_time_ns // TICK_NS
+
+
+def _heading_rad(z: float, w: float) -> float:
+    """The heading of which this is the quaternion, to the bit: of those near the arc tangent the one that gives it."""
+    guess = 2.0 * math.atan2(z, w)
+    below = above = guess
+    for _ in range(_ULPS):
+        for heading_rad in (below, above):
+            if math.sin(0.5 * heading_rad) == z and math.cos(0.5 * heading_rad) == w:
+                return heading_rad
+        below, above = math.nextafter(below, -math.inf), math.nextafter(above, math.inf)
+    return guess
