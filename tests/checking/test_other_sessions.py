@@ -141,6 +141,7 @@ def test_a_guided_robot_is_done_again(guided):
 def test_a_part_alone_is_run_on_the_poses_of_a_camera(guided, part):
     (one,) = check_recording(guided, exact=True, only=part)
     assert one.passed, (one.problem, str(one.first))
+    assert "within tolerances" in one.notes[0]
     assert sum(each.pairs for each in one.diff.topics.values()) > 400
 
 

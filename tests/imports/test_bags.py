@@ -9,6 +9,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
+from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
 from touchline.services.imports.formats import open_log
 from touchline.services.runs.estimating.estimate_figures import estimate_figures
@@ -113,5 +114,5 @@ def test_a_stream_of_words_has_nothing_for_a_sensor(bag, tmp_path):
     table = open_log(bag).read(["/chatter"]).tables["/chatter"]
     assert (len(table.time_s), dict(table.columns)) == (1, {})
     mapping = LogMapping.model_validate({"fixes": {"stream": "/chatter"}})
-    with pytest.raises(ValueError, match=r"fixes\.columns do not say which column of /chatter is latitude_deg"):
+    with pytest.raises(SpecError, match=r"fixes\.columns do not say which column of /chatter is latitude_deg"):
         import_logs([bag], mapping, tmp_path / "session.mcap")

@@ -130,6 +130,7 @@ def test_stamps_are_put_in_order():
         ("nothing.bin", b"\0\1\2\3" * 50, "of no known format"),
         ("empty.bag", b"", "is empty"),
         ("cut.bag", b"#ROSBAG V2.0\nxx", "cannot be read as a ROS 1 bag"),
+        ("pointer.bag", b"version https://git-lfs.github.com/spec/v1\noid sha256:00\n", "is a Git LFS pointer"),
         ("names.csv", b"a,b\n1,2\n", "has no column with the time"),
         ("words.pos", b"% program\nhello\n", "has no line with time"),
     ],

@@ -40,7 +40,6 @@ SENSED: Final = frozenset(
 )
 """Topics from which frames are made."""
 _FIRST_TICK: Final = 1
-_ULPS: Final = 8
 
 
 def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
@@ -149,7 +148,7 @@ def _stamps_s(sec: NDArray[Any], nanosec: NDArray[Any]) -> Floats:
 
 
 def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
-    """The poses of a camera that arrived (k,), and in which ticks."""
+    """The poses of a camera that arrived (k,), and in which ticks; a heading's last bit is lost in its quaternion."""
     where = {
         "header.stamp.sec": 1,
         "header.stamp.nanosec": 1,
@@ -163,17 +162,5 @@ def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
     found["stamp_s"], found["fix"] = _stamps_s(sec, nanosec), FIX_FIXED
     found["east_m"], found["north_m"] = places[:, 0], places[:, 1]
     found["variance_m2"], found["heading_variance_rad2"] = variance_m2[:, 0], variance_rad2[:, 0]
-    found["heading_rad"] = [_heading_rad(z, w) for z, w in turned.tolist()]
+    found["heading_rad"] = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
     return found, told.log_time_ns // TICK_NS
-
-
-def _heading_rad(z: float, w: float) -> float:
-    """The heading of which this is the quaternion, to the bit: of those near the arc tangent the one that gives it."""
-    guess = 2.0 * math.atan2(z, w)
-    below = above = guess
-    for _ in range(_ULPS):
-        for heading_rad in (below, above):
-            if math.sin(0.5 * heading_rad) == z and math.cos(0.5 * heading_rad) == w:
-                return heading_rad
-        below, above = math.nextafter(below, -math.inf), math.nextafter(above, math.inf)
-    return guess
