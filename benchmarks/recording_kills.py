@@ -36,9 +36,9 @@ from touchline.services.bus import Bus
 
 _SPEED: Final = 20.0
 _TEMPLATE: Final = "soccer-11"
-_GOES_ON_S: Final = 60.0
+_GOES_ON_S: Final = 120.0
 _KEPT_S: Final = 0.5
-_BEGIN_BYTES: Final = 64 * 1024
+_BEGIN_BYTES: Final = 16 * 1024
 """More than schemas and channels take."""
 
 
@@ -122,16 +122,14 @@ def _kill_bridges(runs: int, chance: random.Random, doctor: list[str], problems:
             until = time.monotonic() + chance.uniform(0.2, 4.0)
             pid = system.processes()[topics.BRIDGE]
             while time.monotonic() < until:
-                if listener.done:
-                    hand.drive(_TEMPLATE)
-                listener.listen(0.05)
+                _keep_going(hand, listener, 0.05)
             killed_s = time.monotonic()
             os.kill(pid, signal.SIGKILL)
             following = path.with_name(f"{path.stem}.part{number}.mcap")
             while not _goes_on(following):
                 if time.monotonic() - killed_s > _GOES_ON_S:
                     raise SystemLost(f"the recording does not go on after {part.name}")
-                listener.listen(0.01)
+                _keep_going(hand, listener, 0.01)
             kills.append(_Kill(part, killed_s, listener.heard(begun_s, killed_s)))
             part, begun_s = following, time.monotonic()
             gaps_s.append(begun_s - killed_s)
@@ -143,6 +141,13 @@ def _kill_bridges(runs: int, chance: random.Random, doctor: list[str], problems:
         for kill in kills:
             yield _judged(kill, doctor, problems)
         _look(path, doctor, problems)
+
+
+def _keep_going(hand: Hand, listener: _Listener, duration_s: float) -> None:
+    """Listen for so long; a job that is done is followed by another."""
+    if listener.done:
+        hand.drive(_TEMPLATE)
+    listener.listen(duration_s)
 
 
 def _goes_on(part: Path) -> bool:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
 from multiprocessing.connection import wait
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from touchline.schemas.errors import TouchlineError
 from touchline.services.runs.worker_process import WorkerLost, WorkerProcess
@@ -38,42 +38,77 @@ def in_processes(
     Raises:
         TouchlineError: A process does not even start.
     """
-    pool: list[WorkerProcess] = []
-
-    def begin() -> None:
-        pool.append(WorkerProcess())  # first, so that it is ended if this is interrupted
-        pool[-1].begin(work, shared)
-
-    given = left = 0
+    pool = _Pool(work, shared, tasks)
     try:
         for _ in range(min(workers, len(tasks))):
-            begin()
-        while left < len(tasks):
-            ready = wait([worker.connection for worker in pool])
-            for worker in [each for each in pool if each.connection in ready]:
-                number = worker.task
+            pool.begin()
+        while pool.left:
+            for worker, number in pool.ready():
                 try:
-                    came = worker.take()
+                    came = pool.take(worker)
                 except WorkerLost as error:
-                    if number is None:
-                        raise TouchlineError(f"no task can be done: {error}") from error
-                    worker.end()
-                    pool.remove(worker)
-                    if given < len(tasks):
-                        begin()
                     came = lost(tasks[number], str(error))
-                else:
-                    if given < len(tasks):
-                        worker.give(given, tasks[given])
-                        given += 1
-                    else:
-                        worker.end()
-                        pool.remove(worker)
-                if number is not None:
-                    left += 1
+                if number >= 0:
+                    pool.left -= 1
                     yield came
     finally:
-        for worker in pool:
+        pool.end()
+
+
+class _Pool:
+    """Processes that are given one task after the other, in their order.
+
+    Attributes:
+        left: Tasks of which nothing has come yet.
+    """
+
+    def __init__(self, work: Work[Any, Any, Any], shared: Any, tasks: Sequence[Any]) -> None:
+        self._work, self._shared, self._tasks = work, shared, tasks
+        self._workers: list[WorkerProcess] = []
+        self._given, self.left = 0, len(tasks)
+
+    def begin(self) -> None:
+        """One more process."""
+        self._workers.append(WorkerProcess())  # first, so that it is ended if this is interrupted
+        self._workers[-1].begin(self._work, self._shared)
+
+    def ready(self) -> list[tuple[WorkerProcess, int]]:
+        """Those that have something to say, and which task it is about; −1: that they have begun."""
+        told = wait([worker.connection for worker in self._workers])
+        ready = [worker for worker in self._workers if worker.connection in told]
+        return [(worker, -1 if worker.task is None else worker.task) for worker in ready]
+
+    def take(self, worker: WorkerProcess) -> Any:
+        """What came of a process's task; it gets the next one, or ends.
+
+        Raises:
+            WorkerLost: It has died, and another one takes its place.
+            TouchlineError: It has died before it had one.
+        """
+        more = self._given < len(self._tasks)
+        try:
+            came = worker.take()
+        except WorkerLost as error:
+            if worker.task is None:
+                raise TouchlineError(f"no task can be done: {error}") from error
+            self._dismiss(worker)
+            if more:
+                self.begin()
+            raise
+        if more:
+            worker.give(self._given, self._tasks[self._given])
+            self._given += 1
+        else:
+            self._dismiss(worker)
+        return came
+
+    def _dismiss(self, worker: WorkerProcess) -> None:
+        worker.end()
+        self._workers.remove(worker)
+
+    def end(self) -> None:
+        """End them all, whatever they do."""
+        for worker in self._workers:
             worker.end()
 
 
