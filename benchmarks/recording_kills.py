@@ -22,7 +22,7 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from mcap.reader import SeekingReader
 from rosbags.rosbag2 import Reader
@@ -36,8 +36,10 @@ from touchline.services.bus import Bus
 
 _SPEED: Final = 20.0
 _TEMPLATE: Final = "soccer-11"
-_GOES_ON_S: Final = 60.0
+_GOES_ON_S: Final = 120.0
 _KEPT_S: Final = 0.5
+_BEGIN_BYTES: Final = 16 * 1024
+"""More than schemas and channels take."""
 
 
 def main() -> None:
@@ -84,10 +86,22 @@ class _Listener:
         elif isinstance(message, TraversalStatus):
             self.done = message.state == TraversalStatus.DONE
 
-    def lost_s(self, last_ns: int, killed_s: float) -> float:
-        """Wall clock from the first time that was heard before the kill, and is not in the file, to the kill."""
-        missing = [at_s for at_s, clock_ns in self._heard if clock_ns > last_ns and at_s < killed_s]
-        return killed_s - missing[0] if missing else 0.0
+    def heard(self, from_s: float, until_s: float) -> list[tuple[float, int]]:
+        """(when on the wall clock, ns of the robot's clock) that was heard between two moments."""
+        return [each for each in self._heard if from_s <= each[0] < until_s]
+
+
+class _Kill(NamedTuple):
+    """A file whose recorder was killed, when, and what was heard of the robot's clock while it was recorded."""
+
+    path: Path
+    at_s: float
+    heard: list[tuple[float, int]]
+
+    def lost_s(self, last_ns: int) -> float:
+        """Wall clock from the first time that was heard, and is not in the file, to the kill."""
+        missing = [at_s for at_s, clock_ns in self.heard if clock_ns > last_ns]
+        return self.at_s - missing[0] if missing else 0.0
 
 
 @contextmanager
@@ -103,50 +117,63 @@ def _recorded_job() -> Iterator[tuple[System, Hand, _Listener, Path]]:
 def _kill_bridges(runs: int, chance: random.Random, doctor: list[str], problems: list[str]) -> Iterator[float]:
     """Kill the bridge of one recording again and again; a job that is done is followed by another."""
     with _recorded_job() as (system, hand, listener, path):
-        part, gaps_s = path, []
+        part, gaps_s, kills, begun_s = path, list[float](), list[_Kill](), time.monotonic()
         for number in range(2, runs + 2):
             until = time.monotonic() + chance.uniform(0.2, 4.0)
             pid = system.processes()[topics.BRIDGE]
             while time.monotonic() < until:
-                if listener.done:
-                    hand.drive(_TEMPLATE)
-                listener.listen(0.05)
+                _keep_going(hand, listener, 0.05)
             killed_s = time.monotonic()
             os.kill(pid, signal.SIGKILL)
             following = path.with_name(f"{path.stem}.part{number}.mcap")
-            while not (following.exists() and following.stat().st_size > 0):
+            while not _goes_on(following):
                 if time.monotonic() - killed_s > _GOES_ON_S:
                     raise SystemLost(f"the recording does not go on after {part.name}")
-                listener.listen(0.01)
-            gaps_s.append(time.monotonic() - killed_s)
-            yield _judged(listener, part, killed_s, doctor, problems)
-            part = following
-        print(f"the next part is there after {_spread(gaps_s)}")
+                _keep_going(hand, listener, 0.01)
+            kills.append(_Kill(part, killed_s, listener.heard(begun_s, killed_s)))
+            part, begun_s = following, time.monotonic()
+            gaps_s.append(begun_s - killed_s)
+        print(f"the next part is there after {_spread(gaps_s)}", flush=True)
         listener.listen(1.0)
         if problem := hand.finish_recording():
             problems.append(f"the last part: {problem}")
+        # Only now: what is still recorded meanwhile would have to be read, too.
+        for kill in kills:
+            yield _judged(kill, doctor, problems)
         _look(path, doctor, problems)
+
+
+def _keep_going(hand: Hand, listener: _Listener, duration_s: float) -> None:
+    """Listen for so long; a job that is done is followed by another."""
+    if listener.done:
+        hand.drive(_TEMPLATE)
+    listener.listen(duration_s)
+
+
+def _goes_on(part: Path) -> bool:
+    """Whether a part has messages already, and not only its begin."""
+    return part.exists() and part.stat().st_size > _BEGIN_BYTES
 
 
 def _kill_tree(chance: random.Random, doctor: list[str], problems: list[str]) -> float:
     """Kill every process of a system that records."""
     with _recorded_job() as (system, _, listener, path):
         pids = (system.supervisor.pid, *system.processes().values())
+        begun_s = time.monotonic()
         listener.listen(chance.uniform(0.2, 6.0))
         killed_s = time.monotonic()
         for pid in pids:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         listener.listen(0.5)
-        return _judged(listener, path, killed_s, doctor, problems)
+        return _judged(_Kill(path, killed_s, listener.heard(begun_s, killed_s)), doctor, problems)
 
 
-def _judged(listener: _Listener, path: Path, killed_s: float, doctor: list[str], problems: list[str]) -> float:
+def _judged(kill: _Kill, doctor: list[str], problems: list[str]) -> float:
     """How much is missing before the kill; problems of the file are added."""
-    last_ns = _look(path, doctor, problems, alone=True)
-    lost_s = listener.lost_s(last_ns, killed_s)
+    lost_s = kill.lost_s(_look(kill.path, doctor, problems, alone=True))
     if lost_s > _KEPT_S:
-        problems.append(f"{path.name} lacks {lost_s:.2f} s")
+        problems.append(f"{kill.path.name} lacks {lost_s:.2f} s")
     return lost_s
 
 

@@ -117,7 +117,7 @@ class FixedLayout:
             raise ValueError(f"{self.kind.ros_type}: {count} numbers do not follow one another from {path} on")
         return offset, kind
 
-    def columns(self, payloads: Sequence[bytes], places: Mapping[str, int]) -> list[NDArray[Any]]:
+    def columns(self, payloads: "Payloads", places: Mapping[str, int]) -> list[NDArray[Any]]:
         """Some numbers of many payloads: of each place an array (n, count).
 
         Args:
@@ -127,10 +127,10 @@ class FixedLayout:
         Raises:
             PayloadError: A payload is not of this layout: its length or a constant in it differs.
         """
-        n = len(payloads)
-        if any(len(payload) != self.size for payload in payloads):
+        n = len(payloads.sizes)
+        if payloads.sizes != [self.size] * n:
             raise PayloadError(f"{self.kind.ros_type}: not all are of the {self.size} bytes that are expected")
-        table = np.frombuffer(b"".join(payloads), np.uint8).reshape(n, self.size)
+        table = np.frombuffer(payloads.data, np.uint8).reshape(n, self.size)
         constant = np.ones(self.size, np.bool_)
         for offset, code in self._codes:
             constant[offset : offset + struct.calcsize(code)] = False
@@ -176,6 +176,11 @@ class Payloads(NamedTuple):
     def of(cls, payloads: list[bytes]) -> Self:
         """These."""
         return cls([len(payload) for payload in payloads], b"".join(payloads))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All of these, one part after another."""
+        return cls([size for part in parts for size in part.sizes], b"".join(part.data for part in parts))
 
     def each(self) -> list[bytes]:
         """One by one."""

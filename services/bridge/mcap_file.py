@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import BinaryIO, NamedTuple, TypeVar
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -24,7 +24,8 @@ from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel, Statistics)
 
 _RECORD_HEAD = struct.Struct("<BQ")
-_MESSAGE_HEAD = struct.Struct("<HIQQ")
+RECORD_HEAD_BYTES = _RECORD_HEAD.size
+MESSAGE_HEAD = struct.Struct("<HIQQ")
 _INDEX_HEAD = struct.Struct("<HI")
 _INDEX_ENTRY_BYTES = 16
 _FOOTER_BYTES = _RECORD_HEAD.size + 20 + len(MCAP0_MAGIC)
@@ -57,6 +58,20 @@ _CHUNK_SIGHT_BYTES = _RECORD_HEAD.size + _CHUNK_FIELDS_BYTES + 4 + 4 + 8
 _SEARCH_BYTES = 1024 * 1024
 
 
+class MessageRun(NamedTuple):
+    """Message records that follow one another without a gap.
+
+    Attributes:
+        data: Bytes that hold them, among others.
+        starts: Where the content of each begins there.
+        end: Behind the last one.
+    """
+
+    data: bytes
+    starts: list[int]
+    end: int
+
+
 class McapFile:
     """One MCAP file; damaged parts are skipped and listed in the summary.
 
@@ -77,7 +92,7 @@ class McapFile:
         self._unknown: Counter[int] = Counter()
         self._summary_searched = False
         self.complete = False
-        self._from_zero = False
+        self.from_zero = False
         """Whether a publish time of 0 is the beginning of sim time, and not one that was never set."""
         self._unpacked_bytes = 0
         self._seen = 0
@@ -103,6 +118,15 @@ class McapFile:
         Raises:
             RecordingError: The file is not MCAP.
         """
+        for run in self.runs():
+            yield from self._messages(run, topics)
+
+    def runs(self) -> Iterator[MessageRun]:
+        """All messages as they are in the file. Before the empty run at the end all have to have been taken.
+
+        Raises:
+            RecordingError: The file is not MCAP.
+        """
         with self._stream:
             begin = self._stream.read(len(MCAP0_MAGIC))
             if begin != MCAP0_MAGIC:
@@ -117,7 +141,8 @@ class McapFile:
                 else:
                     going = record is not None
                     if record is not None:
-                        yield from self._taken(*record, topics)
+                        yield from self._taken(*record)
+            yield MessageRun(b"", [], 0)
             self._check_count()
             behind = self._size_bytes - self._stream.tell()
             if self.complete and behind:
@@ -224,19 +249,19 @@ class McapFile:
         fits = block_at + start + _RECORD_HEAD.size + length <= self._size_bytes
         return bool(fits and length == _CHUNK_FIELDS_BYTES + 4 + name_bytes + 8 + records_bytes)
 
-    def _taken(self, opcode: int, content: bytes, topics: Collection[str] | None) -> Iterator[Recorded]:
+    def _taken(self, opcode: int, content: bytes) -> Iterator[MessageRun]:
         self._indexed = None
         if opcode == Opcode.CHUNK:
-            yield from self._chunk(content, topics)
+            yield from self._chunk(content)
             return
         if opcode == Opcode.MESSAGE:
-            yield from self._message(content, 0, len(content), topics)
+            yield from self._content_alone(content, 0, len(content))
             return
         try:
             if opcode == Opcode.HEADER:
                 header = self._parsed(FileHeader, content)
                 self._summary.profile = header.profile
-                self._from_zero = header.library.startswith("touchline")
+                self.from_zero = header.library.startswith("touchline")
             elif opcode == Opcode.METADATA:
                 record = self._parsed(Metadata, content)
                 self._summary.note(record.name, dict(record.metadata), self._path.name)
@@ -249,7 +274,13 @@ class McapFile:
         except Damage as damage:
             self._lose(damage, 0)
 
-    def _chunk(self, content: bytes, topics: Collection[str] | None) -> Iterator[Recorded]:
+    def _define_or_lose(self, opcode: int, content: bytes) -> None:
+        try:
+            self._define(opcode, content)
+        except Damage as damage:
+            self._lose(damage, 0)
+
+    def _chunk(self, content: bytes) -> Iterator[MessageRun]:
         """The messages of a chunk, up to what is damaged in it."""
         at, end = self._record_at, self._stream.tell()
         loss, chunk, body, good = Loss(""), None, b"", 0
@@ -257,19 +288,23 @@ class McapFile:
             chunk = self._parsed(Chunk, content)
             loss.from_ns, loss.to_ns = chunk.message_start_time, chunk.message_end_time
             body = self._body(chunk)
-            for opcode, start, good in _records(body):
-                if opcode == Opcode.MESSAGE:
-                    yield from self._message(body, start, good, topics)
-                elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                    try:
-                        self._define(opcode, body[start:good])
-                    except Damage as damage:
-                        self._lose(damage, 0)
+            while good < len(body):
+                run = _run_from(body, good)
+                if run.starts:
+                    self._seen += len(run.starts)
+                    yield run
+                good = run.end
+                if good < len(body):
+                    opcode, start, good = next(_records(body, good))
+                    if opcode == Opcode.MESSAGE:
+                        yield from self._content_alone(body, start, good)
+                    elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                        self._define_or_lose(opcode, body[start:good])
         except Damage as damage:
             loss.what = f"{str(damage) or 'a chunk that ends early'}, at byte {at:,} of {self._path.name}"
             self._summary.lose(loss)
             # What the chunk's indexes have and could not be read before the damage is lost.
-            read = Counter(_MESSAGE_HEAD.unpack_from(body, start)[0] for start in _whole_messages(body[:good]))
+            read = Counter(MESSAGE_HEAD.unpack_from(body, start)[0] for start in _whole_messages(body[:good]))
             self._indexed = loss, read
             if chunk is None or _length_of(chunk) != len(content):  # then the next one may begin in it
                 found = self._next_chunk_after(at)
@@ -323,25 +358,40 @@ class McapFile:
         self._unpacked_bytes += len(body)
         return body
 
-    def _message(self, data: bytes, start: int, end: int, topics: Collection[str] | None) -> tuple[Recorded, ...]:
-        """The message at ``data[start:end]``, if it is of one of ``topics``."""
-        if start + _MESSAGE_HEAD.size > end:
+    def _content_alone(self, data: bytes, start: int, end: int) -> Iterator[MessageRun]:
+        """The message whose content is `data[start:end]`, if it has a head."""
+        if start + MESSAGE_HEAD.size > end:
             self._lose(Damage("a message without its head"), 1)
-            return ()
+            return
         self._seen += 1
-        channel, sequence, log_time_ns, publish_time_ns = _MESSAGE_HEAD.unpack_from(data, start)
+        yield MessageRun(data, [start], end)
+
+    def _messages(self, run: MessageRun, topics: Collection[str] | None) -> Iterator[Recorded]:
+        """The messages of a run, of ``topics`` only if given."""
+        data, head, count = run.data, MESSAGE_HEAD.size, self._summary.count
+        following = iter(run.starts)
+        next(following, None)
+        for start in run.starts:
+            end = next(following, run.end + RECORD_HEAD_BYTES) - RECORD_HEAD_BYTES
+            channel, sequence, log_time_ns, publish_time_ns = MESSAGE_HEAD.unpack_from(data, start)
+            known = self._channels.get(channel) or self.channel_of(channel, 1)
+            if known is None:
+                continue
+            name, kind = known
+            if topics is not None and name not in topics:
+                continue
+            if not publish_time_ns and not self.from_zero:
+                publish_time_ns = log_time_ns
+            payload = data[start + head : end]
+            count(name, log_time_ns, len(payload))
+            yield Recorded(name, log_time_ns, publish_time_ns, sequence, payload, kind)
+
+    def channel_of(self, channel: int, messages: int) -> tuple[str, RecordingKind] | None:
+        """Topic and kind of a channel that has these messages; if it is described nowhere, they are counted as lost."""
         known = self._channels.get(channel) or self._channel_of_summary(channel)
         if known is None:
-            self._unknown[channel] += 1
-            return ()
-        name, kind = known
-        if topics is not None and name not in topics:
-            return ()
-        if not publish_time_ns and not self._from_zero:
-            publish_time_ns = log_time_ns
-        payload = data[start + _MESSAGE_HEAD.size : end]
-        self._summary.count(name, log_time_ns, len(payload))
-        return (Recorded(name, log_time_ns, publish_time_ns, sequence, payload, kind),)
+            self._unknown[channel] += messages
+        return known
 
     def _channel_of_summary(self, channel: int) -> tuple[str, RecordingKind] | None:
         """A channel whose own record is lost, from those repeated at the end of a whole file."""
@@ -382,12 +432,25 @@ class McapFile:
         return record
 
 
-def _records(body: bytes) -> Iterator[tuple[int, int, int]]:
-    """(opcode, start, end) of the content of each record in a chunk.
+def _run_from(body: bytes, begin: int) -> MessageRun:
+    """The whole messages from a byte on, up to the first record that is none.
 
     Parsed here and not by mcap, which takes several times as long per message.
     """
-    offset = 0
+    at, size, unpack, starts = begin, len(body), _RECORD_HEAD.unpack_from, list[int]()
+    message, least, add = int(Opcode.MESSAGE), MESSAGE_HEAD.size, starts.append
+    while at + RECORD_HEAD_BYTES <= size:
+        opcode, length = unpack(body, at)
+        end = at + RECORD_HEAD_BYTES + length
+        if opcode != message or length < least or end > size:
+            break
+        add(at + RECORD_HEAD_BYTES)
+        at = end
+    return MessageRun(body, starts, at)
+
+
+def _records(body: bytes, offset: int = 0) -> Iterator[tuple[int, int, int]]:
+    """(opcode, start, end) of the content of each record in a chunk."""
     while offset < len(body):
         if offset + _RECORD_HEAD.size > len(body):
             raise Damage
@@ -407,7 +470,7 @@ def _length_of(chunk: Chunk) -> int:
 def _whole_messages(body: bytes) -> Iterator[int]:
     """Where the messages in ``body`` begin, whose records are all whole."""
     for opcode, start, end in _records(body):
-        if opcode == Opcode.MESSAGE and end - start >= _MESSAGE_HEAD.size:
+        if opcode == Opcode.MESSAGE and end - start >= MESSAGE_HEAD.size:
             yield start
 
 

@@ -2,14 +2,18 @@
 
 import stat
 from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from touchline.services.bridge.latched_repeats import LatchedRepeats
 from touchline.services.bridge.mcap_file import McapFile
+from touchline.services.bridge.message_table import MessageTable, TableFiller, Wanted
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.parts import with_followers
-from touchline.services.bridge.recorded import FileSummary, Loss, Recorded, Summary
+from touchline.services.bridge.recorded import FileSummary, Loss, Recorded, RecordingKind, Summary
 from touchline.services.bridge.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
 
 
@@ -76,18 +80,45 @@ class RecordingReader:
         """
         repeats, in_parts = LatchedRepeats(), len(self._files) > 1
         for path, file, size_bytes in self._files:
-            self._now = file
-            held, lost, ending = self.summary.messages, len(self.summary.losses), self.summary.ending
-            self.summary.ending = ""
-            found = file.messages(topics)
-            yield from (message for message in found if not repeats.said_before(message)) if in_parts else found
-            messages, losses = self.summary.messages - held, self.summary.losses[lost:]
-            self.summary.files.append(FileSummary(path, size_bytes, messages, file.complete, losses))
-            self.summary.complete &= file.complete
-            if self.summary.ending and len(self._files) > 1:
-                self.summary.ending = f"{path.name} is {self.summary.ending}"
-            self.summary.ending = "; ".join(filter(None, (ending, self.summary.ending)))
-            self._now, self._done_bytes = None, self._done_bytes + size_bytes
+            with self._summarised(path, file, size_bytes):
+                found = file.messages(topics)
+                yield from (message for message in found if not repeats.said_before(message)) if in_parts else found
+
+    def tables(self, wanted: Wanted) -> list[MessageTable]:
+        """The messages of the topics that are wanted as a table each; the summary counts all that there are.
+
+        Raises:
+            RecordingError: As `messages`.
+        """
+        path, file, size_bytes = self._files[0]
+        if len(self._files) == 1 and isinstance(file, McapFile):
+            filler = TableFiller(wanted)
+            with self._summarised(path, file, size_bytes):
+                filler.fill(file, self.summary)
+            return filler.tables()
+        found: dict[tuple[str, RecordingKind], list[tuple[int, Recorded]]] = {}
+        for place, message in enumerate(self.messages()):
+            if wanted(message.topic):
+                found.setdefault((message.topic, message.kind), []).append((place, message))
+        return [
+            MessageTable.of(message for _, message in some)._replace(place=np.array([place for place, _ in some]))
+            for some in found.values()
+        ]
+
+    @contextmanager
+    def _summarised(self, path: Path, file: _File, size_bytes: int) -> Iterator[None]:
+        """Sums up what is read of a file meanwhile."""
+        self._now = file
+        held, lost, ending = self.summary.messages, len(self.summary.losses), self.summary.ending
+        self.summary.ending = ""
+        yield
+        messages, losses = self.summary.messages - held, self.summary.losses[lost:]
+        self.summary.files.append(FileSummary(path, size_bytes, messages, file.complete, losses))
+        self.summary.complete &= file.complete
+        if self.summary.ending and len(self._files) > 1:
+            self.summary.ending = f"{path.name} is {self.summary.ending}"
+        self.summary.ending = "; ".join(filter(None, (ending, self.summary.ending)))
+        self._now, self._done_bytes = None, self._done_bytes + size_bytes
 
 
 def _opened(path: Path, summary: Summary) -> _File:

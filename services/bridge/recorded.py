@@ -213,7 +213,16 @@ class Summary:
     def count(self, topic: str, log_time_ns: int, size_bytes: int) -> None:
         """Add a message of a topic that is known."""
         held = self.topics[topic]
-        held.first_ns = min(held.first_ns, log_time_ns) if held.messages else log_time_ns
-        held.last_ns = max(held.last_ns, log_time_ns)
+        if not held.messages or log_time_ns < held.first_ns:
+            held.first_ns = log_time_ns
+        if log_time_ns > held.last_ns:
+            held.last_ns = log_time_ns
         held.messages += 1
         held.bytes += size_bytes
+
+    def count_many(self, topic: str, span_ns: tuple[int, int], messages: int, size_bytes: int) -> None:
+        """Add several messages, whose log times are from the first to the last of `span_ns`."""
+        self.count(topic, span_ns[0], size_bytes)
+        held = self.topics[topic]
+        held.last_ns = max(held.last_ns, span_ns[1])
+        held.messages += messages - 1

@@ -1,11 +1,17 @@
 """Decompresses chunks of a recording, with a limit on their size against decompression bombs."""
 
 import zlib
+from functools import cache
 from io import BytesIO
+from threading import get_ident
+from typing import TYPE_CHECKING
 
 from mcap.records import Chunk
 
 from touchline.services.bridge.recorded import Damage
+
+if TYPE_CHECKING:
+    from zstandard import ZstdDecompressor
 
 #: An honest chunk holds 64 KiB and the message that filled it, which has at most 32 MiB; other recorders' a few MiB.
 LARGEST_CHUNK_BYTES = 64 * 1024 * 1024
@@ -37,11 +43,8 @@ def unpacked(chunk: Chunk) -> bytes:
 def _decompressed(compression: str, data: bytes, most: int) -> bytes:
     """At most ``most`` bytes of what ``data`` unpack to."""
     if compression == "zstd":
-        from zstandard import ZstdDecompressor
-
-        decompressor = ZstdDecompressor(max_window_size=_LARGEST_WINDOW_BYTES)
-        with decompressor.stream_reader(BytesIO(data), read_across_frames=True) as stream:
-            return stream.read(most)
+        with _zstd(get_ident()).stream_reader(BytesIO(data), read_across_frames=True) as stream:
+            return bytes(stream.read(most))
     if compression == "lz4":
         from lz4.frame import LZ4FrameDecompressor
 
@@ -49,3 +52,11 @@ def _decompressed(compression: str, data: bytes, most: int) -> bytes:
     if compression == "":
         return data
     raise Damage("a chunk of unknown compression")
+
+
+@cache
+def _zstd(_thread: int) -> "ZstdDecompressor":
+    """One for all chunks that a thread reads: to make it takes longer than to unpack a chunk."""
+    from zstandard import ZstdDecompressor
+
+    return ZstdDecompressor(max_window_size=_LARGEST_WINDOW_BYTES)

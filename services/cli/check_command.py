@@ -84,7 +84,7 @@ def check(
     is where the two part first in sim time, and which part of the robot did so.
     """
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.checking.check_files import check_file, recordings_in
+    from touchline.services.runs.checking.check_files import check_file, lost_check, recordings_in
     from touchline.services.runs.writing import check_writable
 
     check_writable(html)
@@ -92,22 +92,27 @@ def check(
     if len(files) > 1:
         warm_up(say)  # so that not every process compiles
     verdicts: list[SessionVerdict] = []
-    interrupted = False
+    interrupted, problem = False, ""
     try:
-        for some in _done("Check", files, processes.done(check_file, alone.part, files)):
+        for some in _done("Check", files, processes.done(check_file, alone.part, files, lost_check)):
             verdicts += some
     except KeyboardInterrupt:
         interrupted = True
+    except TouchlineError as error:
+        if not verdicts:
+            raise
+        problem = str(error)
     verdicts.sort(key=lambda each: (each.path, each.robot, each.process))
     if as_json:
         typer.echo(json.dumps([asdict(each) for each in verdicts], indent=1, ensure_ascii=False))
     else:
         _print(verdicts)
     if html is not None:
-        _write_page(html, places, verdicts, alone.part, processes, interrupted=interrupted)
-    if interrupted:
-        say(f"interrupted: {len({each.path for each in verdicts})} of {len(files)} recordings were checked")
-        sys.exit(ExitCode.INTERRUPTED)
+        _write_page(html, places, verdicts, alone.part, processes, interrupted=interrupted or bool(problem))
+    if interrupted or problem:
+        done = len({each.path for each in verdicts})
+        say(f"{problem or 'interrupted'}: {done} of {len(files)} recordings were checked")
+        sys.exit(ExitCode.INTERRUPTED if interrupted else ExitCode.FAILED)
     if update:
         _update(verdicts)
     elif not all(each.passed for each in verdicts):
@@ -135,7 +140,7 @@ def _write_page(
     """Write the page; what is told in detail is done once more, to be drawn."""
     from datetime import datetime
 
-    from touchline.services.runs.checking.draw_differences import drawn_differences
+    from touchline.services.runs.checking.draw_differences import drawn_differences, lost_drawing
     from touchline.services.runs.checking.page import page_of, to_be_detailed
     from touchline.services.runs.writing import write_text
 
@@ -143,7 +148,7 @@ def _write_page(
     tasks = [(i, each) for i, each in enumerate(verdicts) if each in told]
     plots: dict[int, list[Plot]] = {i: [] for i, _ in tasks}
     if tasks and not interrupted:
-        plots |= dict(_done("Plots", tasks, processes.done(drawn_differences, only, tasks)))
+        plots |= dict(_done("Plots", tasks, processes.done(drawn_differences, only, tasks, lost_drawing)))
     what = places[0] if len(places) == 1 else f"{len(places)} places"
     now = datetime.now().astimezone()
     write_text(page_of(plain(what, 200), verdicts, plots, now, interrupted=interrupted), path)

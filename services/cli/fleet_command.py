@@ -169,7 +169,7 @@ def sweep(
     """Simulate teams of several sizes with many seeds on all cores; exit code 1 if any two robots touch."""
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.sweep.combinations import team_cases
-    from touchline.services.runs.sweep.task import perform, prepare
+    from touchline.services.runs.sweep.task import lost_run, perform, prepare
 
     teams = {size: choice.chosen(size, seed) for size in _sizes(robots)}
     cases = team_cases(teams, random_faults=random_faults)
@@ -177,7 +177,7 @@ def sweep(
         jobs, tasks = prepare(cases, seeds)
         first = next(iter(teams.values()))
         warm_up(say, Setup(vehicle=first.vehicle, onboard=first.onboard))  # so that not every process compiles
-        swept = collect(processes.done(perform, jobs, tasks), len(tasks), advance)
+        swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
     results.conclude(swept, cases)
 
 

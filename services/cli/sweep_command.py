@@ -54,7 +54,7 @@ def sweep(
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.sweep.combinations import cases as all_cases
     from touchline.services.runs.sweep.combinations import parse_settings
-    from touchline.services.runs.sweep.task import perform, prepare
+    from touchline.services.runs.sweep.task import lost_run, perform, prepare
 
     work, options, scenario = subject.chosen()
     vehicle = body.chosen()
@@ -66,7 +66,7 @@ def sweep(
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
         warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
-        swept = collect(processes.done(perform, jobs, tasks), len(tasks), advance)
+        swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
     results.conclude(swept, cases)
 
 

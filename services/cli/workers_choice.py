@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from touchline.services.runs.places import Done, Shared, Task, Work
+    from touchline.services.runs.places import Done, Lost, Shared, Task, Work
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,15 @@ class WorkersChoice:
     ] = None
 
     def done(
-        self, work: "Work[Shared, Task, Done]", shared: "Shared", tasks: "Sequence[Task]"
+        self, work: "Work[Shared, Task, Done]", shared: "Shared", tasks: "Sequence[Task]", lost: "Lost[Task, Done]"
     ) -> Generator["Done", None, None]:
-        """What came of each task as it is done; closing the iterator early stops the others."""
+        """What came of each task as it is done; closing the iterator early stops the others.
+
+        `lost` makes what is said of a task whose process died.
+        """
         from touchline.services.runs.places import cores, here, in_processes, on_dask
 
         if self.dask is not None:
-            return on_dask(work, shared, tasks, self.dask)
+            return on_dask(work, shared, tasks, self.dask, lost)
         count = min(self.workers or cores(), len(tasks))
-        return in_processes(work, shared, tasks, count) if count > 1 else here(work, shared, tasks)
+        return in_processes(work, shared, tasks, count, lost) if count > 1 else here(work, shared, tasks)

@@ -62,6 +62,8 @@ def open_log(path: Path) -> LogReader:
                 raise LogError(f"{path}: is empty; give a log that holds something")
         elif not any(path.iterdir()):
             raise LogError(f"{path}: is an empty folder; give a log")
+        if begin.startswith(b"version https://git-lfs"):
+            raise LogError(f"{path}: is a Git LFS pointer and not the log; `git lfs pull` gets that")
         for name in LOG_FORMATS.names():
             kind = LOG_FORMATS.find(name)
             if kind.recognises(path, begin):
@@ -69,8 +71,6 @@ def open_log(path: Path) -> LogReader:
     except (OSError, ValueError) as error:  # ValueError: a path with a null byte
         reason = error.strerror if isinstance(error, OSError) else error
         raise LogError(f"{path}: cannot be read ({reason}); give the path of a log") from error
-    if begin.startswith(b"version https://git-lfs"):
-        raise LogError(f"{path}: is a Git LFS pointer and not the log; `git lfs pull` gets that")
     known = "; ".join(LOG_FORMATS.summaries().values())
     raise LogError(f"{path}: is of no known format; there are {known}")
 

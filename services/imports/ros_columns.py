@@ -49,7 +49,7 @@ class RosColumns:
             for path, form in fields.items()
             if path.count("[") == 1 and path.endswith("]") and form not in _NO_TEXT
         ]
-        self._get: Callable[[Any], Any] = attrgetter(*self._numbers, *self._arrays, "__class__")
+        self._get: Callable[[Any], Any] = attrgetter(*self._numbers, *self._arrays, "__class__", "__class__")
         self._named = self.type == "sensor_msgs/msg/JointState"
         self._rows: list[tuple[float, ...]] = []
         self._extra: dict[str, list[tuple[int, float]]] = {}
@@ -63,7 +63,7 @@ class RosColumns:
             Damage: It cannot be decoded.
         """
         message: Any = self._read(payload)
-        *values, _ = self._get(message)
+        *values, _, _ = self._get(message)  # of two names at least, as of one alone it gives no tuple
         row = len(self._rows)
         self._rows.append(tuple(map(float, values[: len(self._numbers)])))
         names: Sequence[str] = message.name if self._named else ()

@@ -1,30 +1,27 @@
-"""Where independent tasks are done: in this process, a pool of processes, or a Dask cluster.
+"""Where independent tasks are done: in this process, in several, or on a Dask cluster.
 
-What all tasks have in common is handed to each process once.
+What all tasks have in common is handed to each process once. A task whose process dies is told, and the others go on.
 """
 
-import gc
-import multiprocessing
+import logging
 import os
-import signal
-import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
+from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.system.shutdown import ENDS
+from touchline.services.runs.worker_process import WorkerLost, WorkerProcess
 
 Shared = TypeVar("Shared")
 Task = TypeVar("Task")
 Done = TypeVar("Done")
 Work = Callable[[Shared, Task], Done]
 """A function of a module, so that any process finds it: from what is shared and a task to what came of it."""
+Lost = Callable[[Task, str], Done]
+"""What is to be said of a task whose process died, and why it did."""
 
-_work: list[tuple[Work[Any, Any, Any], Any]] = []
-"""Of this process of a pool."""
+_ANSWER_S = 10.0
 
 
 def here(work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task]) -> Generator[Done, None, None]:
@@ -34,63 +31,120 @@ def here(work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task]) 
 
 
 def in_processes(
-    work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], workers: int
+    work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], workers: int, lost: Lost[Task, Done]
 ) -> Generator[Done, None, None]:
     """In ``workers`` processes, as they finish. Closing the iterator early stops them.
 
     Raises:
-        TouchlineError: One was killed, by the system for want of memory perhaps.
+        TouchlineError: A process does not even start.
     """
-    # Spawned, not forked: a fork copies the threads' locks as they happen to be.
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(tasks)), context, begin_worker, (work, shared))
-    futures: list[Future[Done]] = []
+    pool = _Pool(work, shared, tasks)
     try:
-        for task in tasks:
-            with undisturbed():  # it may start a process
-                futures.append(pool.submit(perform_in_worker, task))
-        for future in as_completed(futures):
-            yield future.result()
-    except BrokenProcessPool as error:
-        raise TouchlineError("a process was killed; try fewer with --workers") from error
+        for _ in range(min(workers, len(tasks))):
+            pool.begin()
+        while pool.left:
+            for worker, number in pool.ready():
+                try:
+                    came = pool.take(worker)
+                except WorkerLost as error:
+                    came = lost(tasks[number], str(error))
+                if number >= 0:
+                    pool.left -= 1
+                    yield came
     finally:
-        _end(pool)
-        del pool, futures
-        gc.collect()  # its semaphores, which a process that ends at once would leave to be complained of
+        pool.end()
 
 
-def _end(pool: ProcessPoolExecutor) -> None:
-    """End its processes, whatever they do."""
-    for process in multiprocessing.active_children():
-        process.terminate()
-    pool.shutdown(wait=True, cancel_futures=True)
+class _Pool:
+    """Processes that are given one task after the other, in their order.
+
+    Attributes:
+        left: Tasks of which nothing has come yet.
+    """
+
+    def __init__(self, work: Work[Any, Any, Any], shared: Any, tasks: Sequence[Any]) -> None:
+        self._work, self._shared, self._tasks = work, shared, tasks
+        self._workers: list[WorkerProcess] = []
+        self._given, self.left = 0, len(tasks)
+
+    def begin(self) -> None:
+        """One more process."""
+        self._workers.append(WorkerProcess())  # first, so that it is ended if this is interrupted
+        self._workers[-1].begin(self._work, self._shared)
+
+    def ready(self) -> list[tuple[WorkerProcess, int]]:
+        """Those that have something to say, and which task it is about; −1: that they have begun."""
+        told = wait([worker.connection for worker in self._workers])
+        ready = [worker for worker in self._workers if worker.connection in told]
+        return [(worker, -1 if worker.task is None else worker.task) for worker in ready]
+
+    def take(self, worker: WorkerProcess) -> Any:
+        """What came of a process's task; it gets the next one, or ends.
+
+        Raises:
+            WorkerLost: It has died, and another one takes its place.
+            TouchlineError: It has died before it had one.
+        """
+        more = self._given < len(self._tasks)
+        try:
+            came = worker.take()
+        except WorkerLost as error:
+            if worker.task is None:
+                raise TouchlineError(f"no task can be done: {error}") from error
+            self._dismiss(worker)
+            if more:
+                self.begin()
+            raise
+        if more:
+            worker.give(self._given, self._tasks[self._given])
+            self._given += 1
+        else:
+            self._dismiss(worker)
+        return came
+
+    def _dismiss(self, worker: WorkerProcess) -> None:
+        worker.end()
+        self._workers.remove(worker)
+
+    def end(self) -> None:
+        """End them all, whatever they do."""
+        for worker in self._workers:
+            worker.end()
 
 
 def on_dask(
-    work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], address: str
+    work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], address: str, lost: Lost[Task, Done]
 ) -> Generator[Done, None, None]:
     """On the workers of the Dask scheduler at ``address``, which need this version of Touchline installed.
 
+    Dask gives the task of a worker that died to another one; `lost` is of those that killed several.
+
     Raises:
-        TouchlineError: Dask is not installed, the scheduler does not answer, or a run killed one worker after another.
+        TouchlineError: Dask is not installed, or the scheduler does not answer, or not any more.
     """
     try:
         from distributed import Client, KilledWorker
         from distributed import as_completed as completed
     except ImportError as error:
         raise TouchlineError("--dask needs Dask: pip install 'touchline[sweep]'") from error
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say is told by errors
     try:
-        client = Client(address, timeout="10s")
+        client = Client(address, timeout=f"{_ANSWER_S}s")
     except (OSError, ValueError, TypeError) as error:  # the last for tls:// without certificates
         raise TouchlineError(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         there = client.scatter([shared], broadcast=True)[0]
         futures = client.map(_on_worker, list(tasks), work=work, shared=there, pure=False)
+        task_of = {future.key: task for future, task in zip(futures, tasks, strict=True)}
         try:
             for future in completed(futures):
-                yield future.result()
-        except KilledWorker as error:
-            raise TouchlineError(f"workers of {address} were killed, one after another, by the same task") from error
+                try:
+                    yield future.result()
+                except KilledWorker:
+                    yield lost(task_of[future.key], f"it killed one worker of {address} after another")
+        except (CancelledError, OSError) as error:
+            raise TouchlineError(f"the Dask scheduler at {address} is gone") from error
         finally:
             client.cancel(futures)
 
@@ -102,39 +156,3 @@ def _on_worker(task: Task, work: Work[Shared, Task, Done], shared: Shared) -> Do
 def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Defer termination signals here, and in a process started meanwhile until its :func:`begin_worker`.
-
-    A process of a pool gets what it needs through a pipe, and would complain of what is missing.
-    """
-    came: list[int] = []
-    handlers: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
-        handlers = {number: signal.getsignal(number) for number in ENDS if callable(signal.getsignal(number))}
-    for number in handlers:
-        signal.signal(number, lambda number, _frame: came.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)  # for the new process, which takes this over
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    for number in came:
-        signal.raise_signal(number)
-
-
-def begin_worker(work: Work[Shared, Task, Done], shared: Shared) -> None:
-    """Initialise a process of a pool, which leaves Ctrl-C to its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
-    _work[:] = [(work, shared)]
-
-
-def perform_in_worker(task: Task) -> Any:
-    """Do a task with what the process was given at its beginning."""
-    work, shared = _work[0]
-    return work(shared, task)

@@ -11,7 +11,6 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
-from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorder import Recorder
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
@@ -138,6 +137,14 @@ def test_a_guided_robot_is_done_again(guided):
     assert one.diff.topics[topics.TRUTH.name].pairs > 400
 
 
+@pytest.mark.parametrize("part", ["estimator", "follower"])
+def test_a_part_alone_is_run_on_the_poses_of_a_camera(guided, part):
+    (one,) = check_recording(guided, exact=True, only=part)
+    assert one.passed, (one.problem, str(one.first))
+    assert "within tolerances" in one.notes[0]
+    assert sum(each.pairs for each in one.diff.topics.values()) > 400
+
+
 def test_other_guidance_is_a_difference(guided, monkeypatch):
     real = Emulator.take_guidance
     monkeypatch.setattr(
@@ -152,10 +159,15 @@ def test_other_guidance_is_a_difference(guided, monkeypatch):
 def test_the_estimator_in_one_kernel_does_what_it_does_tick_by_tick(tmp_path):
     outage = {"kind": "gnss-outage", "start_s": 8.0, "duration_s": 3.0}
     messages = RobotMessages(bend(tmp_path / "bend.mcap", faults=[outage]), ROBOT)
-    came = {name: [each for each in messages.of([name]) if topic_at(each.topic).name == name] for name in SENSED}
+    came = messages.tables(SENSED).of(SENSED)
     session = RecordedSession.of(messages)
     frames = sensor_frames(session.setup, came, session.last_tick)
-    fast = [each for payloads in estimator_alone.estimates_again(session, frames) for each in payloads]
+    fast = [
+        (topic, each)
+        for said in estimator_alone.estimates_again(session, frames)
+        for topic, payloads in said
+        for each in payloads.each()
+    ]
     computer = ForcedComputer(session.setup, session.commands)
     rebuild = Rebuild(session, computer, RecordedSensors(session.setup, frames))
     plain = [each for payloads in rebuild.said() for each in payloads]

@@ -31,11 +31,15 @@ class Tags(HTMLParser):
         self.links += [value for name, value in attrs if name in ("src", "href", "xlink:href")]
 
 
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return bend(tmp_path_factory.mktemp("page") / "bend.mcap")
+
+
 @pytest.mark.parametrize("name", ["a heavier body", "a plan with another σ_max"])
-def test_a_page_of_what_differs(tmp_path, monkeypatch, name):
-    path = bend(tmp_path / "bend.mcap")
+def test_a_page_of_what_differs(recording, monkeypatch, name):
     MUTATIONS[name][0](monkeypatch)
-    (verdict,) = check_file("", path)
+    (verdict,) = check_file("", recording)
     plots = draw_differences("", verdict)
     titles = [plot.title for plot in plots]
     assert "Where the robots went" in titles or "Plan" in titles
@@ -48,6 +52,22 @@ def test_a_page_of_what_differs(tmp_path, monkeypatch, name):
     assert f"<code>{verdict.first.field}</code>" in page
     assert re.search(r"coverage</td>", page)
     assert len(page) < 500_000
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "titles"),
+    [
+        ("another gain of the filter", "estimator", ("Error of", "Distance between", "NIS of", "Innovations of")),
+        ("another follower", "follower", ("Commands to the actuators",)),
+    ],
+)
+def test_a_part_alone_is_drawn(recording, monkeypatch, name, part, titles):
+    MUTATIONS[name][0](monkeypatch)
+    (verdict,) = check_file(part, recording)
+    plots = draw_differences(part, verdict)
+    for title in ("What differs first", *titles):
+        assert any(plot.title.startswith(title) for plot in plots), [plot.title for plot in plots]
+    assert all(plot.svg.startswith("<svg") and plot.svg.count("<path") > 3 for plot in plots)
 
 
 def test_what_a_recording_says_is_no_markup():

@@ -139,17 +139,23 @@ def test_a_sweep_from_the_command_line(touchline, simulation_of, tmp_path):
 
 
 @pytest.mark.parametrize("what", ["interrupted", "a worker killed"])
-def test_a_sweep_that_is_broken_off_gives_what_is_done(what, touchline, monkeypatch):
+def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchline, monkeypatch):
+    wanted = "300" if what == "interrupted" else "6"
+
     def advance(_done, doing):
-        if doing == "1 of 300" and what == "interrupted":
+        if doing == f"1 of {wanted}" and what == "interrupted":
             signal.raise_signal(signal.SIGINT)
-        elif doing == "1 of 300":
+        elif doing == f"1 of {wanted}":
             os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
 
     monkeypatch.setattr(sweep_command, "progress_bar", lambda _title: nullcontext(advance))
-    code, out, err = touchline("sweep", "study-square", "--seeds", "300", "--workers", "2", "--json")
-    assert code == (130 if what == "interrupted" else 1)
+    code, out, _ = touchline("sweep", "study-square", "--seeds", wanted, "--workers", "2", "--json")
     swept = json.loads(out)
-    assert not swept["complete"]
-    assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"] < 300
-    assert ("a process was killed" in err) == (what != "interrupted")
+    failed = [run for run in swept["runs"] if not run["success"]]
+    assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"]
+    if what == "interrupted":
+        assert (code, swept["complete"], failed) == (130, False, [])
+        assert len(swept["runs"]) < 300
+    else:
+        assert (code, swept["complete"]) == (1, True)
+        assert ["was killed (SIGKILL)" in run["reason"] for run in failed] == [True]

@@ -7,8 +7,11 @@ import pytest
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
+from touchline.schemas.setup import Setup
+from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.estimating.estimate_figures import estimate_figures
-from touchline.services.runs.estimating.estimator_run import run_estimator
+from touchline.services.runs.estimating.estimator_run import EstimatorRun, run_estimator
+from touchline.services.runs.estimating.receiver_figures import receiver_figures
 from touchline.services.runs.estimating.reference_frame import FrameFit
 from touchline.services.runs.importing.import_logs import import_logs
 
@@ -53,6 +56,48 @@ def test_the_estimate_follows_a_known_drive(logs, tmp_path):
     assert figures["error"]["p95_m"] < 0.03
     plain = estimate_figures(run_estimator(out), FrameFit.NONE)
     assert plain["error"]["mean_m"] == pytest.approx(math.hypot(3.0, 2.0), abs=0.03)
+
+
+def test_a_receiver_that_stood_tells_how_it_wanders_also_if_it_moved_in_the_end():
+    """Fixes of 5 mm that are forgotten within 30 s, then a drive."""
+    noise, share = np.random.default_rng(2).normal(0.0, 1.0, (2000, 2)), math.exp(-1.0 / 30.0)
+    off = np.zeros((2000, 2))
+    for i in range(1, 2000):
+        off[i] = share * off[i - 1] + math.sqrt(1.0 - share**2) * 0.005 * noise[i]
+    rows = np.column_stack([np.arange(2000.0), off, np.full(2000, 0.01), np.full(2000, 3.0), np.zeros(2000)])
+    rows[1900:, 1] += np.arange(100.0)
+    figures = receiver_figures(EstimatorRun(Setup(), "r1", receiver=rows))
+    assert figures["fixes"] == 1901
+    assert figures["sigma_east_m"] == pytest.approx(0.005, rel=0.2)
+    assert figures["step_1s_m"] == pytest.approx(0.005 * math.sqrt(2.0 * (1.0 - share)), rel=0.1)
+    assert figures["autocorrelation_60s"] == pytest.approx(math.exp(-2.0), abs=0.15)
+    rows[:, 1] = np.arange(2000.0)
+    assert receiver_figures(EstimatorRun(Setup(), "r1", receiver=rows)) is None
+
+
+def test_a_jump_of_the_receiver_is_accepted_if_the_configuration_says_so(logs, tmp_path):
+    fixes = np.loadtxt(logs[1], delimiter=",", skiprows=1)
+    fixes[fixes[:, 0] >= 20.0, 1:] += 1.5, -0.8
+    np.savetxt(logs[1], fixes, "%.6f", ",", header="time_s,east_m,north_m", comments="")
+    found = {}
+    for name, asked in (("nobody", {"gnss": {"jump_fixes": 10}}), ("operator", {})):
+        out = tmp_path / f"{name}.mcap"
+        import_logs(logs, LogMapping.model_validate({**MAPPING, "onboard": asked}), out)
+        found[name] = estimate_figures(run_estimator(out), FrameFit.SHIFT)
+    assert found["nobody"]["jumps"]["accepted"] == 1
+    assert found["nobody"]["jumps"]["largest_m"] == pytest.approx(1.7, abs=0.1)
+    assert found["nobody"]["fixes"]["rejected"] == pytest.approx(10, abs=3)
+    assert found["nobody"]["verdict"] == []
+    assert found["operator"]["jumps"]["accepted"] == 0
+    assert "outside of its design" in found["operator"]["verdict"][0]
+
+
+def test_the_estimator_alone_cannot_be_compared_with_what_was_never_estimated(logs, tmp_path):
+    out = tmp_path / "session.mcap"
+    import_logs(logs, LogMapping.model_validate(MAPPING), out)
+    (found,) = check_recording(out, only="estimator")
+    assert not found.passed
+    assert "`touchline estimate` runs the estimator on it" in found.problem
 
 
 def test_what_does_not_fit_the_log_names_field_and_remedy(logs, tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pyubx2 import UBXMessage
 
+from touchline.services.imports import receiver_frames
 from touchline.services.imports.formats import open_log
 from touchline.services.imports.log_table import LogError
 from touchline.services.imports.receiver_time import ReceiverClock
@@ -47,6 +48,12 @@ def pvt(second: int, carrier: int = 2) -> bytes:
     ).serialize()
 
 
+def week_pvt(second_of_week: int, day: int, hour: int, minute: int, second: int) -> bytes:
+    told = {"validDate": 1, "validTime": 1, "fixType": 3, "gnssFixOk": 1, "carrSoln": 2, "lat": 48.12, "lon": 11.5}
+    clock = {"year": 2024, "month": 4, "day": day, "hour": hour, "min": minute, "second": second}
+    return UBXMessage("NAV", "NAV-PVT", 0, iTOW=1000 * second_of_week, **clock, **told).serialize()
+
+
 def read(path, stream):
     content = open_log(path).read([stream])
     return content.tables[stream], content.problems
@@ -65,6 +72,28 @@ def test_a_mixed_damaged_stream_gives_what_is_whole(tmp_path):
     assert table.columns["sigma_m"] == pytest.approx(0.014 / 2**0.5)
     assert any("1 messages have a wrong checksum" in each for each in problems)
     assert any("cut off" in each for each in problems)
+
+
+def test_talkers_protocols_and_the_end_of_the_gps_week_in_one_stream(tmp_path):
+    """Two constellations and both, with corrections between them; the week's seconds begin anew at a leap second."""
+    rtcm = b"\xd3\x00\x02\x43\xf0"  # of type 1087
+    rtcm += receiver_frames._crc24q(rtcm).to_bytes(3, "big")
+    path = tmp_path / "week.ubx"
+    week = 604_800
+    with path.open("wb") as stream:
+        for i in range(-3, 3):
+            second = week + i
+            day = (7, 23, 59, 60 + i - 1) if i < 1 else (8, 0, 0, i - 1)
+            stream.write(week_pvt(second % week, *day) + rtcm + gga("120000.00").replace(b"GNGGA", b"GPGGA")[:-4])
+            stream.write(b"\r\n" + gga(f"12000{i + 3}.00") + sentence(f"GLGSV,1,1,0{i + 3}"))
+    table, problems = read(path, "NAV-PVT")
+    assert np.diff(table.time_s) == pytest.approx(1.0)
+    fixes, _ = read(path, "GGA")
+    assert len(fixes.time_s) == 6
+    assert np.diff(fixes.time_s) == pytest.approx(1.0)
+    names = {stream.name: stream.messages for stream in open_log(path).streams()}
+    assert (names["RTCM-1087"], names["GSV"], names["NAV-PVT"]) == (6, 6, 6)
+    assert any("6 messages have a wrong checksum" in each for each in problems)
 
 
 def test_sentences_pass_midnight_and_have_their_sigma(tmp_path):
@@ -101,6 +130,7 @@ def test_stamps_are_put_in_order():
         ("nothing.bin", b"\0\1\2\3" * 50, "of no known format"),
         ("empty.bag", b"", "is empty"),
         ("cut.bag", b"#ROSBAG V2.0\nxx", "cannot be read as a ROS 1 bag"),
+        ("pointer.bag", b"version https://git-lfs.github.com/spec/v1\noid sha256:00\n", "is a Git LFS pointer"),
         ("names.csv", b"a,b\n1,2\n", "has no column with the time"),
         ("words.pos", b"% program\nhello\n", "has no line with time"),
     ],

@@ -14,7 +14,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.places import here, in_processes, on_dask
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import SweepRun, perform, prepare
+from touchline.services.runs.sweep.task import SweepRun, lost_run, perform, prepare
 
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 
@@ -75,14 +75,14 @@ def ran():
 
 def test_processes_give_the_same_figures(ran):
     wanted, jobs, tasks, alone = ran
-    spread = list(in_processes(perform, jobs, tasks, 2))
+    spread = list(in_processes(perform, jobs, tasks, 2, lost_run))
     assert summarise(wanted, spread) == summarise(wanted, alone)
     assert len({run.scenario_hash for run in alone}) == 4
 
 
 def test_what_is_done_so_far_can_be_had(ran):
     wanted, jobs, tasks, alone = ran
-    place = in_processes(perform, jobs, tasks, 1)
+    place = in_processes(perform, jobs, tasks, 1, lost_run)
     first = next(place)
     place.close()
     assert first in alone
@@ -131,4 +131,4 @@ def test_without_dask_its_absence_is_told(ran, monkeypatch):
     _, jobs, tasks, _ = ran
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(TouchlineError, match=r"touchline\[sweep\]"):
-        next(on_dask(perform, jobs, tasks, "tcp://127.0.0.1:1"))
+        next(on_dask(perform, jobs, tasks, "tcp://127.0.0.1:1", lost_run))

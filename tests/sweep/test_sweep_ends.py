@@ -7,9 +7,8 @@ import json
 import os
 import signal
 import threading
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
-from multiprocessing import get_context, util
+from multiprocessing import util
 
 import pytest
 from typer.testing import CliRunner
@@ -21,7 +20,6 @@ from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.cli.options import ExitCode
-from touchline.services.runs import places
 from touchline.services.runs.places import here, in_processes
 from touchline.services.runs.simulation import Job, simulate
 from touchline.services.runs.sweep import task as sweep_task
@@ -132,11 +130,20 @@ def test_ctrl_c_in_the_only_process_gives_what_is_done(sweep):
     assert [run["seed"] for run in told["runs"]] == [1, 2]
 
 
-def test_a_worker_leaves_ctrl_c_to_its_parent(job):
-    """A terminal sends it to all of them; a worker that dies of it would break the pool that is told to end."""
-    with ProcessPoolExecutor(1, get_context("spawn"), places.begin_worker, (sweep_task.perform, [job])) as pool:
-        assert pool.submit(_interrupt_itself, signal.SIGINT).exception() is None
-        assert pool.submit(_jobs_here).result() == 1
+def test_a_worker_leaves_ctrl_c_to_its_parent():
+    """A terminal sends it to all of them; a worker that dies of it would have its task counted as lost."""
+    signals = [signal.SIGINT, signal.SIGKILL, signal.SIGINT, signal.SIGINT]
+    told = list(in_processes(_signal_itself, None, signals, 1, lambda number, why: (number, why)))
+    assert [each for each in told if each == signal.SIGINT] == [signal.SIGINT] * 3
+    ((number, why),) = [each for each in told if each != signal.SIGINT]
+    assert number == signal.SIGKILL
+    assert "was killed (SIGKILL)" in why
+
+
+def test_what_goes_wrong_in_a_worker_goes_wrong_here():
+    with pytest.raises(ZeroDivisionError) as caught:
+        list(in_processes(_divide, 1.0, [2.0, 0.0], 1, lambda _number, why: why))
+    assert "in _divide" in caught.value.__notes__[0]
 
 
 def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatch, capfd):
@@ -155,7 +162,11 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
     other = threading.Thread(target=over.wait)  # gets the signal, if that is blocked in this one
     other.start()
     with pytest.raises(KeyboardInterrupt):
-        list(in_processes(sweep_task.perform, [job], [Task(0, 0, Scenario(), OnboardConfig())] * 2, 2))
+        list(
+            in_processes(
+                sweep_task.perform, [job], [Task(0, 0, Scenario(), OnboardConfig())] * 2, 2, sweep_task.lost_run
+            )
+        )
     over.set()
     other.join()
     with suppress(ChildProcessError):  # its end has been noted already
@@ -164,9 +175,10 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
     assert capfd.readouterr() == ("", "")
 
 
-def _interrupt_itself(number):
+def _signal_itself(_shared, number):
     os.kill(os.getpid(), number)
+    return number
 
 
-def _jobs_here():
-    return len(places._work[0][1])
+def _divide(shared, by):
+    return shared / by

@@ -137,6 +137,11 @@ def check_file(only: str, path: Path, progress: Progress = lambda done: None) ->
     return [_verdict(path, one, wall_time_s) for one in found]
 
 
+def lost_check(path: Path, why: str) -> list[SessionVerdict]:
+    """What is said of a recording whose check died with its process."""
+    return [SessionVerdict(str(path), "", False, why)]
+
+
 def _verdict(path: Path, one: SessionCheck, wall_time_s: float) -> SessionVerdict:
     checks = one.diff.topics
     figures: dict[str, Any] = {

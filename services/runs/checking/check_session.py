@@ -18,7 +18,7 @@ from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded, Summary
 from touchline.services.runs.checking.divergence import ESTIMATOR, FOLLOWER, PLAN, Divergence, SessionDiff
 from touchline.services.runs.checking.first_part import part_that_differs_first
-from touchline.services.runs.checking.part_alone import check_estimator, check_follower
+from touchline.services.runs.checking.part_alone import OPEN_LOOP, check_estimator, check_follower
 from touchline.services.runs.checking.rebuild import Rebuild
 from touchline.services.runs.checking.record_again import record_again
 from touchline.services.runs.checking.recorded_session import (
@@ -30,10 +30,18 @@ from touchline.services.runs.checking.recorded_session import (
 )
 from touchline.services.runs.checking.replan import planned_again
 from touchline.services.runs.checking.robot_messages import RobotMessages
+from touchline.services.runs.checking.robot_tables import ProcessTables, RobotTables
 from touchline.services.runs.checking.side_by_side import Progress, let_both_go_on
+from touchline.services.runs.importing.session_writer import IMPORTED
 
 ALONE: Final = (PLAN, ESTIMATOR, FOLLOWER)
 """Parts that can be run alone on what was recorded."""
+
+
+_OF_A_LOG: Final = (
+    "it was made of a log of another robot, of which nothing was estimated, decided or driven by this code then; "
+    "`touchline estimate` runs the estimator on it"
+)
 
 
 @dataclass
@@ -93,7 +101,10 @@ def check_recording(
     Raises:
         RecordingError: It cannot be read.
     """
-    summary = _summary(path)
+    tables = RobotTables(path, OPEN_LOOP) if only == ESTIMATOR else None
+    summary = _summary(path) if tables is None else tables.summary
+    if IMPORTED in summary.metadata:
+        return [SessionCheck("", problem=_OF_A_LOG)]
     made_by = summary.metadata.get(MADE_BY, {})
     others = other_platform(made_by)
     told = {topic.name for each in summary.topics if (topic := topic_at(each)) is not None}
@@ -101,6 +112,8 @@ def check_recording(
     found: list[SessionCheck] = []
     for number, robot in enumerate(robots):
         process, followed = 0, True
+        if tables is not None and tables.robot != robot:
+            tables = RobotTables(path, OPEN_LOOP, robot)
         while followed:
             process += 1
             messages = RobotMessages(path, robot, process)
@@ -110,9 +123,10 @@ def check_recording(
                 one.notes.append(f"compared as far as the recording goes: {summary.problem}")
             if others and not one.exact:
                 one.notes.append(f"compared within tolerances, as it was made with other {', '.join(others)}")
-            if _fill_in(one, messages, only, partial(_tell, progress, number, len(robots))):
+            source = messages if tables is None else tables.process(process)
+            if _fill_in(one, source, only, partial(_tell, progress, number, len(robots))):
                 found.append(one)
-            followed = messages.followed
+            followed = source.followed
     return found or [SessionCheck("", problem="no robot's session is in the recording")]
 
 
@@ -134,20 +148,31 @@ def _tell(progress: Progress, number: int, of: int, done: float) -> None:
     progress((number + done) / of)
 
 
-def _fill_in(one: SessionCheck, messages: RobotMessages, only: str, progress: Progress) -> bool:
+def _fill_in(one: SessionCheck, source: RobotMessages | ProcessTables, only: str, progress: Progress) -> bool:
     """Check a session; False if there is none, as a process that came after another was told nothing."""
+    if only in (ESTIMATOR, FOLLOWER) and one.exact and _by_camera(one, source):
+        one.exact = False
+        one.notes.append("compared within tolerances, as the last bit of a camera's heading is not in its messages")
     try:
-        if only == ESTIMATOR:
-            one.diff, one.sim_time_s = check_estimator(messages, one.diff.told, exact=one.exact, cut=one.cut)
+        if isinstance(source, ProcessTables):
+            one.diff, one.sim_time_s = check_estimator(source, one.diff.told, exact=one.exact, cut=one.cut)
             one.part = ESTIMATOR if one.first is not None else ""
         else:
-            _check(one, messages, only, progress)
+            _check(one, source, only, progress)
     except NothingTold as error:
         one.problem = str(error)
         return one.process == 1
     except NotRebuilt as error:
         one.problem = str(error)
     return True
+
+
+def _by_camera(one: SessionCheck, source: RobotMessages | ProcessTables) -> bool:
+    """Whether a camera overhead told the robot its poses."""
+    if topics.CAMERA_POSE.name not in one.diff.told:
+        return False
+    tables = source if isinstance(source, ProcessTables) else source.tables((topics.CAMERA_POSE.name,))
+    return bool(tables.of((topics.CAMERA_POSE.name,)))
 
 
 def _check(one: SessionCheck, messages: RobotMessages, only: str, progress: Progress) -> None:

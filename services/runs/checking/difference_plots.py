@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.runs.checking.difference_traces import BothSides, DifferenceTraces, TimeSeries, difference
+from touchline.services.runs.checking.difference_traces import (
+    INNOVATIONS,
+    BothSides,
+    DifferenceTraces,
+    TimeSeries,
+    difference,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,6 +49,10 @@ _LONG: Final = re.compile(r"(\d+\.\d)\d+")
 """Numbers of which tenths of a point are enough."""
 
 
+Line = tuple[TimeSeries, str, str]
+"""Values, their colour and name."""
+
+
 class Plot(NamedTuple):
     """A picture and what it shows.
 
@@ -57,23 +67,44 @@ class Plot(NamedTuple):
 
 def plots_of(traces: DifferenceTraces) -> list[Plot]:
     """The most telling fields of both sessions."""
-    first, found = traces.first, []
-    if len(traces.field.recorded.time_s) or len(traces.field.today.time_s):
-        unit = f" ({first.unit})" if first.unit else ""
-        title = f"What differs first: {first.topic} {first.field}"
-        found.append(Plot(title, _drawn(lambda axes: _field(axes, traces, unit), _TALL_IN, rows=2)))
+    first, found = traces.first, field_plots(traces)
     ways = traces.ways
     if len(ways.recorded.time_s) and len(ways.today.time_s):
         found.append(Plot("Where the robots went", plan_view(ways.recorded.values, ways.today.values, _place(traces))))
         whole = (
             ("Distance between the two at the same sim time", [(traces.apart, APART, "distance")]),
-            ("Beside the path, as the robots believed", _both(traces.lateral)),
-            ("Error of the position estimate", _both(traces.estimate_error)),
+            ("Beside the path, as the robots believed", both_lines(traces.lateral)),
+            ("Error of the position estimate", both_lines(traces.estimate_error)),
         )
-        for title, lines in whole:
-            if any(len(series.time_s) for series, _, _ in lines):
-                found.append(Plot(title, _over_time(lines, first.time_s)))
+        found += [Plot(title, over_time(lines, first.time_s)) for title, lines in whole if _any(lines)]
     return found
+
+
+def estimate_plots(traces: DifferenceTraces) -> list[Plot]:
+    """Of an estimator that was run alone: how its estimates err and part, and what it says of its consistency."""
+    nis, east, north = (traces.consistency(name) for name in ("fix_nis_recent", *INNOVATIONS))
+    whole = (
+        ("Error of the position estimate", both_lines(traces.estimate_error), "m"),
+        ("Distance between the two estimates", [(traces.estimates_apart, APART, "distance")], "m"),
+        ("NIS of fixes, running mean over about ten (2 expected)", both_lines(nis), ""),
+        ("Innovations of fixes to the east", both_lines(east), "m"),
+        ("Innovations of fixes to the north", both_lines(north), "m"),
+    )
+    plots = [Plot(title, over_time(lines, traces.first.time_s, unit)) for title, lines, unit in whole if _any(lines)]
+    return field_plots(traces) + plots
+
+
+def field_plots(traces: DifferenceTraces) -> list[Plot]:
+    """The field that differs first, around then; none if neither session has it."""
+    first, pair = traces.first, traces.field
+    if not len(pair.recorded.time_s) and not len(pair.today.time_s):
+        return []
+    title = f"What differs first: {first.topic} {first.field}"
+    return [Plot(title, field_plot(pair, first.unit, first.time_s))]
+
+
+def _any(lines: Sequence[Line]) -> bool:
+    return any(len(series.time_s) for series, _, _ in lines)
 
 
 def plan_view(recorded: Floats, today: Floats, place: Floats | None = None) -> str:
@@ -103,29 +134,36 @@ def _place(traces: DifferenceTraces) -> Floats:
     return place
 
 
-def _both(pair: BothSides) -> list[tuple[TimeSeries, str, str]]:
+def both_lines(pair: BothSides) -> list[Line]:
+    """A line for each side."""
     return [(pair.recorded, RECORDED, "recorded"), (pair.today, TODAY, "today")]
 
 
-def _field(axes: Sequence[Axes], traces: DifferenceTraces, unit: str) -> None:
-    values, apart = axes
-    for series, colour, name in _both(traces.field):
-        values.plot(series.time_s, series.values, color=colour, label=name, marker=".", markersize=2.5)
-    off = difference(traces.field)
-    apart.plot(off.time_s, off.values, color=APART, marker=".", markersize=2.5)
-    for each in axes:
-        each.axvline(traces.first.time_s, color="#0f172a", linewidth=0.8, linestyle=":")
-    values.tick_params(labelbottom=False)
-    values.set_ylabel(f"value{unit}")
-    apart.set_ylabel(f"today − rec.{unit}")
-    apart.set_xlabel("sim time (s)")
-    values.figure.legend(loc="outside upper right", ncols=2)
+def field_plot(pair: BothSides, unit: str, first_s: float) -> str:
+    """Values of both sides and their difference, each point, with the first difference marked."""
+    told = f" ({unit})" if unit else ""
+
+    def draw(axes: Sequence[Axes]) -> None:
+        values, apart = axes
+        for series, colour, name in both_lines(pair):
+            values.plot(series.time_s, series.values, color=colour, label=name, marker=".", markersize=2.5)
+        off = difference(pair)
+        apart.plot(off.time_s, off.values, color=APART, marker=".", markersize=2.5)
+        for each in axes:
+            each.axvline(first_s, color="#0f172a", linewidth=0.8, linestyle=":")
+        values.tick_params(labelbottom=False)
+        values.set_ylabel(f"value{told}")
+        apart.set_ylabel(f"today − rec.{told}")
+        apart.set_xlabel("sim time (s)")
+        values.figure.legend(loc="outside upper right", ncols=2)
+
+    return _drawn(draw, _TALL_IN, rows=2)
 
 
-def _over_time(lines: Sequence[tuple[TimeSeries, str, str]], first_s: float) -> str:
-    """Lengths (m) over sim time."""
-    most_m = max(float(np.abs(series.values).max()) for series, _, _ in lines if len(series.time_s))
-    scale, unit = (1000.0, "mm") if most_m < _MILLIMETRES_BELOW_M else (1.0, "m")
+def over_time(lines: Sequence[Line], first_s: float, unit: str = "m") -> str:
+    """Values over sim time, with the first difference marked; lengths that are small in mm."""
+    most = max(float(np.abs(series.values).max()) for series, _, _ in lines if len(series.time_s))
+    scale, shown = (1000.0, "mm") if unit == "m" and most < _MILLIMETRES_BELOW_M else (1.0, unit)
 
     def draw(axes: Sequence[Axes]) -> None:
         (view,) = axes
@@ -133,7 +171,7 @@ def _over_time(lines: Sequence[tuple[TimeSeries, str, str]], first_s: float) -> 
             view.plot(series.time_s, scale * series.values, color=colour, label=name, linewidth=1.0)
         view.axvline(first_s, color="#0f172a", linewidth=0.8, linestyle=":")
         view.set_xlabel("sim time (s)")
-        view.set_ylabel(unit)
+        view.set_ylabel(shown)
         if len(lines) > 1:
             view.figure.legend(loc="outside upper right", ncols=2)
 

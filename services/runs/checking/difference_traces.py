@@ -28,6 +28,7 @@ WINDOW_S: Final = 4.0
 """Of sim time before and after the first difference, in which the field is drawn in full."""
 MOST_POINTS: Final = 1200
 """Of a line over the whole session."""
+INNOVATIONS: Final = ("innovation_east_m", "innovation_north_m")
 _STEP: Final = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _PLAN_STEP_M: Final = 0.5
 _UNKNOWN_M2: Final = 1e3
@@ -77,6 +78,9 @@ class DifferenceTraces:
                 self._keep("position", topic, side, at_ns, payload)
             elif topic == topics.STATUS and at_ns % every_ns == 0:
                 self._keep("lateral_error_m", topic, side, at_ns, payload)
+            elif topic == topics.ESTIMATOR and at_ns % every_ns == 0:
+                for name in ("fix_nis_recent", *INNOVATIONS):
+                    self._keep(name, topic, side, at_ns, payload)
             if topic.name == self.first.topic and abs(at_ns / 1e9 - self.first.time_s) <= WINDOW_S:
                 self._keep(self.first.field, topic, side, at_ns, payload)
 
@@ -117,6 +121,15 @@ class DifferenceTraces:
             for side in (0, 1)
         ]
         return BothSides(*both)
+
+    @property
+    def estimates_apart(self) -> TimeSeries:
+        """How far both estimates are from each other at the same sim time (m)."""
+        return _distance(*self._pair(topics.ODOMETRY.name))
+
+    def consistency(self, field: str) -> BothSides:
+        """A field of what the estimators say of themselves."""
+        return self._pair(field)
 
     @property
     def field(self) -> BothSides:

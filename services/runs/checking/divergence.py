@@ -8,13 +8,17 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, full_definition
+from touchline.schemas.layout import Payloads
 from touchline.schemas.messages import Event
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.alignment import Alignment
-from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.differences import Unequal, unequal_fields
+from touchline.services.bridge.message_table import MessageTable
 from touchline.services.bridge.recorded import Recorded, RecordingKind
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.bridge.robot_time import RobotTime
@@ -182,23 +186,42 @@ class SessionDiff:
                 at_ns = stamp_ns(payload) if is_stamped(topic) else 0
                 self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, _kind(topic)))
 
-    def take_equal(self, recorded: Iterable[Recorded], said: Iterable[Payload]) -> bool:
-        """Take all of both if every topic has the same payloads in the same order; else False, and nothing is taken."""
-        then: dict[str, list[bytes]] = {}
-        now: dict[str, list[bytes]] = {}
-        for message in recorded:
-            topic = topic_at(message.topic)
-            if topic is None or message.kind != _kind(topic):
+    def take_equal(
+        self, recorded: Mapping[str, MessageTable], said: Iterable[Iterable[tuple[Topic, Payloads]]]
+    ) -> bool:
+        """Take all of both if every topic has the same payloads in the same order; else False, and nothing is taken.
+
+        Args:
+            recorded: By name in the topic table.
+            said: A slice of the session after the other.
+        """
+        then = {name: table.payloads for name, table in recorded.items() if name in self.wanted}
+        now: dict[str, list[Payloads]] = {}
+        for topic, payloads in (each for part in said for each in part):
+            if topic.name in self.wanted:
+                now.setdefault(topic.name, []).append(payloads)
+        found: dict[str, TopicCheck] = {}
+        for name in then.keys() | now.keys():
+            topic = topics.TOPIC_BY_NAME[name]
+            if name in then and recorded[name].kind != _kind(topic):
                 return False
-            if topic.name in self.wanted and self._counts(topic, message.payload):
-                then.setdefault(topic.name, []).append(message.payload)
-        for topic, payload in said:
-            if topic.name in self.wanted and self._counts(topic, payload):
-                now.setdefault(topic.name, []).append(payload)
-        if then != now:
-            return False
-        self.topics.update({name: TopicCheck(pairs=len(payloads)) for name, payloads in then.items()})
+            todays = self._counted(topic, Payloads.joined(now.get(name, [])))
+            ours = self._counted(topic, then.get(name, Payloads([], b"")))
+            if ours != todays:
+                return False
+            if ours.sizes:
+                found[name] = TopicCheck(pairs=len(ours.sizes))
+        self.topics.update(found)
         return True
+
+    def _counted(self, topic: Topic, payloads: Payloads) -> Payloads:
+        """Those that count."""
+        by_stamp = is_stamped(topic) and topic != topics.EVENTS and topic not in _STANDING
+        if by_stamp and _stamps_ns(payloads).min(initial=self.from_ns) >= self.from_ns:
+            return payloads
+        each = payloads.each()
+        counts = [payload for payload in each if self._counts(topic, payload)]
+        return payloads if len(counts) == len(each) else Payloads.of(counts)
 
     @property
     def metrics(self) -> tuple[SessionMetric, ...]:
@@ -301,6 +324,14 @@ def stamp_ns(payload: bytes) -> int:
     """The sim time in a payload that begins with a stamp; not before 0."""
     seconds, nanoseconds = _STAMP.unpack_from(payload)
     return int(max(seconds * 1_000_000_000 + nanoseconds, 0))
+
+
+def _stamps_ns(payloads: Payloads) -> NDArray[np.int64]:
+    """(n,) the sim times in payloads that begin with a stamp; not before 0."""
+    heads = b"".join([payload[_STAMP.size - 8 : _STAMP.size] for payload in payloads.each()])
+    stamps = np.frombuffer(heads, np.dtype([("sec", "<i4"), ("nanosec", "<u4")]))
+    found: NDArray[np.int64] = stamps["sec"].astype(np.int64) * 1_000_000_000 + stamps["nanosec"]
+    return found.clip(min=0)
 
 
 _KINDS: dict[str, RecordingKind] = {}

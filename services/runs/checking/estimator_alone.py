@@ -4,46 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from types import SimpleNamespace
-from typing import Any, Final, cast
+from typing import Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
+from touchline.schemas.layout import Payloads
 from touchline.schemas.setup import Setup
-from touchline.services.onboard.computer_state import ComputerState
+from touchline.schemas.topics import Topic
 from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.estimation.frame_series import (
-    COLUMNS,
-    COVARIANCE,
-    SIGMAS,
-    TWIST_COVARIANCE,
-    EstimateSeries,
-    FrameSeries,
-    estimate_series,
-    note_estimate,
-)
+from touchline.services.onboard.estimation.frame_series import SIGMAS, FrameSeries
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.filter_model import FilterCounters
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.odometry_packer import OdometryPacker
-from touchline.services.robot_sim.packing import Payload, stamp
+from touchline.services.robot_sim.packing import stamp
 from touchline.services.robot_sim.tick_log import period
-from touchline.services.runs.checking.recorded_sensors import frame_at
+from touchline.services.runs.checking.estimator_ticks import COUNTED, EstimatedTicks, EstimatorTicks
 from touchline.services.runs.checking.recorded_session import RecordedSession
 
+Said = tuple[Topic, Payloads]
+"""Some messages of a topic, in their order."""
 _AT_ONCE: Final = 6000
 """Ticks, so that memory is bounded."""
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
-_COUNTED: Final = FilterCounters.dtype.names or ()
 _BEGINNING: Final = Checkpoint(0, 0.0, None)
 
 
 def estimates_again(
     session: RecordedSession, frames: FrameSeries, accepted: Collection[int] = ()
-) -> Iterator[list[Payload]]:
+) -> Iterator[list[Said]]:
     """What today's estimator says of itself and of where the robot is, on both of its topics.
 
     Args:
@@ -51,7 +44,7 @@ def estimates_again(
         frames: That its computer got.
         accepted: Ticks at whose ends the position was moved to where the receiver had jumped.
     """
-    run = _EstimatorRun(session.setup, frames)
+    run = _SaidAgain(session.setup, frames)
     jobs = iter(session.jobs)
     for order in session.orders:
         yield from run.until(order.tick)
@@ -64,68 +57,43 @@ def estimates_again(
     yield from run.until(session.last_tick)
 
 
-class _EstimatorRun:
-    """An estimator, tick by tick until it has started, and then as many as there are."""
+class _SaidAgain:
+    """An estimator, and what it says of itself."""
 
     def __init__(self, setup: Setup, frames: FrameSeries) -> None:
-        self._frames, self._computer, self._done = frames, ComputerState(), 0
-        self.estimator = Estimator(setup.vehicle, setup.onboard, self._computer)
-        counters = cast("NDArray[Any]", FilterCounters.row(_AT_ONCE))
-        self._out = EstimateSeries(np.zeros((_AT_ONCE, COLUMNS)), cast("Any", counters))
-        self._counters = counters
+        self._first_tick = frames.first_tick
+        self._ticks = EstimatorTicks(setup, frames, _AT_ONCE, Estimator)
         self._packer = OdometryPacker(_AT_ONCE)
 
-    def until(self, tick: int) -> Iterator[list[Payload]]:
+    @property
+    def estimator(self) -> Estimator:
+        """As it is now."""
+        return self._ticks.estimator
+
+    def until(self, tick: int) -> Iterator[list[Said]]:
         """Run up to the end of a tick."""
-        end = tick - self._frames.first_tick + 1
-        while self._done < end:
-            begin, self._done = self._done, min(end, self._done + _AT_ONCE)
-            yield self._run(begin, self._done)
+        end = tick - self._first_tick + 1
+        while self._ticks.done < end:
+            yield self._said(self._ticks.run(min(end - self._ticks.done, _AT_ONCE)))
 
-    def _run(self, begin: int, end: int) -> list[Payload]:
-        frames, n = self._frames, end - begin
-        part = frames._replace(
-            first_tick=frames.first_tick + begin,
-            readings=frames.readings[begin:end],
-            measured=frames.measured[begin:end],
-            arrived=frames.arrived[begin : end + 1],
-        )
-        row = 0
-        while row < n and not self.estimator.started:
-            self.estimator.step(frame_at(part, row))
-            self._note(row)
-            row += 1
-        estimate_series(row, n, part, self.estimator.drive, self._computer.array, self._out)
-        return self._said(part.first_tick, n)
-
-    def _note(self, row: int) -> None:
-        """Fill in a tick that was not run by the kernel."""
-        out, estimator = self._out.rows[row], self.estimator
-        if estimator.started:
-            note_estimate(self._computer.array, out)
-        else:
-            *out[:COVARIANCE], out[COVARIANCE:TWIST_COVARIANCE], out[TWIST_COVARIANCE:SIGMAS] = estimator.estimate()
-            out[SIGMAS:] = 0.0
-        for name in _COUNTED:
-            self._counters[row][name] = getattr(estimator.counters, name)
-
-    def _said(self, first_tick: int, n: int) -> list[Payload]:
-        """What of n ticks is due on both topics."""
+    def _said(self, ticks: EstimatedTicks) -> list[Said]:
+        """What is due on both topics."""
+        first_tick, n = ticks.first_tick, len(ticks.rows)
         at = np.arange(-first_tick % tick_log.ODOMETRY_TICKS, n, tick_log.ODOMETRY_TICKS)
         rows = np.zeros((len(at), tick_log.COLUMNS))
         rows[:, tick_log.TICK] = first_tick + at
-        rows[:, tick_log.ESTIMATE : tick_log.TRUTH] = self._out.rows[at, :SIGMAS]
+        rows[:, tick_log.ESTIMATE : tick_log.TRUTH] = ticks.rows[at, :SIGMAS]
         estimates = self._packer.estimates(rows)
         at = np.arange(-first_tick % _ESTIMATOR_TICKS, n, _ESTIMATOR_TICKS)
-        said = [(topics.ODOMETRY, each) for each in estimates.each()]
-        return said + [(topics.ESTIMATOR, each) for each in self._consistency(first_tick, at)]
+        return [(topics.ODOMETRY, estimates), (topics.ESTIMATOR, Payloads.of(_consistency(ticks, at)))]
 
-    def _consistency(self, first_tick: int, at: NDArray[np.int64]) -> list[bytes]:
-        columns = [self._counters[name][at].tolist() for name in _COUNTED]
-        found = []
-        for tick, sigmas, *counted in zip(
-            (first_tick + at).tolist(), self._out.rows[at, SIGMAS:].tolist(), *columns, strict=True
-        ):
-            counters = cast("FilterCounters", SimpleNamespace(**dict(zip(_COUNTED, counted, strict=True))))
-            found.append(layouts.ESTIMATOR.pack(*stamp(tick), *report(counters, *sigmas)))
-        return found
+
+def _consistency(ticks: EstimatedTicks, at: NDArray[np.int64]) -> list[bytes]:
+    columns = [ticks.counters[name][at].tolist() for name in COUNTED]
+    found = []
+    for tick, sigmas, *counted in zip(
+        (ticks.first_tick + at).tolist(), ticks.rows[at, SIGMAS:].tolist(), *columns, strict=True
+    ):
+        counters = cast("FilterCounters", SimpleNamespace(**dict(zip(COUNTED, counted, strict=True))))
+        found.append(layouts.ESTIMATOR.pack(*stamp(tick), *report(counters, *sigmas)))
+    return found

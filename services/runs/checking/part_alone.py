@@ -11,12 +11,13 @@ from touchline.schemas.messages import Event
 from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.runs.checking.divergence import ESTIMATOR, PART_OF, SessionDiff
-from touchline.services.runs.checking.estimator_alone import estimates_again
+from touchline.services.runs.checking.estimator_alone import Said, estimates_again
 from touchline.services.runs.checking.forced_computer import ForcedComputer, decisions
 from touchline.services.runs.checking.rebuild import Rebuild
 from touchline.services.runs.checking.recorded_sensors import RecordedSensors
 from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt, RecordedSession
 from touchline.services.runs.checking.robot_messages import RobotMessages
+from touchline.services.runs.checking.robot_tables import ProcessTables
 from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
 from touchline.services.runs.checking.side_by_side import Progress, compare_rest, let_both_go_on
 
@@ -26,15 +27,17 @@ _JUMP_ACCEPTED: Final = "position-accepted"
 _CAUSES: Final = frozenset(
     topic.name for topic in (topics.SETUP, topics.PLAN, topics.TEMPLATE, topics.ORDERS, topics.EVENTS, topics.CLOCK)
 )
+OPEN_LOOP: Final = SENSED | ESTIMATES | _CAUSES
+"""Topics that it takes to run the estimator alone, and to compare what it says."""
 
 
 def check_estimator(
-    messages: RobotMessages, told: Collection[str], *, exact: bool, cut: bool
+    recorded: ProcessTables, told: Collection[str], *, exact: bool, cut: bool
 ) -> tuple[SessionDiff, float]:
     """Compare what today's estimator makes of the recorded sensors.
 
     Args:
-        messages: Of the robot.
+        recorded: The topics in `OPEN_LOOP`.
         told: Names of the topics that are recorded.
         exact: Whether every bit counts.
         cut: Whether the recording just stops.
@@ -45,19 +48,24 @@ def check_estimator(
     Raises:
         NotRebuilt: What it needs was not recorded.
     """
-    came, causes = _grouped(messages, SENSED | ESTIMATES)
+    session, said = estimated_again(recorded)
+    came = recorded.of(SENSED | ESTIMATES)
+    from_ns = min([session.from_ns, *(int(each.publish_time_ns[0]) for each in came.values())])
+    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut)
+    if not diff.take_equal(came, said):
+        each_said = ([(topic, payload) for topic, some in slice_ for payload in some.each()] for slice_ in said)
+        compare_rest(diff, recorded.messages(ESTIMATES), each_said)
+    return diff, session.last_tick / 100.0
+
+
+def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list[Said]]]:
+    """What was recorded, and what today's estimator says on its sensors; see `check_estimator`."""
+    causes, came = recorded.messages(_CAUSES), recorded.of(SENSED | ESTIMATES)
     session = RecordedSession.of(causes)
     _refuse_resumed(session)
-    held = [each for each in came.values() if each]
-    session.last_tick = max([session.last_tick, *(each[-1].log_time_ns // TICK_NS for each in held)])
-    from_ns = min([session.from_ns, *(each[0].publish_time_ns for each in held)])
+    session.last_tick = max([session.last_tick, *(int(each.log_time_ns[-1]) // TICK_NS for each in came.values())])
     frames = sensor_frames(session.setup, came, session.last_tick)
-    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut)
-    said = list(estimates_again(session, frames, _accepted(causes)))
-    recorded = [message for name in sorted(ESTIMATES) for message in came[name]]
-    if not diff.take_equal(recorded, (each for payloads in said for each in payloads)):
-        compare_rest(diff, recorded, said)
-    return diff, session.last_tick / 100.0
+    return session, list(estimates_again(session, frames, _accepted(causes)))
 
 
 def check_follower(
@@ -75,12 +83,20 @@ def check_follower(
     Raises:
         NotRebuilt: What the computer needs was not recorded.
     """
+    computer = decided_again(session, messages, diff, progress)
+    diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
+
+
+def decided_again(
+    session: RecordedSession, messages: RobotMessages, diff: SessionDiff, progress: Progress = lambda done: None
+) -> ForcedComputer:
+    """Today's computer after it has been through the session; see `check_follower`."""
     _refuse_resumed(session)
-    came, _ = _grouped(messages, SENSED)
+    came = messages.tables(SENSED).of(SENSED)
     computer = ForcedComputer(session.setup, session.commands)
     sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick))
     let_both_go_on(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
-    diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
+    return computer
 
 
 def _refuse_resumed(session: RecordedSession) -> None:
@@ -89,19 +105,6 @@ def _refuse_resumed(session: RecordedSession) -> None:
             "a part alone is not run on what goes on from a process that died: "
             "when its sensors arrived is not told until sim time has passed what that process had come to"
         )
-
-
-def _grouped(messages: RobotMessages, names: frozenset[str]) -> tuple[dict[str, list[Recorded]], list[Recorded]]:
-    """The messages of some topics, by name in the topic table, and those that caused the session, in their order."""
-    found: dict[str, list[Recorded]] = {name: [] for name in names}
-    causes: list[Recorded] = []
-    of_path: dict[str, list[Recorded]] = {}
-    for message in messages.of(names | _CAUSES):
-        if message.topic not in of_path:
-            topic = topic_at(message.topic)
-            of_path[message.topic] = found.get(topic.name, causes) if topic is not None else []
-        of_path[message.topic].append(message)
-    return found, causes
 
 
 def _accepted(causes: list[Recorded]) -> frozenset[int]:

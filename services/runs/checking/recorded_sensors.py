@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
+import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.setup import Setup
@@ -13,6 +15,7 @@ from touchline.services.onboard.interface import (
     ANGLES,
     MAG,
     TICKS_PER_S,
+    CameraSample,
     GnssSample,
     ImuSample,
     MagSample,
@@ -36,10 +39,25 @@ def frame_at(frames: FrameSeries, row: int) -> SensorFrame:
         ImuSample(*readings[: ACCEL + 3]),
         MagSample(*readings[MAG:ANGLES]),
         tuple(readings[ANGLES:]),
-        tuple(GnssSample(*fix[:_GNSS_FIELDS]) for fix in fixes.tolist()),
+        tuple(GnssSample(*fix[:_GNSS_FIELDS]) for fix in fixes[np.isnan(fixes["heading_rad"])].tolist()),
         tick - imu_tick,
         tick - mag_tick,
         tick - encoder_tick,
+        camera=tuple(map(_pose, fixes[~np.isnan(fixes["heading_rad"])])),
+    )
+
+
+def _pose(told: np.void) -> CameraSample:
+    """A camera's pose; the roots of squares that are told give the very figures that were squared."""
+    sigma_m, sigma_rad = math.sqrt(told["variance_m2"]), math.sqrt(told["heading_variance_rad2"])
+    stamp_s, east_m, north_m = (float(told[name]) for name in ("stamp_s", "east_m", "north_m"))
+    return CameraSample(
+        stamp_s=stamp_s,
+        east_m=east_m,
+        north_m=north_m,
+        heading_rad=float(told["heading_rad"]),
+        sigma_m=sigma_m,
+        sigma_rad=sigma_rad,
     )
 
 
@@ -65,6 +83,7 @@ class RecordedSensors(Sensors):
             tick=tick,
             time_s=tick / TICKS_PER_S,
             gnss=() if late else frame.gnss,
+            camera=() if late else frame.camera,
             imu_age_ticks=frame.imu_age_ticks + late,
             mag_age_ticks=frame.mag_age_ticks + late,
             encoder_age_ticks=frame.encoder_age_ticks + late,

@@ -13,6 +13,7 @@ from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.bridge.robot_time import RobotTime
+from touchline.services.runs.checking.robot_tables import ProcessTables, RobotTables
 
 
 class RobotMessages:
@@ -61,6 +62,10 @@ class RobotMessages:
             self.time = time
             if names is None or topic.name in names:
                 yield message
+
+    def tables(self, names: Collection[str]) -> ProcessTables:
+        """Those of some topics as tables."""
+        return RobotTables(self._path, names, self._robot).process(self._process)
 
     def _paths(self, names: Collection[str]) -> frozenset[str]:
         """By which topics may have been recorded; with the setups, which tell processes apart."""

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,17 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import GNSS
 from touchline.services.bridge.channels import namespace_at, robots_among, topic_at
 from touchline.services.bridge.former_types import presented
+from touchline.services.bridge.message_table import MessageTable
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.core.geodesy import local_frame, to_local
-from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.estimation.frame_series import SIGMAS, FrameSeries
 from touchline.services.onboard.estimation.received import FIX_FIXED
 from touchline.services.onboard.estimation.report import report
-from touchline.services.onboard.filter_model import FIX_DOF
+from touchline.services.onboard.estimation.tail import CONTRADICTED
+from touchline.services.onboard.filter_model import FIX_DOF, FilterCounters
 from touchline.services.onboard.interface import Consistency
-from touchline.services.robot_sim.world.body import BodyState
-from touchline.services.runs.checking.recorded_sensors import RecordedSensors
+from touchline.services.runs.checking.estimator_ticks import EstimatedTicks, EstimatorTicks
 from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt, tick_of
 from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
 
@@ -38,7 +39,7 @@ Floats = NDArray[np.float64]
 
 TRACK_TICKS: Final = 10
 """Between two rows of the track."""
-_SLICE_TICKS = 2000
+_SLICE_TICKS = 1000
 
 FIX_COLUMNS: Final = ("time_s", "east_m", "north_m", "innovation_east_m", "innovation_north_m", "nis_weighed", "used")
 TRACK_COLUMNS: Final = ("time_s", "east_m", "north_m", "heading_rad", "position_sigma_m", "heading_sigma_rad")
@@ -128,11 +129,11 @@ def run_estimator(
             "give one with a GNSS receiver",
         )
     try:
-        sensors = RecordedSensors(session.setup, sensor_frames(session.setup, session.sensors, session.last_tick))
+        frames = sensor_frames(session.setup, session.tables(), session.last_tick)
     except NotRebuilt as error:
         run.problem = str(error)
         return run
-    _Runner(run, session, sensors).go(progress)
+    _Runner(run, session, frames).go(progress)
     return run
 
 
@@ -181,6 +182,10 @@ class _Session:
             return
         self.orders.setdefault(tick_of(order.header), []).append((order.name, details))
 
+    def tables(self) -> dict[str, MessageTable]:
+        """Of each sensor."""
+        return {name: MessageTable.of(messages) for name, messages in self.sensors.items()}
+
     def receiver(self) -> Floats:
         """See `EstimatorRun`."""
         origin = self.setup.scenario.origin
@@ -211,61 +216,89 @@ class _Session:
 class _Runner:
     """The estimator, and what is noted of it."""
 
-    def __init__(self, run: EstimatorRun, session: _Session, sensors: RecordedSensors) -> None:
-        self._run, self._session, self._sensors = run, session, sensors
-        self._estimator = Estimator(run.setup.vehicle, run.setup.onboard)
-        self._fixes: list[tuple[float, ...]] = []
-        self._track: list[tuple[float, ...]] = []
-        self._started = False
+    def __init__(self, run: EstimatorRun, session: _Session, frames: FrameSeries) -> None:
+        self._run, self._session, self._frames = run, session, frames
+        self._ticks = EstimatorTicks(run.setup, frames, _SLICE_TICKS)
+        self._estimator = self._ticks.estimator
+        self._fixes: list[Floats] = []
+        self._track: list[Floats] = []
+        self._counted: Any = FilterCounters.row(1)[0]
+        """Counters after the last tick that was noted."""
 
     def go(self, progress: Callable[[float], None]) -> None:
-        """Run all ticks."""
-        run, last = self._run, self._session.last_tick
-        body = BodyState(battery_wh=run.setup.vehicle.body.battery_wh)
+        """Run all ticks; ends of slices are where something from outside is done to the estimator."""
+        run, last, orders = self._run, self._session.last_tick, self._session.orders
         run.poses = np.full((last + 1, 3), np.nan)
-        for tick in range(1, last + 1):
-            self._step(tick, body)
-            for name, details in self._session.orders.get(tick, ()):
-                self._obey(tick, name, details)
-            if tick % _SLICE_TICKS == 0:
-                progress(tick / last)
-        run.fixes = np.array(self._fixes, dtype=np.float64).reshape(-1, len(FIX_COLUMNS))
-        run.track = np.array(self._track, dtype=np.float64).reshape(-1, len(TRACK_COLUMNS))
+        stops = sorted({tick for tick in orders if 0 < tick <= last} | {last})
+        for stop in stops:
+            while self._ticks.done < stop:
+                self._slice(min(stop - self._ticks.done, _SLICE_TICKS))
+                progress(self._ticks.done / last)
+            for name, details in orders.get(stop, ()):
+                self._obey(stop, name, details)
+        run.fixes = np.concatenate(self._fixes or [run.fixes])
+        run.track = np.concatenate(self._track or [run.track])
         if self._estimator.started:
             sigmas = self._estimator.position_sigma_m, self._estimator.heading_sigma_rad
             run.consistency = report(self._estimator.counters, *sigmas)
 
-    def _step(self, tick: int, body: BodyState) -> None:
-        run, estimator, counters = self._run, self._estimator, self._estimator.counters
-        frame = self._sensors.read(tick, body)
-        used, rejected = counters.fixes, counters.fixes_rejected
-        estimator.step(frame)
-        if not estimator.started:
-            return
-        if not self._started:
-            self._started = True
-            run.starts_s.append(tick / 100)
-        if counters.fixes + counters.fixes_rejected > used + rejected:
-            innovation = counters.innovation_east_m, counters.innovation_north_m
-            fix = frame.gnss[-1]
-            was_used = float(counters.fixes_rejected == rejected)
-            self._fixes.append((fix.stamp_s, fix.east_m, fix.north_m, *innovation, counters.fix_nis_last, was_used))
-        if estimator.contradicted:
-            run.contradicted_s += 0.01
-        if (moved_m := estimator.accept_lasting_jump()) > 0.0:
-            run.jumps.append(Jump(tick / 100, moved_m))
-        state = estimator.state
-        run.poses[tick] = state[:3]
-        if tick % TRACK_TICKS == 0:
-            sigmas = estimator.position_sigma_m, estimator.heading_sigma_rad
-            self._track.append((tick / 100, *run.poses[tick].tolist(), *sigmas))
+    def _slice(self, ticks: int) -> None:
+        """Run some ticks, up to the first in which the receiver may have jumped for good."""
+        estimator, done = self._estimator, self._ticks.done
+        started, state = estimator.started, self._ticks.state
+        found = self._ticks.run(ticks)
+        may_jump = self._run.setup.onboard.gnss.jump_fixes
+        outlying = [] if may_jump is None else np.flatnonzero(found.counters["fixes_outlying_run"] >= may_jump).tolist()
+        if outlying and outlying[0] + 1 < len(found.rows) and started:
+            self._ticks.go_back(done, state)
+            found = self._ticks.run(outlying[0] + 1)
+        if not started and estimator.started:
+            self._run.starts_s.append(self._ticks.done / 100)
+        self._note(found, estimator.accept_lasting_jump() if outlying else 0.0)
+
+    def _note(self, found: EstimatedTicks, jumped_m: float) -> None:
+        """Take what is told of some ticks, at whose end the position was moved so far."""
+        run, ticks = self._run, found.first_tick + np.arange(len(found.rows))
+        rows, counters = found.rows, found.counters
+        if jumped_m > 0.0:
+            run.jumps.append(Jump(self._ticks.done / 100, jumped_m))
+            rows[-1, :3] = self._estimator.state[:3]
+            rows[-1, SIGMAS:] = self._estimator.position_sigma_m, self._estimator.heading_sigma_rad
+        judged = counters["fixes"] + counters["fixes_rejected"]
+        begun = found.started < len(rows)
+        if begun:
+            self._note_fixes(found, judged)
+            run.poses[ticks[found.started :]] = rows[found.started :, :3]
+            run.contradicted_s += 0.01 * int((counters["fix_doubt"][found.started :] >= CONTRADICTED).sum())
+            at = np.flatnonzero((ticks % TRACK_TICKS == 0) & (np.arange(len(rows)) >= found.started))
+            self._track.append(np.column_stack([ticks[at] / 100, rows[at, :3], rows[at, SIGMAS:]]))
+        self._counted = counters[-1].copy()
+
+    def _note_fixes(self, found: EstimatedTicks, judged: NDArray[np.int64]) -> None:
+        """Take the last fix of each tick in which some were judged."""
+        counters, before = found.counters, self._counted
+        at = np.flatnonzero(np.diff(judged, prepend=before["fixes"] + before["fixes_rejected"]) > 0)
+        at = at[at >= found.started]
+        rejected = np.diff(counters["fixes_rejected"], prepend=before["fixes_rejected"])[at]
+        fixes = cast("NDArray[Any]", self._frames.fixes)
+        fix = fixes[self._frames.arrived[found.first_tick - self._frames.first_tick + at + 1] - 1]
+        innovation = counters["innovation_east_m"][at], counters["innovation_north_m"][at]
+        columns = (
+            fix["stamp_s"],
+            fix["east_m"],
+            fix["north_m"],
+            *innovation,
+            counters["fix_nis_last"][at],
+            rejected == 0,
+        )
+        self._fixes.append(np.column_stack(columns).astype(np.float64))
 
     def _obey(self, tick: int, name: str, details: dict[str, Any]) -> None:
         """What an order did to the estimator then."""
         estimator = self._estimator
         if name == "load" and details.get("taking", "carried") == "carried":
             estimator.restart()
-            self._started = False
+            self._counted = FilterCounters.row(1)[0]
         elif name == "resume" and estimator.jump_m > 0.0 and (fix := estimator.last_fix) and fix.fix == FIX_FIXED:
             self._run.jumps.append(Jump(tick / 100, estimator.jump_m))
             estimator.accept_jump()

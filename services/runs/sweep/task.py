@@ -91,6 +91,11 @@ def perform(jobs: list[SweepJob], task: Task) -> SweepRun:
         return SweepRun(task.case, task.scenario.seed, False, str(error), {})
 
 
+def lost_run(task: Task, why: str) -> SweepRun:
+    """A run whose process died: it failed, and the others go on."""
+    return SweepRun(task.case, task.scenario.seed, False, why, {})
+
+
 def _as_a_team(job: TeamJob, task: Task) -> SweepRun:
     done = job.drive(task.scenario)
     return SweepRun(task.case, task.scenario.seed, done["success"], done["reason"], swept_figures(done))

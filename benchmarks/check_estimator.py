@@ -1,0 +1,81 @@
+"""The estimator alone on a recorded session: how many times real time, and what of it is reading.
+
+`python -m benchmarks check_estimator`; TOUCHLINE_SESSION names the recording, by default a pitch is simulated first.
+All is processor time, the best of three. Reading message by message, twice, as the check once did, is beside reading
+once into tables.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.robot_sim.warm_up import warm_up
+from touchline.services.runs.checking.check_session import check_recording
+from touchline.services.runs.checking.divergence import ESTIMATOR
+from touchline.services.runs.checking.part_alone import OPEN_LOOP
+from touchline.services.runs.checking.robot_messages import RobotMessages
+from touchline.services.runs.checking.robot_tables import RobotTables
+
+_TEMPLATE = "soccer-11"
+
+
+def main() -> None:
+    """Print the figures."""
+    if given := os.environ.get("TOUCHLINE_SESSION"):
+        measure(Path(given))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{_TEMPLATE}.mcap"
+        subprocess.run([sys.executable, "-m", "touchline", "simulate", _TEMPLATE, "--record", str(path)], check=True)
+        measure(path)
+
+
+def measure(path: Path) -> None:
+    """Print the figures of a recording of one robot."""
+    warm_up(print)
+    (found,) = check_recording(path, only=ESTIMATOR)
+    verdict = found.problem or ("the same" if found.passed else str(found.first))
+    pairs = sum(each.pairs for each in found.diff.topics.values())
+    print(f"{path.name}: {found.sim_time_s:.0f} s of sim time; {pairs:,} estimates compared: {verdict}")
+    for what, task in (
+        ("read message by message, twice", lambda: by_message(path, found.robot)),
+        ("read once into tables", lambda: RobotTables(path, OPEN_LOOP)),
+        ("the whole check", lambda: check_recording(path, only=ESTIMATOR)),
+    ):
+        spent_s = min(cpu_s(task) for _ in range(3))
+        print(f"  {what:32s}{spent_s:7.2f} s{found.sim_time_s / spent_s:10,.0f} times real time")
+    begun_s = sum(_children_s())
+    subprocess.run(
+        [sys.executable, "-m", "touchline", "check", "--estimator-only", str(path)],
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
+    spent_s = sum(_children_s()) - begun_s
+    print(f"  {'the command, with its start':32s}{spent_s:7.2f} s{found.sim_time_s / spent_s:10,.0f} times real time")
+
+
+def by_message(path: Path, robot: str) -> None:
+    """Read once to know what there is, and once more for the messages."""
+    for _ in RecordingReader(path).messages([]):
+        pass
+    for _ in RobotMessages(path, robot).of(OPEN_LOOP):
+        pass
+
+
+def cpu_s(task: Callable[[], object]) -> float:
+    """Processor time of it."""
+    begun = time.process_time()
+    task()
+    return time.process_time() - begun
+
+
+def _children_s() -> tuple[float, float]:
+    times = os.times()
+    return times.children_user, times.children_system
