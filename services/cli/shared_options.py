@@ -53,7 +53,7 @@ TakeOverOption = Annotated[
 ]
 
 
-def check_team(vehicle: Vehicle, record: Path | None = None) -> None:
+def check_team(vehicle: Vehicle) -> None:
     """Refuse what several robots cannot do together in one process.
 
     Raises:
@@ -62,8 +62,6 @@ def check_team(vehicle: Vehicle, record: Path | None = None) -> None:
     if not (vehicle.tool.paints or vehicle.tool.covers):
         problem = f"is above 1, and {vehicle.name} neither paints nor covers ground"
         raise SpecError("command line", "--robots", problem, "share lines or areas among robots that have a tool")
-    if record is not None:
-        raise SpecError("command line", "--record", "is given with --robots", "record it with `touchline run`")
 
 
 def check_bus_team(vehicle: Vehicle) -> None:
@@ -85,11 +83,13 @@ class TeamProducts:
         orders: What an operator orders meanwhile; what comes of each is said, and reported.
         hashed: Whether to work out the hashes of the sessions.
         plot: The picture to draw, if any.
+        record: The file to record all robots to, if any.
     """
 
     orders: Sequence[TeamOrder] = ()
     hashed: bool = False
     plot: Path | None = None
+    record: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -180,11 +180,13 @@ def simulate_team(
     Raises:
         PlanningError: It cannot be shared.
         SpecError: The picture cannot be written.
+        RecordingError: The recording cannot be written.
     """
     from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.runs.payload_recorder import PayloadRecorder
     from touchline.services.runs.sharing.shared_areas import share_areas
     from touchline.services.runs.sharing.shared_job import share_job
-    from touchline.services.runs.sharing.shared_simulation import simulate_shared
+    from touchline.services.runs.sharing.shared_simulation import names_of, simulate_shared
     from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import team_figures
 
@@ -196,12 +198,16 @@ def simulate_team(
                 job = share_job(template, options, setup.vehicle, [None] * robots, advance)
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
-        with without_collecting():
-            outcome = simulate_shared(job, setups, products.orders, advance, hashed=products.hashed)
+        names = names_of(robots)
+        with PayloadRecorder(products.record, names) as recorder, without_collecting():
+            listener = recorder.hear if products.record is not None else None
+            outcome = simulate_shared(
+                job, setups, products.orders, advance, hashed=products.hashed, listener=listener
+            )
         for taken in outcome.orders:
             said = f"{taken.order.at_s:g} s: r{taken.order.robot + 1} {taken.order.kind}: {taken.outcome}"
             print_event(Event.INFO if taken.done else Event.WARN, said)
-        figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
+        figures = team_figures(job, outcome, names) | recorder.as_figure()
         if products.plot is not None:
             advance(1.0, "Drawing")
             strokes = [[stroke for own in tasks for stroke in own.strokes] for tasks in outcome.robots]

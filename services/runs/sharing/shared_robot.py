@@ -73,7 +73,7 @@ class SharedRobot:
         self._paused_at = math.inf
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
-        self.furthest_m, self.until_m, self.limit_m = 0.0, -math.inf, math.inf
+        self.furthest_m, self.until_m, self.limit_m = 0.0, math.inf, math.inf
         self.finished = self._called_off = False
         self.out, self.out_at = "", 0.0
         self.lost = self.gone = False
@@ -254,7 +254,7 @@ class SharedRobot:
             self._since_s = self.time_s
         self._batches, self.report, self._called_off = [], None, False
         self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
-        self.until_m, self.limit_m = -math.inf, math.inf
+        self.until_m = self.limit_m = math.inf
         trajectory, text = errand.plan.trajectory, errand.share.to_json()
         deadline = time.monotonic() + _LOAD_S
         while True:
