@@ -15,7 +15,8 @@ from touchline.services.runs.sharing.team_order import TeamOrder
 
 LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
 TEMPLATE = Template(
-    name="two", segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, (a, b) in LINES.items())
+    name="two",
+    segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, (a, b) in LINES.items()),
 )
 
 

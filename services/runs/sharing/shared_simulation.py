@@ -19,8 +19,9 @@ from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
-from touchline.services.runs.sharing.joint_ground import JointGround, joint_ground
-from touchline.services.runs.sharing.joint_paint import JointPaint, Work, joint_paint
+from touchline.services.runs.sharing.joint_ground import JointGround
+from touchline.services.runs.sharing.joint_paint import JointPaint
+from touchline.services.runs.sharing.judged import judged
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
@@ -105,7 +106,7 @@ def simulate_shared(
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
         tuple(tuple(member.outcomes) for member in run.members),
-        _judged(job, works),
+        judged(job, works),
         max(member.ended_s for member in run.members),
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
@@ -114,12 +115,6 @@ def simulate_shared(
         length_m(run.left_out),
         tuple(taken),
     )
-
-
-def _judged(job: SharedJob, works: Sequence[Work]) -> JointPaint | JointGround:
-    if not job.template.areas:
-        return joint_paint(job.template, job.vehicle, works)
-    return joint_ground(job.template, job.vehicle, [each.trajectory for each in job.plans], works)
 
 
 class _SharedRun:

@@ -113,7 +113,7 @@ class TeamMember:
         self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
 
     def authorize(self, until_m: float) -> None:
-        """Let it drive so far along its path, and no further than `until_m` of its own; it is told what is new to it."""
+        """Let it drive so far along its path, and no further than `until_m` of its own; what is new is told."""
         authority_m = min(until_m, self.until_m)
         if authority_m != self._authority_m:
             self.emulator.authorize(authority_m)
