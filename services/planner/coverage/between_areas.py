@@ -44,6 +44,7 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     Raises:
         PlanningError: No way was found on which the body touches nothing.
     """
+    first, last = replace(first, route=_up_to_work(first.route)), replace(last, route=_from_work_on(last.route))
     ending, beginning = (_stroke(piece) for piece in (first.route.pieces[-1], last.route.pieces[0]))
     machine, task = first.task.machine, first.task
     if boundary is None:
@@ -67,6 +68,18 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     route = replace(first.route, pieces=(*first.route.pieces[:-1], *left))
     following = replace(last.route, pieces=(joined, *last.route.pieces[1:]))
     return [replace(first, route=route, way=tuple(way)), replace(last, route=following)]
+
+
+def _up_to_work(route: CoverageRoute) -> CoverageRoute:
+    """Without turns at its end, behind which a stroke turned out not to be needed."""
+    end = max((k for k, piece in enumerate(route.pieces, start=1) if piece.worked), default=len(route.pieces))
+    return route if end == len(route.pieces) else replace(route, pieces=route.pieces[:end])
+
+
+def _from_work_on(route: CoverageRoute) -> CoverageRoute:
+    """Likewise without turns at its beginning."""
+    begin = next((k for k, piece in enumerate(route.pieces) if piece.worked), 0)
+    return route if begin == 0 else replace(route, pieces=route.pieces[begin:])
 
 
 def _stroke(piece: DrivePiece) -> CoverStroke:
