@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.fleet.all_at_once import buffered_cells, stopping_segments
+from benchmarks._all_at_once import buffered_cells, stopping_segments
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
 from touchline.services.core.arcs import unit

@@ -29,7 +29,7 @@ from touchline.services.cli.groups import with_groups
 from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.cli.options import SpeedOption, speed_factor
 from touchline.services.cli.output_choice import OutputChoice
-from touchline.services.cli.shared_options import TakeOverOption, TeamOption, TeamPace, check_bus_team, run_team
+from touchline.services.cli.shared_options import TakeOverOption, TeamOption, TeamPace, check_team, run_team
 from touchline.services.runs.bus_run import BusRun, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
 from touchline.services.system.temporary_system import ProcessOptions, local_system
@@ -70,7 +70,10 @@ def run(
             raise SpecError("command line", "--robot", "is given with --robots", "leave one of both out")
         setup = robot.chosen().at(template.origin)
         check_follower(setup.onboard)
-        check_bus_team(setup.vehicle)
+        check_team(setup.vehicle)
+        if take_over_after is not None and setup.vehicle.tool.covers:
+            problem = "is given for areas, which nobody takes over"
+            raise SpecError("command line", "--take-over-after", problem, "leave it out")
         pace = TeamPace(speed_factor(speed), take_over_after, output.plot, output.record)
         figures = run_team(template, setup, planning.options(), robots, pace)
         output.conclude("Run", drawing.template, setup, figures)

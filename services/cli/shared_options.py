@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -24,6 +24,9 @@ from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.sharing.team_order import TeamOrder
 from touchline.services.system.running_system import only_one
 from touchline.services.system.temporary_system import ProcessOptions, local_system
+
+if TYPE_CHECKING:
+    from touchline.services.runs.sharing.shared_job import Progress, SharedJob
 
 MOST_ROBOTS: Final = 16
 
@@ -53,28 +56,15 @@ TakeOverOption = Annotated[
 ]
 
 
-def check_team(vehicle: Vehicle, record: Path | None = None) -> None:
-    """Refuse what several robots cannot do together in one process.
+def check_team(vehicle: Vehicle) -> None:
+    """Refuse a vehicle that has nothing to share with others.
 
     Raises:
-        SpecError: One of the options asks for it.
+        SpecError: It has no tool.
     """
     if not (vehicle.tool.paints or vehicle.tool.covers):
         problem = f"is above 1, and {vehicle.name} neither paints nor covers ground"
         raise SpecError("command line", "--robots", problem, "share lines or areas among robots that have a tool")
-    if record is not None:
-        raise SpecError("command line", "--record", "is given with --robots", "record it with `touchline run`")
-
-
-def check_bus_team(vehicle: Vehicle) -> None:
-    """Refuse what several robots cannot do together over the bus.
-
-    Raises:
-        SpecError: They would not paint.
-    """
-    if not vehicle.tool.paints:
-        problem = f"is above 1, and {vehicle.name} does not paint: over the bus only lines are shared"
-        raise SpecError("command line", "--robots", problem, "share areas with `touchline simulate`")
 
 
 @dataclass(frozen=True)
@@ -85,11 +75,13 @@ class TeamProducts:
         orders: What an operator orders meanwhile; what comes of each is said, and reported.
         hashed: Whether to work out the hashes of the sessions.
         plot: The picture to draw, if any.
+        record: The file to record all robots to, if any.
     """
 
     orders: Sequence[TeamOrder] = ()
     hashed: bool = False
     plot: Path | None = None
+    record: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -125,16 +117,15 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     Raises:
         PlanningError: It cannot be shared.
     """
-    from touchline.services.runs.painted_picture import painted_caption
-    from touchline.services.runs.sharing.joint_paint import paint_of_strokes
-    from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
-    from touchline.services.runs.sharing.shared_job import share_job
+    from touchline.services.runs.sharing.conduct import Conduct
+    from touchline.services.runs.sharing.judged import judged
+    from touchline.services.runs.sharing.shared_bus_run import SharedBusRun
     from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import bus_figures
 
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
     with progress_bar("Touchline") as advance:
-        job = share_job(template, options, setup.vehicle, [None] * robots, advance)
+        job = _shared(template, options, setup.vehicle, robots, advance)
         config = _team_bus(list(setups))
         processes = ProcessOptions(apart=True, recordings=pace.record.parent if pace.record else None)
         with only_one(config), local_system(setups, config, processes) as system:
@@ -147,12 +138,29 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
             except JobFailed as error:
                 print_event(Event.ERROR, str(error))
                 return {"success": False, "reason": str(error), "orders": run.orders, "recording": run.recording}
-        strokes = [stroke for robot in run.robots for stroke in robot.strokes]
-        figures = bus_figures(job, run, paint_of_strokes(template, setup.vehicle, strokes))
+        advance(1.0, "Judging")
+        work = judged(job, [work for robot in run.robots for work in robot.works])
+        figures = bus_figures(job, run, work)
         if pace.plot is not None:
             advance(1.0, "Drawing")
-            draw_team(job, [robot.strokes for robot in run.robots], pace.plot, painted_caption(figures["paint"]))
+            draw_team(job, [robot.strokes for robot in run.robots], pace.plot, work.caption())
     return figures
+
+
+def _shared(
+    template: Template, options: PlanOptions, vehicle: Vehicle, robots: int, advance: "Progress"
+) -> "SharedJob":
+    """The template planned for robots that are carried to where their plans begin.
+
+    Raises:
+        PlanningError: It cannot be shared.
+    """
+    from touchline.services.runs.sharing.shared_areas import share_areas
+    from touchline.services.runs.sharing.shared_job import share_job
+
+    if vehicle.tool.covers:
+        return share_areas(template, options, vehicle, robots, advance)
+    return share_job(template, options, vehicle, [None] * robots, advance)
 
 
 def _team_bus(robots: Sequence[str]) -> BusConfig:
@@ -180,28 +188,27 @@ def simulate_team(
     Raises:
         PlanningError: It cannot be shared.
         SpecError: The picture cannot be written.
+        RecordingError: The recording cannot be written.
     """
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.sharing.shared_areas import share_areas
-    from touchline.services.runs.sharing.shared_job import share_job
-    from touchline.services.runs.sharing.shared_simulation import simulate_shared
+    from touchline.services.runs.payload_recorder import PayloadRecorder
+    from touchline.services.runs.sharing.shared_simulation import names_of, simulate_shared
     from touchline.services.runs.sharing.team_picture import draw_team
     from touchline.services.runs.sharing.team_report import team_figures
 
     with progress_bar("Touchline") as advance:
         with without_collecting():
-            if setup.vehicle.tool.covers:
-                job = share_areas(template, options, setup.vehicle, robots, advance)
-            else:
-                job = share_job(template, options, setup.vehicle, [None] * robots, advance)
+            job = _shared(template, options, setup.vehicle, robots, advance)
         warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
-        with without_collecting():
-            outcome = simulate_shared(job, setups, products.orders, advance, hashed=products.hashed)
+        names = names_of(robots)
+        with PayloadRecorder(products.record, names) as recorder, without_collecting():
+            listener = recorder.hear if products.record is not None else None
+            outcome = simulate_shared(job, setups, products.orders, advance, hashed=products.hashed, listener=listener)
         for taken in outcome.orders:
             said = f"{taken.order.at_s:g} s: r{taken.order.robot + 1} {taken.order.kind}: {taken.outcome}"
             print_event(Event.INFO if taken.done else Event.WARN, said)
-        figures = team_figures(job, outcome, [f"r{number + 1}" for number in range(robots)])
+        figures = team_figures(job, outcome, names) | recorder.as_figure()
         if products.plot is not None:
             advance(1.0, "Drawing")
             strokes = [[stroke for own in tasks for stroke in own.strokes] for tasks in outcome.robots]

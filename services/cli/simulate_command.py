@@ -40,8 +40,8 @@ def simulate(
     setup = robot.chosen().at(template.origin)
     check_follower(setup.onboard)
     if robots > 1:
-        check_team(setup.vehicle, output.record)
-        team = TeamProducts(ordered, hashed, output.plot)
+        check_team(setup.vehicle)
+        team = TeamProducts(ordered, hashed, output.plot, output.record)
         figures = simulate_team(template, setup, planning.options(), robots, team)
         output.conclude("Simulation", drawing.template, setup, figures)
         return

@@ -2,7 +2,7 @@
 
 Emulated robots may be driven in lockstep: at every exchange each of them holds its sim time until it is answered, and
 the coordinator waits until all have told of the same time. So the bytes are those of `fleet simulate`, whatever the
-machine. Who says nothing for a second of wall time is waited for no more.
+machine. Who says nothing for a second of wall time is waited for no more, and that is told on `events`.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from touchline.services.fleet.coordination import Coordination
 from touchline.services.fleet.exchange import SAYING_TICKS, Exchange
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.invitations import Invitations
+from touchline.services.fleet.laggards import Laggards
 from touchline.services.fleet.removals import Removals
 from touchline.services.fleet.robot_line import RobotLine
 from touchline.services.fleet.starts import free_area
@@ -90,6 +91,7 @@ class TeamService:
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
         self._beginning: AskedRobots | None = None
         self._invitations = Invitations()
+        self._laggards = Laggards(bus.publisher(topics.EVENTS).send, SILENT_S)
         self._asked: dict[str, AskedRobots] = {}
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
@@ -142,6 +144,7 @@ class TeamService:
                 self._catch_up(name, line)  # it was frozen, and its time is not that of the others any more
         if any(not line.has_told(tick) and not _given_up(line, now_s) for line in self._lines.values()):
             return False
+        self._laggards.look(tick, self._lines)
         self._presser.press(tick, self._lines)
         there = {name: line for name, line in self._lines.items() if line.tick >= tick and line.fresh}
         told = self._exchanged(tick, {name: line.said for name, line in there.items() if line.said is not None})
@@ -310,7 +313,8 @@ class TeamService:
     @property
     def figures(self) -> dict[str, object]:
         """For the diagnostics."""
-        return {"robots": len(self._lines), "updates": self._updates, "sim_time_s": self._next_tick / 100.0}
+        left = {"not_waited_for": ", ".join(sorted(self._laggards.exchanges))} if self._laggards.exchanges else {}
+        return {"robots": len(self._lines), "updates": self._updates, "sim_time_s": self._next_tick / 100.0, **left}
 
     @property
     def doing(self) -> str:

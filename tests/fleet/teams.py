@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.fleet.all_at_once import stopping_segments
+from benchmarks._all_at_once import stopping_segments
 from tests.fleet.unicycles import LIMITS, drive
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits

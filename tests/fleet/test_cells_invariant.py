@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.fleet.all_at_once import buffered_cells, stopping_segments
+from benchmarks._all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, corner_grid, square
 from tests.fleet.unicycles import LIMITS, drive
 

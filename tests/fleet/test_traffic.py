@@ -8,22 +8,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from touchline.services.fleet.traffic.conflicts import TimedPath, conflicts
-from touchline.services.fleet.traffic.gates import CLEAR_M, GO_BACK_M, authorities_m, gates
+from touchline.services.fleet.traffic.gates import CLEAR_M, authorities_m, gates
 from touchline.services.fleet.traffic.timetable import timetable
 
 RADIUS_M, APART_M = 0.5, 0.5
 NEAREST_M = 2.0 * RADIUS_M + APART_M
-TICK_S, BRAKE_MPS2 = 0.2, 1.0
+TICK_S = 0.2
+BRAKES_M, BACK_M = 0.5, 4.0
 
 
-def path_along(corners, holds=None, delay_s=0.0):
+def path_along(corners, holds=None, delay_s=0.0, back_m=BACK_M):
     """A path along a polyline at 1 m/s; it may wait every 2 m, or where `holds` says."""
     corners = np.array(corners, dtype=float)
     knots = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))))
     arc = np.unique(np.concatenate((np.arange(0.0, knots[-1], 0.1), knots)))
     middles = np.column_stack([np.interp(arc, knots, axis) for axis in corners.T])
     holds = np.arange(0.0, knots[-1], 2.0) if holds is None else np.array(holds)
-    return TimedPath(arc, middles, arc + delay_s, RADIUS_M, holds)
+    return TimedPath(arc, middles, arc + delay_s, RADIUS_M, holds, BRAKES_M, back_m)
 
 
 def place_on(path, arc_m):
@@ -47,7 +48,7 @@ def test_who_comes_first_goes_first_and_the_other_waits_before_it():
     (gate,) = table.gates
     assert (gate.robot, gate.other) == (1, 0)
     assert gate.at_m == 10.0 <= 13.0 - NEAREST_M - CLEAR_M
-    assert gate.clear_m == pytest.approx(10.0 + NEAREST_M + GO_BACK_M, abs=0.3)
+    assert gate.clear_m == pytest.approx(10.0 + NEAREST_M + BACK_M, abs=0.3)
     assert table.waits_s[0] == 0.0 < table.waits_s[1]
 
 
@@ -63,11 +64,11 @@ def test_one_follows_another_as_far_as_it_will_not_come_back_to():
     ahead, behind = path_along([(0, 0), (40, 0)]), path_along([(-10, 0), (30, 0)])
     (found,) = conflicts([ahead, behind], APART_M)
     assert found.forced == 0, "it stands in the other's way from the start"
-    steps = gates(found, 0, behind)
+    steps = gates(found, 0, behind, BACK_M)
     assert [gate.at_m for gate in steps] == sorted({gate.at_m for gate in steps}) and len(steps) > 10
     for gate, after in zip(steps, [*steps[1:], None], strict=True):
         reaches_m = after.at_m if after else behind.end_m
-        assert gate.clear_m >= reaches_m - 10.0 + NEAREST_M + GO_BACK_M - 0.3
+        assert gate.clear_m >= reaches_m - 10.0 + NEAREST_M + BACK_M - 0.3
 
 
 def test_whoever_ends_in_the_others_way_comes_last():
@@ -91,24 +92,60 @@ route = st.lists(corner, min_size=3, max_size=6, unique=True)
 stall = st.tuples(st.integers(0, 2), st.floats(0, 60), st.floats(1, 40))
 
 
+class Driver:
+    """A robot on its path that, when it is stopped, needs room to brake, and goes back then to take up its work."""
+
+    def __init__(self, path, speed_mps):
+        self.path, self.speed_mps = path, speed_mps
+        self.at_m = self.furthest_m = self.owed_m = 0.0
+        self.rolls_to_m = self.back_to_m = None
+
+    @property
+    def there(self):
+        return self.at_m >= self.path.end_m
+
+    def step(self, until_m, stopped):
+        until_m, ahead_m = min(until_m, self.path.end_m), self.at_m + self.speed_mps * TICK_S
+        if self.back_to_m is None and stopped and not self.there:
+            self.rolls_to_m = min(self.at_m + self.path.brakes_m, max(until_m, self.at_m))
+            self.owed_m = max(self.owed_m, self.at_m)
+            self.back_to_m = min(max(self.owed_m + self.path.brakes_m - self.path.back_m, 0.0), self.at_m)
+        if stopped:
+            self.at_m = self.at_m if self.rolls_to_m is None else min(ahead_m, self.rolls_to_m)
+        elif self.back_to_m is not None:
+            self.rolls_to_m, self.at_m = None, max(self.at_m - self.speed_mps * TICK_S, self.back_to_m)
+            self.back_to_m = None if self.at_m == self.back_to_m else self.back_to_m
+        else:
+            self.at_m = max(self.at_m, min(ahead_m, until_m))
+        self.furthest_m = max(self.furthest_m, self.at_m)
+
+
 @settings(max_examples=60)
-@given(st.lists(route, min_size=2, max_size=3), st.lists(stall, max_size=4), st.randoms(use_true_random=False))
-def test_however_late_some_are_nobody_is_too_near_and_all_arrive(routes, stalls, random):
-    paths = [path_along(each) for each in routes]
+@given(
+    st.lists(route, min_size=2, max_size=3),
+    st.lists(stall, max_size=4),
+    st.sampled_from([0.5, 4.0, 9.0]),
+    st.randoms(use_true_random=False),
+)
+def test_whoever_is_stopped_whenever_nobody_is_too_near_and_all_arrive(routes, stalls, back_m, random):
+    paths = [path_along(each, back_m=back_m) for each in routes]
     table = timetable(paths, APART_M)
     if table is None:
         return
     count = len(paths)
-    at, reported, speed = [0.0] * count, [0.0] * count, [random.uniform(0.4, 1.2) for _ in paths]
-    now_s = 0.0
-    while any(arc < path.end_m for arc, path in zip(at, paths, strict=True)):
+    drivers, reported = [Driver(path, random.uniform(0.4, 1.2)) for path in paths], [0.0] * count
+    now_s, closed = 0.0, list(table.gates)
+    while not all(driver.there for driver in drivers):
         until = authorities_m(table.gates, reported)
-        for k, path in enumerate(paths):
-            stalled = any(robot == k and begin <= now_s < begin + lasts for robot, begin, lasts in stalls)
-            at[k] = at[k] if stalled else max(at[k], min(at[k] + speed[k] * TICK_S, until[k], path.end_m))
+        for gate in [gate for gate in closed if reported[gate.other] >= gate.clear_m]:
+            closed.remove(gate)
+            if random.random() < 0.3:  # the worst moment to be stopped: another one has just been let on
+                stalls.append((gate.other, now_s, 10.0))
+        for k, driver in enumerate(drivers):
+            driver.step(until[k], any(robot == k and begin <= now_s < begin + lasts for robot, begin, lasts in stalls))
             if random.random() < 0.5:  # every other report is lost
-                reported[k] = math.inf if at[k] >= path.end_m else at[k]
-        places = np.array([place_on(path, arc_m) for path, arc_m in zip(paths, at, strict=True)])
+                reported[k] = math.inf if driver.there else driver.furthest_m
+        places = np.array([place_on(driver.path, driver.at_m) for driver in drivers])
         for k in range(count):
             for other in range(k):
                 assert np.hypot(*(places[k] - places[other])) >= NEAREST_M - 1e-9

@@ -28,6 +28,9 @@ class TimedPath(NamedTuple):
         time_s: (n,) when the robot is there if nobody holds it up.
         radius_m: Of a disc that holds the body.
         holds_m: (k,) arc lengths, ascending, at which it may wait; the first is 0.
+        brakes_m: Driving as fast as it ever does on it, it can stop at a place that is at least so far ahead.
+        back_m: So far it may go back along it after a stop, to take up its work again: it has left a place for good
+            once it is further beyond it than this.
         stop_s: What it costs to brake to rest and to speed up again.
     """
 
@@ -36,6 +39,8 @@ class TimedPath(NamedTuple):
     time_s: Floats
     radius_m: float
     holds_m: Floats
+    brakes_m: float
+    back_m: float
     stop_s: float = STOP_S
 
     @property

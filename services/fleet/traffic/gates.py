@@ -10,9 +10,6 @@ from touchline.services.fleet.traffic.conflicts import Conflict, TimedPath
 CLEAR_M: Final = 0.6
 """A robot waits this far before the first place that is too near: it comes to rest within centimetres of where it may,
 and paths are sampled every 0.2 m."""
-GO_BACK_M: Final = 4.0
-"""So far a robot may go back along its path after a pause, to take up its paint again: it has left a place for good
-once it is further beyond it than this."""
 
 
 class Gate(NamedTuple):
@@ -29,7 +26,7 @@ class Gate(NamedTuple):
     clear_m: float
 
 
-def gates(conflict: Conflict, first: int, path: TimedPath) -> list[Gate] | None:
+def gates(conflict: Conflict, first: int, path: TimedPath, back_m: float) -> list[Gate] | None:
     """The gates of who comes second, or None if it has no place to wait at.
 
     It may follow into the stretch as far as the next place where it can wait, once the first one will not come back to
@@ -39,6 +36,7 @@ def gates(conflict: Conflict, first: int, path: TimedPath) -> list[Gate] | None:
         conflict: Where the two come too near.
         first: Who goes first.
         path: Of the other one.
+        back_m: So far the first one may go back along its own path after a stop.
     """
     second = conflict.other(first)
     places = conflict.seen_by(second)
@@ -51,7 +49,7 @@ def gates(conflict: Conflict, first: int, path: TimedPath) -> list[Gate] | None:
     found = list[Gate]()
     for at_m, next_m in zip(waits_m, [*waits_m[1:], np.inf], strict=True):
         reached = int(np.searchsorted(own_m, next_m + CLEAR_M, side="right"))
-        clear_m = float(latest_m[reached - 1]) + GO_BACK_M if reached else -np.inf
+        clear_m = float(latest_m[reached - 1]) + back_m if reached else -np.inf
         if clear_m > (found[-1].clear_m if found else -np.inf):
             found.append(Gate(second, at_m, first, clear_m))
     return found

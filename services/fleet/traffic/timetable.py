@@ -66,7 +66,10 @@ def timetable(paths: Sequence[TimedPath], apart_m: float) -> Timetable | None:
     found = conflicts(paths, apart_m)
     if not all(each.possible for each in found):
         return None
-    offers = [{first: gates(each, first, paths[each.other(first)]) for first in each.robots} for each in found]
+    offers = [
+        {first: gates(each, first, paths[each.other(first)], paths[first].back_m) for first in each.robots}
+        for each in found
+    ]
     orders = []
     for each, offer in zip(found, offers, strict=True):
         free = [robot for robot in each.robots if offer[robot] is not None and each.forced in (robot, -1)]

@@ -42,8 +42,10 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
         boundary: That the body does not leave; None: it is free between the areas.
 
     Raises:
-        PlanningError: No way was found on which the body touches nothing.
+        PlanningError: No way was found on which the body touches nothing, or a route has no straight.
     """
+    until, onward = _between_straights(first, last)
+    first, last = replace(first, route=until), replace(last, route=onward)
     ending, beginning = (_stroke(piece) for piece in (first.route.pieces[-1], last.route.pieces[0]))
     machine, task = first.task.machine, first.task
     if boundary is None:
@@ -69,8 +71,28 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     return [replace(first, route=route, way=tuple(way)), replace(last, route=following)]
 
 
+def _between_straights(first: CoveredArea, last: CoveredArea) -> tuple[CoverageRoute, CoverageRoute]:
+    """The routes up to the last straight of one, and from the first straight of the other on.
+
+    In small areas a route may end with a turn, behind which a stroke turned out not to be needed.
+
+    Raises:
+        PlanningError: One has no straight at all.
+    """
+    ends = [k for k, piece in enumerate(first.route.pieces, start=1) if _is_straight(piece)]
+    begins = [k for k, piece in enumerate(last.route.pieces) if _is_straight(piece)]
+    if not ends or not begins:
+        name = last.name if ends else first.name
+        raise PlanningError("", f'has the area "{name}", in which nothing is driven straight', "make it larger")
+    ending, beginning = first.route.pieces[: ends[-1]], last.route.pieces[begins[0] :]
+    return replace(first.route, pieces=ending), replace(last.route, pieces=beginning)
+
+
+def _is_straight(piece: DrivePiece) -> bool:
+    across_m = math.dist(piece.path.start[:2], piece.path.end[:2])
+    return abs(across_m - piece.path.length_m) < 1e-6
+
+
 def _stroke(piece: DrivePiece) -> CoverStroke:
     """The straight piece that begins or ends a route; as a side of a lap, from which the tail may slide."""
-    straight = math.hypot(*(end - start for start, end in zip(piece.path.start[:2], piece.path.end[:2], strict=True)))
-    assert abs(straight - piece.path.length_m) < 1e-6, "methods begin and end with a straight"
     return CoverStroke(DriveKind.LAP, piece.label, piece.path.start, piece.path.length_m, piece.direction)

@@ -74,18 +74,19 @@ def share_template(template: Template, grounds: Grounds) -> Template:
         pieces = sorted(shapely.get_parts(grounds.get(area.id, shapely.MultiPolygon())), key=lambda each: -each.area)
         for number, piece in enumerate(pieces[:MOST_PIECES], start=1):
             name = area.id if number == 1 else f"{area.id} ({number})"
-            areas.append(area.model_copy(update=_rings(piece) | {"id": name}))
+            areas.append(_drawn(area, name, piece))
     return template.model_copy(update={"areas": tuple(areas)})
 
 
-def _rings(piece: shapely.Polygon) -> dict[str, object]:
-    """Outline and holes as a template has them."""
+def _drawn(area: Area, name: str, piece: shapely.Polygon) -> Area:
+    """A piece of an area as one of a template."""
     tolerance_m, simple = 1e-3, piece
     while len(simple.exterior.coords) > MOST_CORNERS and tolerance_m < 1.0:
         tolerance_m *= 2.0
         simple = shapely.simplify(piece, tolerance_m)
     rings = [tuple((x, y) for x, y in ring.coords[:-1]) for ring in (simple.exterior, *simple.interiors)]
-    return {"outline": rings[0], "holes": tuple(rings[1:])}
+    # A copy would keep the polygon of the whole area, which that has worked out before.
+    return Area.model_construct(id=name, outline=rings[0], holes=tuple(rings[1:]), angle_deg=area.angle_deg)
 
 
 def directions(angle_rad: float) -> tuple[float, float]:

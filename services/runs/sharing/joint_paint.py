@@ -75,6 +75,11 @@ class JointPaint:
 
 def paint_of_strokes(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> JointPaint:
     """Judge paint of which only the strokes are known, not when they were painted."""
+    return JointPaint(paint_metrics(ledger_of(template, vehicle, strokes)), None, template.tolerance_m)
+
+
+def ledger_of(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> PaintLedger:
+    """Strokes as a ledger against the lines of a template."""
     together = _ledger(template, vehicle)
     for stroke in strokes:
         rows = np.zeros((len(stroke.x_m) + 1, POINT_COLUMNS))
@@ -82,7 +87,7 @@ def paint_of_strokes(template: Template, vehicle: Vehicle, strokes: Iterable[Pai
         rows[0, [POINT_X, POINT_Y]] = rows[1, [POINT_X, POINT_Y]]
         rows[0, POINT_TARGET], rows[:, POINT_WIDTH] = STROKE_BEGINS, stroke.width_m / vehicle.tool.width_m
         together.restore(np.delete(rows, 1, axis=0))
-    return JointPaint(paint_metrics(together), None, template.tolerance_m)
+    return together
 
 
 def _ledger(template: Template, vehicle: Vehicle) -> PaintLedger:

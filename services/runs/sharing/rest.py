@@ -22,8 +22,6 @@ from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, Shared
 
 TRIES: Final = 40
 """So often the rest is planned round those that stand, each time with a little less of a line beside them."""
-BRAKES_M: Final = 1.5
-"""A robot that drives can stop at a place that is at least so far ahead."""
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
@@ -47,7 +45,7 @@ class Errand:
 
     def next_hold_m(self, furthest_m: float) -> float:
         """Where a robot that drives can stop next without stopping amid a line; here, if there is no such place."""
-        ahead = self.path.holds_m[self.path.holds_m >= furthest_m + BRAKES_M]
+        ahead = self.path.holds_m[self.path.holds_m >= furthest_m + self.path.brakes_m]
         return float(ahead[0]) if len(ahead) else furthest_m
 
 

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -19,7 +19,7 @@ from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.coverage.lanes import lane_angle
 from touchline.services.planner.coverage.shapes import as_area
-from touchline.services.planner.plan import plan
+from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, cut, directions, share_template, size_m2
 from touchline.services.runs.sharing.shared_job import (
@@ -45,16 +45,32 @@ EVEN_SHARE: Final = 0.03
 
 
 class Parted(NamedTuple):
-    """A way to share that was planned."""
+    """A way to share that was planned.
 
-    job: SharedJob
+    Attributes:
+        job: None if one robot stands in another's way for good.
+        least_s: What it would cost if nobody waited.
+        shares, angle_rad: Of the parts.
+        turn: Of the side with which laps begin.
+    """
+
+    job: SharedJob | None
+    least_s: float
     shares: tuple[float, ...]
     angle_rad: float
+    turn: int
 
     @property
     def cost_s(self) -> float:
         """By which ways are compared: when all are done, and what they miss."""
+        if self.job is None:
+            return math.inf
         return self.job.table.end_s + MISSED_S_PER_M2 * (self.job.area_m2 - self.job.covered_m2)
+
+    @property
+    def waits(self) -> bool:
+        """Whether somebody waits for so long that laps had better begin elsewhere."""
+        return self.job is None or max(self.job.table.waits_s) > WAITS_SHARE * self.job.table.end_s
 
 
 def share_areas(
@@ -101,36 +117,49 @@ class _AreaSharing:
         pitch_m = self._width_m - self._overlap_m
         self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
         self._problem: PlanningError | None = None
-        self._done = 0
+        self._done, self._told = 0, 0.0
 
     def best(self) -> SharedJob:
-        """The best of all ways."""
+        """The best of all ways.
+
+        A way in which robots wait for each other is tried with laps that begin elsewhere, unless it would be no better
+        than another one if nobody waited.
+        """
         even = (1.0 / self.robots,) * self.robots
-        ways = [way for angle in directions(self.angle_rad) for way in self._ways(even, angle)]
-        best = min(ways, key=lambda way: way.cost_s, default=None)
-        if best is not None:
-            seconds = np.array([made.report.total_time_s for made in best.job.plans])
-            if np.ptp(seconds) > EVEN_SHARE * seconds.max():
-                shares = np.array(best.shares) / seconds
-                again = self._ways(tuple((shares / shares.sum()).tolist()), best.angle_rad)
-                best = min((best, *again), key=lambda way: way.cost_s)
-        if best is None:
+        begun = [self._way(even, angle, 0) for angle in directions(self.angle_rad)]
+        firsts = sorted((way for way in begun if way is not None), key=lambda way: way.least_s)
+        best = min(firsts, key=lambda way: way.cost_s, default=None)
+        for first in firsts:
+            way: Parted | None = first
+            for turn in range(1, TURNS):
+                if way is None or best is None or not way.waits or first.least_s >= best.cost_s:
+                    break
+                way = self._way(even, first.angle_rad, turn)
+                best = _better(best, way)
+        if best is None or best.job is None:
             raise self._problem or no_order(self.robots)
+        seconds = np.array([made.report.total_time_s for made in best.job.plans])
+        if np.ptp(seconds) > EVEN_SHARE * seconds.max():
+            shares = np.array(best.shares) / seconds
+            again = self._way(tuple((shares / shares.sum()).tolist()), best.angle_rad, best.turn)
+            if again is not None and again.job is not None and again.cost_s < best.cost_s:
+                return again.job
         return best.job
 
-    def _ways(self, shares: tuple[float, ...], angle_rad: float) -> Iterator[Parted]:
-        """Laps begun in one direction after another, until nobody waits for long."""
+    def _way(self, shares: tuple[float, ...], angle_rad: float, turn: int) -> Parted | None:
+        """A way to share with laps that begin in one direction; None if a part cannot be planned."""
         try:
             parts = self._parts(shares, angle_rad)
-            for turn in range(TURNS):
-                job = self._planned(parts, angle_rad + (turn + 2) * math.tau / TURNS)
-                if job is None:
-                    continue
-                yield Parted(job, shares, angle_rad)
-                if max(job.table.waits_s) <= WAITS_SHARE * job.table.end_s:
-                    return
+            plans = self._plans(parts, angle_rad + (turn + 2) * math.tau / TURNS)
         except PlanningError as problem:
             self._problem = self._problem or problem
+            return None
+        self._done += 1
+        whole = shapely.union_all(list(self.grounds.values()))
+        covered = swept([section.path for each in plans for section in each.sections], self._width_m)
+        covered_m2 = float(covered.intersection(whole).area)
+        least_s = max(made.report.total_time_s for made in plans) + MISSED_S_PER_M2 * (whole.area - covered_m2)
+        return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn)
 
     def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Grounds]:
         parts = cut(self.grounds, shares, angle_rad, self._overlap_m, 0.5 * self._width_m)
@@ -139,27 +168,27 @@ class _AreaSharing:
             raise PlanningError("", f"has {size}", "give fewer robots")
         return parts
 
-    def _planned(self, parts: Sequence[Grounds], begins_rad: float) -> SharedJob | None:
-        """The job with a plan for each part; None if one robot stands in another's way for good."""
-        template, vehicle = self.task.template, self.task.vehicle
-        plans = [
+    def _plans(self, parts: Sequence[Grounds], begins_rad: float) -> list[Plan]:
+        """A plan for each part."""
+        return [
             plan(
-                template,
-                vehicle,
+                self.task.template,
+                self.task.vehicle,
                 self._asked,
                 partial(self._tell, robot),
                 company=Company(grounds=part, begins_rad=begins_rad),
             )
             for robot, part in enumerate(parts)
         ]
-        self._done += 1
+
+    def _job(self, parts: Sequence[Grounds], plans: Sequence[Plan], covered_m2: float) -> SharedJob | None:
+        """The job of these plans; None if one robot stands in another's way for good."""
+        template, vehicle = self.task.template, self.task.vehicle
         paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
         table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
         if table is None:
             return None
         shares = tuple(share_template(template, part) for part in parts)
-        whole = shapely.union_all([area.polygon for area in template.areas])
-        covered = swept([section.path for each in plans for section in each.sections], self._width_m)
         return SharedJob(
             template,
             vehicle,
@@ -169,9 +198,15 @@ class _AreaSharing:
             tuple(paths),
             table,
             0,
-            covered_m2=float(covered.intersection(whole).area),
+            covered_m2=covered_m2,
         )
 
     def _tell(self, robot: int, stage: str, fraction: float) -> None:
         done = self._done + (robot + fraction) / self.robots
-        self._progress(1.0 - 1.0 / (1.0 + 0.5 * done), f"Planning parts: {stage}")
+        self._told = max(self._told, 1.0 - 1.0 / (1.0 + 0.5 * done))
+        self._progress(self._told, f"Planning parts: {stage}, way {self._done + 1}, robot {robot + 1}")
+
+
+def _better(one: Parted, other: Parted | None) -> Parted:
+    """The one of less cost."""
+    return one if other is None or one.cost_s <= other.cost_s else other

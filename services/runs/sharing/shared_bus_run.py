@@ -5,8 +5,6 @@ A robot that fails does not end it: the others go on as far as they may, and do 
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -20,9 +18,11 @@ from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.sharing.body_gap import BodyGap
+from touchline.services.runs.sharing.conduct import Conduct
 from touchline.services.runs.sharing.rest import Mate, errands, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
+from touchline.services.runs.sharing.standstill_words import out_of_service, paused_since, why_not_done, why_not_painted
 from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
 STALLED_S: Final = 20.0
@@ -32,26 +32,6 @@ _SETTLED_S: Final = 0.2
 """Wall clock: what a robot had told before its clock was held is here after so long."""
 _STANDS_S: Final = 60.0
 """Wall clock: an aborted robot has come to rest and has reported by then."""
-
-
-@dataclass(frozen=True)
-class Conduct:
-    """How a shared job is carried out.
-
-    Attributes:
-        speed: Sim seconds per wall second; negative for as fast as it goes.
-        take_over_after_s: Wall clock after which the others do what a robot that has failed has left, without an
-            operator; None: on an operator's order only.
-        record: File to record all robots to, if any.
-        endpoint: Of the bus, to be told to operators.
-        ordered_within_s: So long (wall clock) after anybody has moved an order is waited for where a robot has failed.
-    """
-
-    speed: float
-    take_over_after_s: float | None = None
-    record: Path | None = None
-    endpoint: str = ""
-    ordered_within_s: float = 120.0
 
 
 class SharedBusRun:
@@ -75,7 +55,7 @@ class SharedBusRun:
     """
 
     def __init__(self, buses: Sequence[Bus], job: SharedJob, conduct: Conduct, watcher: Watcher) -> None:
-        self.robots, self.job = [SharedRobot(bus, watcher.event) for bus in buses], job
+        self.robots, self.job = [SharedRobot(bus, job.vehicle, watcher.event) for bus in buses], job
         self._conduct, self._watcher = conduct, watcher
         self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
         self._gathering = self._undone = False
@@ -97,10 +77,11 @@ class SharedBusRun:
         record = self._conduct.record
         if record is not None:
             begin_team_recording(self._recorder, record, self._watcher)
-        self._watcher.stage("Painting")
+        self._watcher.stage("Covering" if self._covers else "Painting")
         try:
             self._begin(self.job, self.robots, here=False)
             self._follow()
+            self._stand_down()
         except (TouchlineError, KeyboardInterrupt):
             self._give_up()
             raise
@@ -119,7 +100,7 @@ class SharedBusRun:
     def _begin(self, job: SharedJob, crew: Sequence[SharedRobot], *, here: bool) -> None:
         self.job, self._crew = job, list(crew)
         for robot, errand in zip(crew, errands(job), strict=True):
-            robot.take(errand, here=here)
+            robot.take(errand, self._begun_s, here=here)
             robot.set_speed(self._conduct.speed)
         self._authorize()
         self._moved_at, self._reached_m = time.monotonic(), -1.0
@@ -150,11 +131,23 @@ class SharedBusRun:
             time.sleep(_LOOK_S)
 
     @property
+    def _covers(self) -> bool:
+        """Whether areas are covered, of which nobody takes over what another one leaves."""
+        return bool(self.job.template.areas)
+
+    @property
     def _over(self) -> bool:
+        if self._covers and self._failed and self._waited_s > self._conduct.ordered_within_s:
+            return True
         if self._gathering or self._undone or not all(robot.done for robot in self._crew):
             return False
         beside = any(robot.out and not robot.gone for robot in self.robots)
         return not (self.left_out and beside) or self._ends_by_itself or self._waited_s > self._conduct.ordered_within_s
+
+    @property
+    def _failed(self) -> list[SharedRobot]:
+        """Who is out of service, and has not done what it was to do."""
+        return [robot for robot in self._crew if robot.out and not robot.done]
 
     @property
     def _ends_by_itself(self) -> bool:
@@ -175,27 +168,17 @@ class SharedBusRun:
             if robot.out != self._said[robot.name]:
                 self._said[robot.name] = robot.out
                 self._tell_of(robot)
-        poses = {robot.name: robot.true_pose for robot in self.robots if not robot.gone}
+        poses = {robot.name: robot.truth.pose for robot in self.robots if not robot.gone}
         known = {name: np.array([pose]) for name, pose in poses.items() if pose is not None}
         for name in self.gap.look(known):
             self._watcher.event(Event.ERROR, f"{name} touches another robot")
             next(robot for robot in self.robots if robot.name == name).touch()
 
     def _tell_of(self, robot: SharedRobot) -> None:
-        if not robot.out:
+        if robot.out:
+            self._watcher.event(Event.ERROR, out_of_service(robot, self._conduct, covers=self._covers))
+        else:
             self._watcher.event(Event.INFO, f"{robot.name} is in service again")
-            return
-        x, y, _ = robot.place.pose
-        after_s = self._conduct.take_over_after_s
-        what = (
-            f"have the others do the rest by TOUCHLINE_ENDPOINT={self._conduct.endpoint} "
-            f"touchline order take-over --robot {robot.name}, no later than {self._conduct.ordered_within_s:g} s after "
-            "they have come to stand"
-            if after_s is None
-            else f"the others take over in {after_s:g} s"
-        )
-        text = f"{robot.name} is out of service at x {x:.1f} m, y {y:.1f} m: {robot.out}; {what}"
-        self._watcher.event(Event.ERROR, text)
 
     def _look_whether_anybody_moves(self) -> None:
         now_m = sum(robot.furthest_m for robot in self._crew)
@@ -205,19 +188,21 @@ class SharedBusRun:
             self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), where)
         if paused := [robot for robot in self._crew if robot.paused_since is not None]:
             self._moved_at = time.monotonic()  # who is paused by an operator stands until an operator resumes it
-            since = ", ".join(f"{robot.name} since {_clock(robot.paused_since)}" for robot in paused)
-            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), f"paused: {since}")
-        failed = [robot for robot in self._crew if robot.out and not robot.done]
+            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), paused_since(paused))
+        failed = self._failed
         after_s = self._conduct.take_over_after_s
         if failed and after_s is not None and not (self._gathering or self._undone):
             if time.monotonic() - failed[0].out_at >= after_s:
                 done, text = self._take_over(failed[0])
                 self._note(failed[0], "take-over", done=done, outcome=text)
         elif (failed or self._undone) and not self._gathering:
+            if self._covers:
+                return
             if self._waited_s > self._conduct.ordered_within_s or (self._undone and self._ends_by_itself):
-                raise JobFailed(self._why_not_painted(failed))
+                lines = [segment.id for segment in self._left()]
+                raise JobFailed(why_not_painted(failed, lines, self._conduct, undone=self._undone))
         elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
-            raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({self._why_not()})")
+            raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({why_not_done(self._crew)})")
 
     def _note(self, robot: SharedRobot, kind: str, *, done: bool, outcome: str) -> None:
         self.orders.append({"robot": robot.name, "order": kind, "done": done, "outcome": outcome})
@@ -235,6 +220,8 @@ class SharedBusRun:
         able = [each for each in self.robots if not each.out]
         if not robot.out:
             return False, f"{robot.name} is in service, and does its share itself"
+        if self._covers:
+            return False, f"only lines are taken over; the part of {robot.name} stays as it is"
         if not able:
             return False, "nobody is left to take over"
         if not self._gathering:
@@ -256,17 +243,7 @@ class SharedBusRun:
 
     def _hand_over(self) -> None:
         """Have everybody give up what is under way where it stands, and begin on the rest."""
-        for robot in self._crew:
-            if robot.out:
-                robot.keep_out()
-            else:
-                robot.call_off()
-        deadline = time.monotonic() + _STANDS_S
-        while not all(robot.out or robot.report is not None for robot in self._crew):
-            if time.monotonic() > deadline:
-                raise JobFailed("the others do not come to rest, and cannot take over")
-            self._look()
-            time.sleep(_LOOK_S)
+        self._stand_down()
         self._gathering = False
         left = self._left()
         beliefs, now_s = [robot.painted for robot in self._crew], max(robot.time_s for robot in self._crew)
@@ -288,6 +265,20 @@ class SharedBusRun:
         self._watcher.event(Event.INFO, f"the rest is done: {rest}")
         self._begin(rest.job, [robot for robot in self.robots if robot.name in rest.crew], here=True)
 
+    def _stand_down(self) -> None:
+        """Have everybody give up what is under way where it stands, and report."""
+        for robot in self._crew:
+            if robot.out:
+                robot.keep_out()
+            else:
+                robot.call_off()
+        deadline = time.monotonic() + _STANDS_S
+        while not all(robot.out or robot.report is not None for robot in self._crew):
+            if time.monotonic() > deadline:
+                raise JobFailed("the others do not come to rest, and cannot take over")
+            self._look()
+            time.sleep(_LOOK_S)
+
     def _left(self) -> list[TemplateSegment]:
         """The lines and parts of lines that are not painted, by what the robots believe."""
         return self.left_out + [
@@ -297,21 +288,6 @@ class SharedBusRun:
             for segment in robot.errand.unfinished(robot.painted)
         ]
 
-    def _why_not_painted(self, failed: Sequence[SharedRobot]) -> str:
-        why = (
-            "; ".join(f"{robot.name} is out of service: {robot.out}" for robot in failed) or "a rest could not be done"
-        )
-        lines = ", ".join(segment.id for segment in self._left())
-        within_s = self._conduct.ordered_within_s
-        told = f"nobody has ordered another to take over within {within_s:g} s"
-        if self._undone:
-            told = "the others cannot do the rest"
-        return f"{why or 'some have failed'}; {told}; not painted to the end: {lines}"
-
-    def _why_not(self) -> str:
-        waiting = (robot for robot in self._crew if not robot.done)
-        return "; ".join(f"{each.name}: {each.status.reason or 'no reason given'}" for each in waiting)
-
     def _give_up(self) -> None:
         """Leave all robots stopped; who cannot be asked any more is left."""
         self._watcher.stage("Stopping")
@@ -320,8 +296,3 @@ class SharedBusRun:
                 robot.bus.call(topics.ABORT, CommandRequest(request_id=fresh_id()), 2.0)
             except TouchlineError as error:
                 self._watcher.event(Event.WARN, str(error))
-
-
-def _clock(at_s: float | None) -> str:
-    """A time of the clock on the wall; `at_s` is in seconds since the epoch."""
-    return time.strftime("%H:%M:%S", time.localtime(at_s))

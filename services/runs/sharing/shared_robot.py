@@ -9,6 +9,7 @@ from typing import Final
 
 from touchline.schemas import topics
 from touchline.schemas.messages import (
+    AreaReport,
     AuthorizeRequest,
     CommandRequest,
     CommandResponse,
@@ -23,14 +24,16 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.topics import Request, Response, Service
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, ServedCall
 from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
 from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
-from touchline.services.runs.recorded_paint import joined
+from touchline.services.runs.sharing.joint_paint import Work
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.rest import Errand
+from touchline.services.runs.sharing.told_work import ToldTruth, pose_of
 
 _CALL_S: Final = 10.0
 _LOAD_S: Final = 30.0
@@ -46,8 +49,9 @@ class SharedRobot:
 
     Attributes:
         bus: Its own.
+        truth: What it has told of that, on its errand.
         status: What it told last of its errand.
-        report: Of its errand, once that is over.
+        report, area: Of its errand, once that is over; the latter if a covering tool has worked on areas.
         finished: Whether it has come to the end of its errand.
         furthest_m: That it has reported.
         until_m: How far it was told that it may drive.
@@ -57,29 +61,31 @@ class SharedRobot:
         lost: Whether its process is gone: one that comes back has no part in this job.
         gone: Whether it was carried away since.
         errand: What it is to do, as long as that is not put aside.
-        strokes, reports: Of errands that were put aside.
+        strokes, reports, areas, works: Of errands that were put aside.
     """
 
-    def __init__(self, bus: Bus, tell: Callable[[int, str], None]) -> None:
+    def __init__(self, bus: Bus, vehicle: Vehicle, tell: Callable[[int, str], None]) -> None:
         """Listen, from before it is given anything to do; `tell` is told its events."""
         self.bus, self._tell = bus, tell
-        self._told = bus.inbox([topics.EVENTS, topics.REPORT, topics.PAINT])
-        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
+        self._told = bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
+        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY], keep="latest")
+        self.truth = ToldTruth(bus, vehicle)
         self._presence = bus.presence()
         self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
-        self._batches, self._since_s = list[PaintMarks](), -math.inf
-        self._place = Odometry()
-        self._true_place: Odometry | None = None
+        self._since_s, self._place = -math.inf, Odometry()
         self._paused_at = math.inf
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
-        self.furthest_m, self.until_m, self.limit_m = 0.0, -math.inf, math.inf
+        self.area: AreaReport | None = None
+        self.furthest_m, self.until_m, self.limit_m = 0.0, math.inf, math.inf
         self.finished = self._called_off = False
         self.out, self.out_at = "", 0.0
         self.lost = self.gone = False
         self.errand: Errand | None = None
         self.strokes: list[PaintMarks] = []
         self.reports: list[TraversalReport] = []
+        self.areas: list[AreaReport] = []
+        self.works: list[Work] = []
 
     @property
     def name(self) -> str:
@@ -105,12 +111,7 @@ class SharedRobot:
     @property
     def place(self) -> Standing:
         """Where it believes to be, or did when it was last heard."""
-        return Standing(self.name, _pose(self._place))
-
-    @property
-    def true_pose(self) -> tuple[float, float, float] | None:
-        """Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells."""
-        return _pose(self._true_place) if self._true_place is not None else None
+        return Standing(self.name, pose_of(self._place))
 
     @property
     def paused_since(self) -> float | None:
@@ -143,14 +144,12 @@ class SharedRobot:
                 self._tell(message.severity, f"{self.name}: {message.text}")
             elif isinstance(message, TraversalReport):
                 self.report = message if self.errand is not None else self.report
-            elif isinstance(message, PaintMarks) and _seconds(message) > self._since_s:
-                self._batches.append(message)
-        for sample, message in self._latest.messages():
+            elif isinstance(message, AreaReport):
+                self.area = message if self.errand is not None else self.area
+        self.truth.listen()
+        for _, message in self._latest.messages():
             if isinstance(message, Odometry):
-                if sample.topic is topics.TRUTH:
-                    self._true_place = message
-                else:
-                    self._place = message
+                self._place = message
             elif isinstance(message, TraversalStatus) and self._is_of_errand(message):
                 self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
                 self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
@@ -240,11 +239,12 @@ class SharedRobot:
         with suppress(JobFailed):  # it may have been given up already
             self.authorize(0.0)
 
-    def take(self, errand: Errand, *, here: bool) -> None:
+    def take(self, errand: Errand, begun_s: float, *, here: bool) -> None:
         """Load something to do; what was told until now is about something else.
 
         Args:
             errand: It.
+            begun_s: When it is begun on, on a clock that all robots share.
             here: Whether it begins where it stands; else it is carried there.
 
         Raises:
@@ -252,9 +252,10 @@ class SharedRobot:
         """
         if here:
             self._since_s = self.time_s
-        self._batches, self.report, self._called_off = [], None, False
+            self.truth.begin(self.time_s, begun_s)
+        self.report, self.area, self._called_off = None, None, False
         self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
-        self.until_m, self.limit_m = -math.inf, math.inf
+        self.until_m = self.limit_m = math.inf
         trajectory, text = errand.plan.trajectory, errand.share.to_json()
         deadline = time.monotonic() + _LOAD_S
         while True:
@@ -277,9 +278,13 @@ class SharedRobot:
         if self.errand is None:
             return
         told = self.ask(topics.GET_PAINT, GetPaintRequest(), 30.0)
-        self.strokes += joined(self._batches) if told is None else told.strokes
+        strokes = self.truth.strokes() if told is None else told.strokes
+        self.works.append(self.truth.work(self.errand.share, strokes))
+        self.strokes += strokes
         if self.report is not None:
             self.reports.append(self.report)
+        if self.area is not None:
+            self.areas.append(self.area)
         self.errand = None
 
 
@@ -287,18 +292,12 @@ class _Lost(CallError):
     """The process that was asked is gone."""
 
 
-def _pose(place: Odometry) -> tuple[float, float, float]:
-    """Where it is: x (m), y (m), heading (rad)."""
-    at, turned = place.pose.pose.position, place.pose.pose.orientation
-    return at.x, at.y, 2.0 * math.atan2(turned.z, turned.w)
-
-
 def fresh_id() -> str:
     """Of a request."""
     return uuid.uuid4().hex
 
 
-def _seconds(message: TraversalStatus | PaintMarks) -> float:
+def _seconds(message: TraversalStatus) -> float:
     """Sim time at which it was sent."""
     stamp = message.header.stamp
     return stamp.sec + 1e-9 * stamp.nanosec

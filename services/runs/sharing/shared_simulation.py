@@ -19,12 +19,13 @@ from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
-from touchline.services.runs.sharing.joint_ground import JointGround, joint_ground
-from touchline.services.runs.sharing.joint_paint import JointPaint, Work, joint_paint
+from touchline.services.runs.sharing.joint_ground import JointGround
+from touchline.services.runs.sharing.joint_paint import JointPaint
+from touchline.services.runs.sharing.judged import judged
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
-from touchline.services.runs.sharing.team_member import SLICE_TICKS, TeamMember
+from touchline.services.runs.sharing.team_member import SLICE_TICKS, Listener, TeamMember
 from touchline.services.runs.sharing.team_order import OrderTaken, TeamOrder
 from touchline.services.runs.simulation import Outcome
 
@@ -36,6 +37,11 @@ OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
+
+
+def names_of(robots: int) -> list[str]:
+    """Of the robots of a shared job."""
+    return [f"r{number + 1}" for number in range(robots)]
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,7 @@ def simulate_shared(
     progress: Progress = lambda done, doing: None,
     *,
     hashed: bool = False,
+    listener: Listener | None = None,
 ) -> TeamOutcome:
     """Carry out a shared job once, as fast as it goes.
 
@@ -80,13 +87,17 @@ def simulate_shared(
         setups: Of each robot: its world and its computer; the vehicle is the job's.
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
-        hashed: Whether the reports shall have the hashes of the sessions.
+        hashed: Whether the reports shall have the hashes of the sessions; where anybody listens they have.
+        listener: Told all that robots tell, by their names, if anybody listens.
 
     Raises:
         CommandRefused: A robot does not take its plan.
     """
     begun = time.perf_counter()
-    members = [TeamMember.of(f"r{number + 1}", setup, hashed=hashed) for number, setup in enumerate(setups)]
+    names = names_of(len(setups))
+    members = [
+        TeamMember.of(name, setup, hashed=hashed, listener=listener) for name, setup in zip(names, setups, strict=True)
+    ]
     run = _SharedRun(job, members, progress)
     taken = [OrderTaken(order) for order in sorted(orders)]
     reason = run.drive(list(taken))
@@ -95,7 +106,7 @@ def simulate_shared(
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
         tuple(tuple(member.outcomes) for member in run.members),
-        _judged(job, works),
+        judged(job, works),
         max(member.ended_s for member in run.members),
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
@@ -104,12 +115,6 @@ def simulate_shared(
         length_m(run.left_out),
         tuple(taken),
     )
-
-
-def _judged(job: SharedJob, works: Sequence[Work]) -> JointPaint | JointGround:
-    if not job.template.areas:
-        return joint_paint(job.template, job.vehicle, works)
-    return joint_ground(job.template, job.vehicle, [each.trajectory for each in job.plans], works)
 
 
 class _SharedRun:
@@ -150,7 +155,7 @@ class _SharedRun:
         until_m = authorities_m(self.job.table.gates, [member.progress_m for member in self.crew])
         for member, arc_m in zip(self.crew, until_m, strict=True):
             if member.under_way or member.onboard.state == TraversalStatus.READY:
-                member.onboard.authorize(min(arc_m, member.until_m))
+                member.authorize(arc_m)
 
     def drive(self, orders: list[OrderTaken]) -> str:
         """Run until all are done or none comes any further; why it failed, or ""."""

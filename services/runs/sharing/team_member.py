@@ -16,6 +16,7 @@ from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.sharing.joint_paint import Work
 from touchline.services.runs.sharing.rest import Errand
@@ -25,6 +26,7 @@ SLICE_TICKS: Final = 10
 """Robots report, and learn how far they may drive, ten times a second."""
 
 Floats = NDArray[np.float64]
+Listener = Callable[[str, list[Payload]], None]
 
 
 @dataclass
@@ -42,7 +44,8 @@ class TeamMember:
         waited_s: So long it was held.
         ended_s: When it was last under way, sim time.
         works, outcomes: Of tasks that are over.
-        telemetry: What it tells, if that is to be hashed.
+        telemetry: What it tells, if that is to be hashed or recorded.
+        listener: Told all that it tells, by its name, if anybody listens.
     """
 
     name: str
@@ -58,18 +61,23 @@ class TeamMember:
     works: list[Work] = field(default_factory=list)
     outcomes: list[Outcome] = field(default_factory=list)
     telemetry: Telemetry | None = None
+    listener: Listener | None = None
 
     def __post_init__(self) -> None:
-        """With what runs it."""
+        """With what runs it; it tells who it is."""
+        self._authority_m = math.inf
+        if self.telemetry is not None:
+            self._tell([self.telemetry.setup(), *self.telemetry.standing()])
         self._runner = FastRunner(self.emulator)
         self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
 
     @classmethod
-    def of(cls, name: str, setup: Setup, *, hashed: bool = False) -> "TeamMember":
+    def of(cls, name: str, setup: Setup, *, hashed: bool = False, listener: Listener | None = None) -> "TeamMember":
         """A robot that has nothing to do yet."""
         onboard = Onboard(setup.vehicle, setup.onboard)
         emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
-        return cls(name, emulator, onboard, telemetry=Telemetry(emulator) if hashed else None)
+        telemetry = Telemetry(emulator) if hashed or listener is not None else None
+        return cls(name, emulator, onboard, telemetry=telemetry, listener=listener)
 
     @property
     def under_way(self) -> bool:
@@ -101,14 +109,25 @@ class TeamMember:
         self.conclude()
         self.emulator.load(task.plan.trajectory, task.share, taking=taking)
         if self.telemetry is not None:
-            self.telemetry.loaded(task.plan.trajectory, task.share)
-        self.task, self.until_m, self.furthest_m = task, math.inf, 0.0
+            self._tell(self.telemetry.loaded(task.plan.trajectory, task.share))
+        self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
+
+    def authorize(self, until_m: float) -> None:
+        """Let it drive so far along its path, and no further than `until_m` of its own; what is new is told."""
+        authority_m = min(until_m, self.until_m)
+        if authority_m != self._authority_m:
+            self.emulator.authorize(authority_m)
+            self._authority_m = authority_m
 
     def order(self, command: Callable[[], None]) -> None:
         """Carry out a command of its emulator; what that changes is told."""
         command()
         if self.telemetry is not None:
-            self.telemetry.news()
+            self._tell(self.telemetry.news())
+
+    def _tell(self, told: list[Payload]) -> None:
+        if self.listener is not None:
+            self.listener(self.name, told)
 
     def conclude(self) -> None:
         """Put what was done aside."""
@@ -147,8 +166,10 @@ class TeamMember:
             if telemetry is not None:
                 telemetry.hold(count)
             done += count
-        if telemetry is not None:
+        if telemetry is not None and self.listener is None:
             telemetry.only_hashed()
+        elif telemetry is not None:
+            self._tell(telemetry.told())
         poses[done:] = emulator.world.pose
         if self.under_way:
             self.furthest_m = max(self.furthest_m, self.onboard.status.arc_length_m)
@@ -160,3 +181,5 @@ class TeamMember:
         """Stand until a tick: a robot that is done has stopped counting."""
         while self.emulator.tick_count < tick:
             self.emulator.tick()
+            if self.telemetry is not None:
+                self._tell(self.telemetry.after_tick())

@@ -2,10 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
+from touchline.schemas.messages import TraversalReport
 from touchline.schemas.template import Template
 from touchline.services.runs.reports import area_report_figures, paint_figures, plan_figures, traversal_figures
+from touchline.services.runs.sharing.joint_ground import JointGround
 from touchline.services.runs.sharing.joint_paint import JointPaint
 from touchline.services.runs.sharing.rest import length_m
 from touchline.services.runs.sharing.shared_job import SharedJob
@@ -25,7 +28,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
         outcome: Of it.
         names: Of the robots.
     """
-    kind, done = ("area", "work") if job.template.areas else ("paint", "paint")
+    kind, done = _kind(job)
     judged = outcome.work.figures()
     reason = outcome.reason or ("" if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}")
     return {
@@ -44,6 +47,16 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
         "hash": _hashes(outcome, names),
     }
+
+
+def _kind(job: SharedJob) -> tuple[str, str]:
+    """The name of the figures of what is done, and of that itself."""
+    return ("area", "work") if job.template.areas else ("paint", "paint")
+
+
+def _seconds(report: TraversalReport) -> float:
+    """Sim time of a report."""
+    return report.header.stamp.sec + 1e-9 * report.header.stamp.nanosec
 
 
 def _hashes(outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
@@ -92,45 +105,49 @@ def _work_figures(own: Outcome) -> dict[str, Any]:
     return {"paint": paint_figures(own.report)}
 
 
-def bus_figures(job: SharedJob, run: "SharedBusRun", paint: JointPaint) -> dict[str, Any]:
+def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGround) -> dict[str, Any]:
     """What has come of a shared job over the bus.
 
     Args:
         job: As it was planned at first.
         run: That has carried it out.
-        paint: Of all robots.
+        work: Of all robots.
     """
-    judged = paint.figures()
+    kind, done = _kind(job)
+    judged = work.figures()
     reports = [report for robot in run.robots for report in robot.reports]
     lacks = (run.recording or {}).get("problem", "")
     recorded = f"the recording is not complete: {lacks}" if lacks else ""
-    reason = recorded if judged["accepted"] else f"the paint is not accepted: {judged['verdict']}"
+    reason = recorded if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}"
+    if job.template.areas:  # what one leaves is not taken over
+        failed = [f"robot {robot.name}: {robot.out}" for robot in run.robots if robot.out and not robot.done]
+        reason = "; ".join([*failed, reason] if reason else failed)
     return {
         "success": not reason,
         "reason": reason,
         "plan": job.figures(),
         "traversal": {
-            "total_time_s": max(report.header.stamp.sec + 1e-9 * report.header.stamp.nanosec for report in reports),
+            "total_time_s": max((_seconds(report) for report in reports), default=0.0),
             "wall_time_s": run.wall_time_s,
             "closest_bodies_m": run.gap.closest_m if math.isfinite(run.gap.closest_m) else None,
             "left_out_m": length_m(run.left_out),
         },
-        "paint": judged,
+        kind: judged,
         "orders": run.orders,
         "recording": run.recording,
         "robots": {
             robot.name: {
-                "segments": [segment.id for segment in share.segments],
+                **_share_figures(share),
                 "out_of_service": robot.out,
                 "plan": plan_figures(made.report),
                 "tasks": [
                     {
-                        "segments": [segment.id for segment in report.segments],
+                        **({} if area else {"segments": [segment.id for segment in report.segments]}),
                         "done": report.success,
                         "traversal": traversal_figures(report, run.wall_time_s),
-                        "paint": paint_figures(report),
+                        **({"area": area_report_figures(area, report)} if area else {"paint": paint_figures(report)}),
                     }
-                    for report in robot.reports
+                    for report, area in zip_longest(robot.reports, robot.areas)
                 ],
             }
             for robot, share, made in zip(run.robots, job.shares, job.plans, strict=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.fleet.traffic.conflicts import STEP_M, STOP_S, TimedPath
+from touchline.services.onboard.executive.mission import RESUMED_RUN_UP_M
 from touchline.services.onboard.trajectory.path import poses_along
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
@@ -21,18 +22,34 @@ COVER_HOLD_EVERY_M: Final = 2.0
 """Places to wait at on a way of a tool that covers."""
 SETTLE_S: Final = 0.5
 """Paint begins no sooner after a wait than when the robot has been as fast as planned for so long."""
+TOLD_LATE_M: Final = 0.5
+"""A robot may be so much further on its path than where it was when it last told, and than where it believes to be."""
 SPIN_STEP_RAD: Final = 0.25
 
 
 def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
-    """The path of a loaded trajectory for the traffic rules."""
+    """The path of a loaded trajectory for the traffic rules.
+
+    A tool that paints goes back, at most from where the robot has come to rest to before where its paint stopped, as
+    far as a process that was started anew does; one that covers goes on where it stands.
+    """
     arc_m, poses = _poses(plan)
     middle, radius_m = body_disc(vehicle)
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x = poses[:, 0] + cos * middle[0] - sin * middle[1]
     y = poses[:, 1] + sin * middle[0] + cos * middle[1]
     stop_s = vehicle.tool.work_speed_mps / vehicle.drive.max_acceleration_mps2 if vehicle.tool.covers else STOP_S
-    return TimedPath(arc_m, np.column_stack((x, y)), times_s(plan, arc_m), radius_m, _holds(plan, vehicle), stop_s)
+    brakes_m = float(plan.speeds[:, 1].max()) ** 2 / (2.0 * vehicle.drive.max_acceleration_mps2)
+    return TimedPath(
+        arc_m,
+        np.column_stack((x, y)),
+        times_s(plan, arc_m),
+        radius_m,
+        _holds(plan, vehicle),
+        brakes_m + TOLD_LATE_M,
+        TOLD_LATE_M if vehicle.tool.covers else brakes_m + RESUMED_RUN_UP_M,
+        stop_s,
+    )
 
 
 def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:

@@ -14,6 +14,7 @@ from touchline.schemas import topics
 from touchline.schemas.team import TeamScenario
 from touchline.services.bus import Bus, Inbox
 from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
+from touchline.services.fleet.laggards import NOT_WAITED_FOR
 from touchline.services.fleet.told_contacts import ToldContacts, tick_of
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.team.team_figures import hash_of
@@ -49,6 +50,7 @@ class TeamOnBus:
     _stopped: dict[str, str] = field(default_factory=dict, init=False)
     _status: m.TeamStatus = field(default=m.TeamStatus(), init=False)
     _report: m.TeamReport = field(default=m.TeamReport(), init=False)
+    _warnings: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         """Nobody has touched anybody."""
@@ -71,6 +73,7 @@ class TeamOnBus:
         self._wait_for(setup)
         inboxes = [bus.inbox([topics.REPORT, topics.EVENTS, topics.TRUE_WAY]) for bus in self.buses.values()]
         statuses = coordinator.inbox([topics.TEAM_STATUS, topics.TEAM_REPORT], keep="latest")
+        events = coordinator.inbox([topics.EVENTS])
         if self.record is not None:
             begin_team_recording(first, self.record, self.watcher)
         for bus in self.buses.values():
@@ -78,7 +81,7 @@ class TeamOnBus:
         self.watcher.stage("Team")
         begun = time.monotonic()
         self._begin(coordinator)
-        self._follow(inboxes, statuses)
+        self._follow(inboxes, statuses, events)
         wall_s = time.monotonic() - begun
         recorded = end_team_recording(first, self.record, self.watcher) if self.record is not None else None
         return self._figures(wall_s, recorded, first)
@@ -105,13 +108,17 @@ class TeamOnBus:
         if not response.success:
             raise JobFailed(response.message)
 
-    def _follow(self, inboxes: list[Inbox], statuses: Inbox) -> None:
+    def _follow(self, inboxes: list[Inbox], statuses: Inbox, events: Inbox) -> None:
         """Until every robot has reported."""
         updates, moved_at = -1, time.monotonic()
         while not set(self.buses) <= set(self._reports) | set(self._stopped):
             self.watcher.check()
             for name, inbox in zip(self.buses, inboxes, strict=True):
                 self._hear(name, inbox)
+            for _, message in events.messages():
+                if isinstance(message, m.Event):
+                    self._warnings += message.code == NOT_WAITED_FOR
+                    self.watcher.event(message.severity, f"{topics.COORDINATOR}: {message.text}")
             for _, message in statuses.messages():
                 if isinstance(message, m.TeamStatus):
                     self._status = message
@@ -169,6 +176,7 @@ class TeamOnBus:
             "contacts": len(contacts.pairs),
             "closest_m": contacts.closest_m if math.isfinite(contacts.closest_m) else None,
             "updates": self._status.updates,
+            "robots_not_waited_for": self._warnings,
             "arrived": self._status.arrived,
             "missing": list(self._report.missing),
             "cost_of_squares": self._status.cost_of_squares,

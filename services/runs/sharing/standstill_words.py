@@ -1,0 +1,55 @@
+"""What is said where robots of a shared job over the bus do not go on: who, why, and what can be done."""
+
+import time
+from collections.abc import Sequence
+
+from touchline.services.runs.sharing.conduct import Conduct
+from touchline.services.runs.sharing.shared_robot import SharedRobot
+
+
+def out_of_service(robot: SharedRobot, conduct: Conduct, *, covers: bool) -> str:
+    """Where a robot is that has just failed, why, and what an operator can do.
+
+    Args:
+        robot: It.
+        conduct: How the job is carried out.
+        covers: Whether areas are covered, of which nobody takes over what another one leaves.
+    """
+    x, y, _ = robot.place.pose
+    by_then = f"no later than {conduct.ordered_within_s:g} s after the others have come to stand"
+    if covers:
+        remedy = f"reset and resume it {by_then}; else its part stays as it is"
+    elif conduct.take_over_after_s is None:
+        order = f"TOUCHLINE_ENDPOINT={conduct.endpoint} touchline order take-over --robot {robot.name}"
+        remedy = f"have the others do the rest by {order}, {by_then}"
+    else:
+        remedy = f"the others take over in {conduct.take_over_after_s:g} s"
+    return f"{robot.name} is out of service at x {x:.1f} m, y {y:.1f} m: {robot.out}; {remedy}"
+
+
+def paused_since(paused: Sequence[SharedRobot]) -> str:
+    """Who is paused by an operator, and since when by the clock on the wall."""
+    clocks = (time.strftime("%H:%M:%S", time.localtime(robot.paused_since)) for robot in paused)
+    return f"paused: {', '.join(f'{robot.name} since {at}' for robot, at in zip(paused, clocks, strict=True))}"
+
+
+def why_not_painted(failed: Sequence[SharedRobot], lines: Sequence[str], conduct: Conduct, *, undone: bool) -> str:
+    """Why a job of lines ends before all is painted.
+
+    Args:
+        failed: Who is out of service.
+        lines: That are not painted to the end.
+        conduct: How the job was carried out.
+        undone: Whether the others cannot do the rest.
+    """
+    why = "; ".join(f"{robot.name} is out of service: {robot.out}" for robot in failed) or "a rest could not be done"
+    told = f"nobody has ordered another to take over within {conduct.ordered_within_s:g} s"
+    if undone:
+        told = "the others cannot do the rest"
+    return f"{why}; {told}; not painted to the end: {', '.join(lines)}"
+
+
+def why_not_done(crew: Sequence[SharedRobot]) -> str:
+    """What those say that are not done."""
+    waiting = (robot for robot in crew if not robot.done)
+    return "; ".join(f"{each.name}: {each.status.reason or 'no reason given'}" for each in waiting)

@@ -1,0 +1,144 @@
+"""What a robot of a shared job has told of its true way and paint, as the work that is judged."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import Odometry, PaintMarks
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.bus import Bus
+from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.services.robot_sim import layouts
+from touchline.services.robot_sim.paint.track import Track
+from touchline.services.robot_sim.tick_log import period
+from touchline.services.runs.recorded_paint import joined
+from touchline.services.runs.sharing.joint_paint import Work, ledger_of
+
+Floats = NDArray[np.float64]
+
+_AT_ONCE: Final = 512
+"""Payloads that are looked into together."""
+_BATCH_S: Final = period(topics.PAINT) / TICKS_PER_S
+"""Paint is told of within so long."""
+_PLACES: Final = {
+    "header.stamp.sec": 1,
+    "header.stamp.nanosec": 1,
+    "pose.pose.position.x": 2,
+    "pose.pose.orientation.z": 2,
+}
+
+
+class ToldTruth:
+    """What an emulated robot tells of its true way and paint on its errand.
+
+    Attributes:
+        pose: Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells.
+    """
+
+    def __init__(self, bus: Bus, vehicle: Vehicle) -> None:
+        """Listen; nothing is told yet."""
+        self._vehicle = vehicle
+        self._told, self._marked = bus.inbox([topics.TRUTH]), bus.inbox([topics.PAINT])
+        self.pose: tuple[float, float, float] | None = None
+        self._payloads: list[bytes] = []
+        self._rows: list[Floats] = []
+        self._batches: list[PaintMarks] = []
+        self._since_s, self._ahead_s = -math.inf, 0.0
+
+    def listen(self) -> None:
+        """Take what it has told since."""
+        if told := self._told.drain():
+            self._payloads += [sample.payload for sample in told]
+            self.pose = pose_of(decode(Odometry, told[-1].payload))
+        if len(self._payloads) >= _AT_ONCE:
+            self._look_into()
+        for _, marks in self._marked.messages():
+            if isinstance(marks, PaintMarks) and _seconds(marks) > self._since_s:
+                self._batches.append(marks)
+
+    def begin(self, now_s: float, shared_s: float) -> None:
+        """Another errand begins: now by its own clock, and by one that all share."""
+        self._since_s, self._ahead_s, self._batches = now_s, shared_s - now_s, []
+
+    def strokes(self) -> list[PaintMarks]:
+        """Its paint, as it was told bit by bit."""
+        return joined(self._batches)
+
+    def work(self, template: Template, strokes: Sequence[PaintMarks]) -> Work:
+        """Its work on the errand, on the clock that all share.
+
+        Args:
+            template: What it was to do.
+            strokes: All its paint.
+        """
+        self._look_into()
+        self._rows = [np.concatenate((np.zeros((0, 4)), *self._rows))]
+        way = self._rows[0][self._rows[0][:, 0] > self._since_s]
+        return told_work(template, self._vehicle, strokes, self._batches, way, self._ahead_s)
+
+    def _look_into(self) -> None:
+        """Find out times and poses, of many messages at once."""
+        if not self._payloads:
+            return
+        sec, nanosec, at, turned = layouts.ODOMETRY.columns(self._payloads, _PLACES)
+        self._payloads = []
+        heading = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
+        self._rows.append(np.column_stack((sec[:, 0] + 1e-9 * nanosec[:, 0], at, heading)))
+
+
+def pose_of(place: Odometry) -> tuple[float, float, float]:
+    """Where it is: x (m), y (m), heading (rad)."""
+    at, turned = place.pose.pose.position, place.pose.pose.orientation
+    return at.x, at.y, 2.0 * math.atan2(turned.z, turned.w)
+
+
+def told_work(
+    template: Template,
+    vehicle: Vehicle,
+    strokes: Sequence[PaintMarks],
+    batches: Sequence[PaintMarks],
+    way: Floats,
+    ahead_s: float = 0.0,
+) -> Work:
+    """The work of one errand.
+
+    Args:
+        template: What the robot was to do on it.
+        vehicle: The robot.
+        strokes: Whole ones.
+        batches: As they were told, each with the time by which it was laid.
+        way: (n, 4) where it truly was: sim time (s), x (m), y (m), heading (rad).
+        ahead_s: By so much the clock that all share is ahead of the robot's.
+    """
+    ledger, track = ledger_of(template, vehicle, strokes), Track()
+    laid = np.interp(*_counted(batches, way[:, 0]))
+    # Points are counted in the ledger as in the robot's, but for those that two strokes have in common.
+    lengths = [len(stroke.x_m) for stroke in strokes]
+    firsts = np.array([float(stroke.first_index) for stroke in strokes])
+    begins = np.concatenate(([0.0], np.cumsum(lengths)))
+    robots = np.column_stack((firsts, firsts + lengths)).ravel()
+    points = np.interp(laid, robots, np.column_stack((begins[:-1], begins[1:])).ravel()) if lengths else laid
+    for (time_s, x, y, heading), count in zip(way.tolist(), points.tolist(), strict=True):
+        track.enter(round((time_s + ahead_s) * TICKS_PER_S), (x, y, heading), int(count))
+    return Work(ledger, track)
+
+
+def _counted(batches: Sequence[PaintMarks], times_s: Floats) -> tuple[Floats, Floats, Floats]:
+    """For `interp`: times, and times and counts of points of which the robot has told how many were laid by then."""
+    told_s, counts = [0.0], [0.0]
+    for batch in batches:
+        end_s = _seconds(batch)
+        told_s += [max(end_s - _BATCH_S, told_s[-1]), end_s]
+        counts += [max(float(batch.first_index), counts[-1]), float(batch.first_index + len(batch.x_m))]
+    return times_s, np.array(told_s), np.array(counts)
+
+
+def _seconds(marks: PaintMarks) -> float:
+    """Sim time at which they were told."""
+    return marks.header.stamp.sec + 1e-9 * marks.header.stamp.nanosec

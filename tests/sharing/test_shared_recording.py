@@ -1,0 +1,49 @@
+"""What robots in one process record together: each one's session, which today's code drives again to the same bytes."""
+
+import pytest
+
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.runs.checking.check_session import check_recording
+from touchline.services.runs.payload_recorder import PayloadRecorder
+from touchline.services.runs.recorded_paint import read_painted
+from touchline.services.runs.sharing.shared_job import share_job
+from touchline.services.runs.sharing.shared_simulation import simulate_shared
+from touchline.services.runs.sharing.team_order import TeamOrder
+
+LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
+TEMPLATE = Template(
+    name="two",
+    segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, (a, b) in LINES.items()),
+)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A file in which one fails, the other takes over, and does the rest once that is carried away; and the outcome."""
+    path = tmp_path_factory.mktemp("recorded") / "two.mcap"
+    job = share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
+    assert job.table.gates, "one is told how far it may drive"
+    last = job.table.gates[0].robot
+    orders = [TeamOrder(4.0, last, "fail"), TeamOrder(20.0, last, "remove"), TeamOrder(20.0, last, "take-over")]
+    setups = [Setup().with_seed(seed) for seed in (1, 2)]
+    with PayloadRecorder(path, ("r1", "r2")) as recorder:
+        outcome = simulate_shared(job, setups, orders, listener=recorder.hear)
+    assert recorder.figures()["complete"]
+    return path, outcome
+
+
+def test_every_session_in_it_comes_out_the_same_again(recorded):
+    path, outcome = recorded
+    assert outcome.reason == "" and sorted(map(len, outcome.robots)) == [1, 2]
+    checks = check_recording(path)
+    assert [(check.robot, check.problem, check.first) for check in checks] == [("r1", "", None), ("r2", "", None)]
+
+
+def test_the_paint_of_each_is_in_it(recorded):
+    path, outcome = recorded
+    for name, tasks in zip(("r1", "r2"), outcome.robots, strict=True):
+        drawn = read_painted(path, name)
+        assert [len(stroke.x_m) for stroke in drawn.strokes] == [len(stroke.x_m) for stroke in tasks[-1].strokes]

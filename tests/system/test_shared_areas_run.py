@@ -1,0 +1,89 @@
+"""Two rollers cover areas over the bus, are paused for longer than a team may stand, and are told so twice."""
+
+import json
+import time
+
+import pytest
+
+from touchline.schemas import topics
+from touchline.schemas.messages import CommandRequest, PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Area, Polygon, Template
+from touchline.services.cli.choices import load_vehicle
+from touchline.services.runs.recorded_paint import read_painted
+from touchline.services.runs.sharing import shared_bus_run
+from touchline.services.runs.sharing.conduct import Conduct
+from touchline.services.runs.sharing.judged import judged
+from touchline.services.runs.sharing.shared_areas import share_areas
+from touchline.services.runs.sharing.shared_robot import fresh_id
+from touchline.services.runs.sharing.team_report import bus_figures
+from touchline.services.system.temporary_system import ProcessOptions, local_system
+
+STALLED_S = 1.0
+
+
+def box(x, y, wide, high):
+    return ((x, y), (x + wide, y), (x + wide, y + high), (x, y + high))
+
+
+TEMPLATE = Template(
+    name="pans",
+    areas=(Area(id="south", outline=box(0, 0, 11, 6)), Area(id="north", outline=box(0, 20, 11, 6))),
+    boundary=Polygon(corners=box(-6, -6, 23, 38)),
+)
+
+
+class Operator:
+    """Watches, and orders both robots to pause for a while, twice each."""
+
+    def __init__(self):
+        self.buses, self.answers, self.said = [], [], []
+        self.resumed_at = None
+
+    def stage(self, text): ...
+
+    def event(self, severity, text): ...
+
+    def check(self):
+        if self.resumed_at is not None and time.monotonic() > self.resumed_at:
+            self.resumed_at = None
+            self.order(topics.RESUME)
+
+    def progress(self, fraction, text):
+        self.said.append(text)
+        if fraction > 0.2 and not self.answers:
+            for _ in range(2):
+                self.order(topics.PAUSE)
+            self.resumed_at = time.monotonic() + 3.0 * STALLED_S
+
+    def order(self, service):
+        self.answers += [bus.call(service, CommandRequest(request_id=fresh_id())) for bus in self.buses]
+
+
+@pytest.mark.xdist_group("shared-run")
+def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_bus_run, "STALLED_S", STALLED_S)
+    record, vehicle, operator = tmp_path / "both.mcap", load_vehicle("clay-roller"), Operator()
+    job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, 2)
+    setups = {f"r{number + 1}": Setup(vehicle=vehicle).with_seed(number + 1) for number in range(2)}
+    with local_system(setups, options=ProcessOptions(apart=True, recordings=tmp_path)) as system:
+        system.wait_until_ready(lambda text: None)
+        operator.buses = system.buses
+        run = shared_bus_run.SharedBusRun(system.buses, job, Conduct(20.0, record=record), operator)
+        run.run()
+    told = bus_figures(job, run, judged(job, [work for robot in run.robots for work in robot.works]))
+    json.dumps(told)
+    assert told["success"], told["reason"]
+    assert [answer.message for answer in operator.answers[2:4]] == ["already paused"] * 2
+    assert all(answer.success for answer in operator.answers) and len(operator.answers) == 6
+    assert any(text.startswith("paused: r1 since") and "r2 since" in text for text in operator.said)
+    # The true ground of both, on the whole template, is what the plans cover; each has done its own part.
+    area, own = told["area"], [robot["tasks"][0]["area"] for robot in told["robots"].values()]
+    assert area["area_m2"] == pytest.approx(132.0) and area["of_planned_pct"] > 99.0
+    assert [each["area_m2"] for each in own] == pytest.approx([66.0, 66.0])
+    assert area["covered_m2"] == pytest.approx(sum(each["covered_m2"] for each in own), rel=0.01)
+    assert area["body_outside_m"] == 0.0 and 5.0 < told["traversal"]["closest_bodies_m"] < 30.0
+    assert run.recording["complete"]
+    for robot, share in zip(run.robots, job.shares, strict=True):
+        recorded = read_painted(record, robot.name)
+        assert recorded.template == share and recorded.area == robot.areas[0]
