@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
+from touchline.schemas.layout import Payloads
 from touchline.schemas.messages import Odometry, PaintMarks
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -86,7 +87,7 @@ class ToldTruth:
         """Find out times and poses, of many messages at once."""
         if not self._payloads:
             return
-        sec, nanosec, at, turned = layouts.ODOMETRY.columns(self._payloads, _PLACES)
+        sec, nanosec, at, turned = layouts.ODOMETRY.columns(Payloads.of(self._payloads), _PLACES)
         self._payloads = []
         heading = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
         self._rows.append(np.column_stack((sec[:, 0] + 1e-9 * nanosec[:, 0], at, heading)))
