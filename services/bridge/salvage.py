@@ -1,5 +1,6 @@
 """Writes everything that can be read of a recording to a sound file with index."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -138,7 +139,12 @@ class _Copy:
             found.attachments += 1
         for name, values in held.metadata.items():
             self._writer.add_metadata(name, values)
-        self._writer.add_metadata(self._plan.note, _account(held.path, found))
+        account = _account(held.path, found)
+        self._writer.add_metadata(self._plan.note, account)
+        if not found.attachments:  # else the writer would refer to an index of none, which is no valid MCAP
+            self._writer.add_attachment(
+                0, 0, f"{self._plan.note}.json", "application/json", json.dumps(account).encode()
+            )
         self._writer.finish()  # type: ignore[no-untyped-call]
         return found
 
