@@ -28,7 +28,7 @@ from touchline.services.bus import Bus, Sample
 from touchline.services.bus.ports import free_port
 
 _TEMPLATE: Final = "soccer-11"
-_LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "layout.json"
+_LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewers" / "layout.json"
 _SETTLED_S: Final = 3.0
 _ADVERTISED_S: Final = 2.0
 
