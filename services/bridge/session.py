@@ -15,7 +15,7 @@ from touchline.services.bus.inbox import MOST_WAITING
 from touchline.services.bus.last_sent import LastSent
 
 #: What was recorded longer ago than this survives kill -9.
-FLUSH_PERIOD_S = 0.5
+FLUSH_PERIOD_S = 0.25
 #: Messages of a topic that are recorded before the service looks at anything else: a tenth of a second's work in all.
 _AT_ONCE = 512
 #: So many times it takes to record all that can have been waiting.
