@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import SummaryOffset
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from typer.testing import CliRunner
 
@@ -42,6 +44,14 @@ def test_a_recording_without_its_end_comes_through_with_an_index(tmp_path: Path)
     assert "reliability" in qos["/tt2/imu/data_raw"]["offered_qos_profiles"]
     result = compare(tmp_path / "a.mcap", tmp_path / "b.mcap")
     assert all(topic.same for topic in result.topics.values())
+
+
+def test_every_group_that_the_salvaged_file_refers_to_is_there(tmp_path: Path) -> None:
+    salvaged(foreign(tmp_path / "a.mcap", SAID), tmp_path / "b.mcap")  # without any attachment
+    with (tmp_path / "b.mcap").open("rb") as stream:
+        offsets = [found for found in StreamReader(stream).records if isinstance(found, SummaryOffset)]
+    assert Opcode.ATTACHMENT_INDEX in {offset.group_opcode for offset in offsets}
+    assert all(offset.group_length > 0 for offset in offsets)
 
 
 def test_what_is_lost_is_told_with_its_place_and_time(tmp_path: Path) -> None:
