@@ -25,7 +25,7 @@ from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.sharing.joint_paint import paint_of_strokes
+from touchline.services.runs.sharing.judged import judged
 from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
 from touchline.services.runs.sharing.shared_job import share_job
 from touchline.services.runs.sharing.shared_robot import fresh_id
@@ -61,7 +61,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(tmp_path)
         recorded = read_painted(record, robot.name)
         assert [len(each.x_m) for each in recorded.strokes] == [len(each.x_m) for each in robot.strokes]
         assert recorded.template == share and recorded.report == robot.reports[0]
-    paint = paint_of_strokes(TEMPLATE, Vehicle(), strokes)
+    paint = judged(job, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
 

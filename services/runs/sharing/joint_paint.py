@@ -39,12 +39,12 @@ class JointPaint:
 
     Attributes:
         metrics: Against the template.
-        wet_crossings: How often a wheel or caster of any robot came upon wet paint of any robot; None if nobody knows.
+        wet_crossings: How often a wheel or caster of any robot came upon wet paint of any robot.
         tolerance_m: Of the template.
     """
 
     metrics: PaintMetrics
-    wet_crossings: int | None
+    wet_crossings: int
     tolerance_m: float
 
     def caption(self) -> str:
@@ -71,11 +71,6 @@ class JointPaint:
             "within_tolerance_pct": metrics.within_pct,
             "verdict": metrics.verdict.text,
         }
-
-
-def paint_of_strokes(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> JointPaint:
-    """Judge paint of which only the strokes are known, not when they were painted."""
-    return JointPaint(paint_metrics(ledger_of(template, vehicle, strokes)), None, template.tolerance_m)
 
 
 def ledger_of(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> PaintLedger:
