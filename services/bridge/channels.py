@@ -1,9 +1,12 @@
 """Channel metadata of a recording in rosbag2's format: topic names, schemas, type hashes and QoS."""
 
 from collections.abc import Collection, Iterable
+from functools import cache
 
 from touchline.schemas.cdr import full_definition, type_hash
+from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, VIEWING_BY_NAME, Topic
+from touchline.services.bridge.recorded import RecordingKind
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 
@@ -60,9 +63,10 @@ def _found(path: str) -> tuple[str, str]:
     return "", ""
 
 
-def schema_text(topic: Topic) -> bytes:
-    """The ``ros2msg`` schema: the definition of the type and of every type in it."""
-    return full_definition(topic.type).encode()
+@cache
+def kind_of(message: type[Message]) -> RecordingKind:
+    """How messages of a type are recorded and shown: CDR, with the definitions of the type and of every type in it."""
+    return RecordingKind("cdr", message.ros_type, "ros2msg", full_definition(message))
 
 
 def channel_metadata(topic: Topic) -> dict[str, str]:

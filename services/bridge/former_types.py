@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from touchline.schemas.cdr import encode, full_definition
+from touchline.schemas.cdr import encode
 from touchline.schemas.messages import ActuatorCommand
 from touchline.schemas.messages.base import Message
+from touchline.services.bridge.channels import kind_of
 from touchline.services.bridge.decoding import decoder
 from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 
@@ -20,17 +21,13 @@ def presented(message: Recorded) -> Recorded:
         present = replaced(read(message.payload))
     except Damage:
         return message
-    return message._replace(payload=encode(present), kind=_kind_of(type(present)))
+    return message._replace(payload=encode(present), kind=kind_of(type(present)))
 
 
 def present_kind(kind: RecordingKind) -> RecordingKind:
     """Of what `presented` gives for messages of this kind that it can decode."""
     present = _PRESENT.get(kind.type)
-    return kind if present is None else _kind_of(present)
-
-
-def _kind_of(present: type[Message]) -> RecordingKind:
-    return RecordingKind("cdr", present.ros_type, "ros2msg", full_definition(present))
+    return kind if present is None else kind_of(present)
 
 
 def _actuator_command(wheels: Any) -> ActuatorCommand:

@@ -72,7 +72,7 @@ class TableFiller:
     def __init__(self, wanted: Wanted) -> None:
         """Nothing yet."""
         self._wanted = wanted
-        self._parts: dict[tuple[str, RecordingKind], list[tuple[Integers, Integers, Integers, list[int], bytes]]] = {}
+        self._parts: dict[tuple[str, RecordingKind], list[tuple[Integers, Integers, Integers, Payloads]]] = {}
         self._runs: list[MessageRun] = []
         self._held_bytes = self._messages = 0
 
@@ -93,10 +93,9 @@ class TableFiller:
         """What has been gathered."""
         found = []
         for (topic, kind), parts in self._parts.items():
-            place, log, publish, sizes, data = zip(*parts, strict=True)
-            payloads = Payloads([size for some in sizes for size in some], b"".join(data))
+            place, log, publish, payloads = zip(*parts, strict=True)
             columns = np.concatenate(place), np.concatenate(log), np.concatenate(publish)
-            found.append(MessageTable(topic, kind, *columns, payloads))
+            found.append(MessageTable(topic, kind, *columns, Payloads.joined(payloads)))
         return found
 
     def _take(self, file: McapFile, summary: Summary) -> None:
@@ -128,7 +127,7 @@ class TableFiller:
             times = log[rows]
             summary.count_many(known[0], (int(times.min()), int(times.max())), len(rows), sum(sizes))
             if self._wanted(known[0]):
-                payloads = b"".join([data[i:j] for i, j in zip(begins.tolist(), stops.tolist(), strict=True)])
-                part = (self._messages + rows, times, publish[rows], sizes, payloads)
+                wanted = b"".join([data[i:j] for i, j in zip(begins.tolist(), stops.tolist(), strict=True)])
+                part = (self._messages + rows, times, publish[rows], Payloads(sizes, wanted))
                 self._parts.setdefault(known, []).append(part)
         self._messages += len(starts)

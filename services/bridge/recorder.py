@@ -18,7 +18,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from touchline.schemas.messages import Header, Time
 from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, VIEWING, Topic
-from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
+from touchline.services.bridge.channels import channel_metadata, kind_of, topic_path
 from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
 from touchline.services.bridge.made_by import MADE_BY, made_by
@@ -178,11 +178,12 @@ class Recorder:
         channels: dict[tuple[str, str], _Channel] = {}
         for namespace, robot in self._robots.items():
             for topic in topics:
-                ros_type = topic.type.ros_type
-                if ros_type not in schemas:
-                    schemas[ros_type] = self._writer.register_schema(ros_type, "ros2msg", schema_text(topic))
-                name = topic_path(namespace, topic)
-                channel_id = self._writer.register_channel(name, "cdr", schemas[ros_type], channel_metadata(topic))
+                kind, name = kind_of(topic.type), topic_path(namespace, topic)
+                if kind.type not in schemas:
+                    text = kind.schema.encode()
+                    schemas[kind.type] = self._writer.register_schema(kind.type, kind.schema_encoding, text)
+                schema, metadata = schemas[kind.type], channel_metadata(topic)
+                channel_id = self._writer.register_channel(name, kind.encoding, schema, metadata)
                 channels[namespace, topic.name] = _Channel(name, channel_id, is_stamped(topic), robot)
         return channels
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
-from touchline.services.bridge.channels import namespace_at, schema_text, topic_at
+from touchline.services.bridge.channels import kind_of, namespace_at, topic_at
 from touchline.services.bridge.recorded import RecordingKind
 from touchline.services.bridge.schema_change import schema_change
 
@@ -40,7 +40,7 @@ class SendableTopics:
 
     def _sendable(self, path: str, kind: RecordingKind, topic: Topic) -> bool:
         """Whether what was recorded so is what the bus has now; why not is noted."""
-        now = RecordingKind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())
+        now = kind_of(topic.type)
         change = schema_change(
             replace(kind, schema=kind.schema or now.schema), now, ("the recording", "the topic table")
         )

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from touchline.schemas.topics import VIEWING, Topic
-from touchline.services.bridge.channels import channel_metadata, is_drawn, schema_text, topic_path
+from touchline.schemas.topics import VIEWING
+from touchline.services.bridge.channels import channel_metadata, is_drawn, kind_of, topic_path
 from touchline.services.bridge.former_types import presented
-from touchline.services.bridge.recorded import Recorded, RecordingKind
+from touchline.services.bridge.recorded import Recorded
 from touchline.services.bridge.replayer import recorded_robots
 from touchline.services.bridge.salvage import CopyPlan, Salvaged, copied
 from touchline.services.bridge.sendable import SendableTopics
@@ -54,9 +54,5 @@ class _Drawing:
             name = topic_path(known.namespace, drawn.topic)
             self.counts[name] += 1
             yield message._replace(
-                topic=name, sequence=self.counts[name], payload=drawn.payload, kind=_kind(drawn.topic)
+                topic=name, sequence=self.counts[name], payload=drawn.payload, kind=kind_of(drawn.topic.type)
             )
-
-
-def _kind(topic: Topic) -> RecordingKind:
-    return RecordingKind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())

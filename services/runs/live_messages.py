@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.topics import TOPIC_BY_NAME, TOPICS
-from touchline.services.bridge.channels import schema_text, topic_path
-from touchline.services.bridge.recorded import Recorded, RecordingKind
+from touchline.services.bridge.channels import kind_of, topic_path
+from touchline.services.bridge.recorded import Recorded
 from touchline.services.bus import Bus
 
 _WAIT_S = 0.05
@@ -28,7 +28,7 @@ def live_messages(bus: Bus, names: Sequence[str], stop: Callable[[], bool]) -> I
     for name in known - TOPIC_BY_NAME.keys():
         raise SpecError("command line", "TOPIC", f"is {name!r}", "`touchline topics` lists all")
     asked = [TOPIC_BY_NAME[name] for name in sorted(known)] or list(TOPICS)
-    kinds = {t.name: RecordingKind("cdr", t.type.ros_type, "ros2msg", schema_text(t).decode()) for t in asked}
+    kinds = {t.name: kind_of(t.type) for t in asked}
     inbox = bus.inbox(asked)
     while not stop():
         for sample in inbox.wait(_WAIT_S):

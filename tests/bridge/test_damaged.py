@@ -21,7 +21,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
-from touchline.services.bridge.channels import schema_text
+from touchline.services.bridge.channels import kind_of
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.mcap_file import LARGEST_RATIO
 from touchline.services.bridge.output import RecordingError
@@ -44,7 +44,7 @@ def painted_session(path: Path, compression: CompressionType) -> Path:
         writer.start("ros2", "another recorder")
         channels = {}
         for topic in dict.fromkeys(topic for topic, _ in said):
-            schema = writer.register_schema(topic.type.ros_type, "ros2msg", schema_text(topic))
+            schema = writer.register_schema(topic.type.ros_type, "ros2msg", kind_of(topic.type).schema.encode())
             channels[topic.name] = writer.register_channel(f"/tt2/{topic.name}", "cdr", schema)
         for number, (topic, payload) in enumerate(said):
             writer.add_message(channels[topic.name], number * 10_000_000, payload, 0, number)

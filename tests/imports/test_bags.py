@@ -59,29 +59,25 @@ def messages(types):
 
 
 def ros1(folder):
-    types = get_typestore(Stores.ROS1_NOETIC)
-    path = folder / "drive.bag"
+    types, path = get_typestore(Stores.ROS1_NOETIC), folder / "drive.bag"
     with Ros1Writer(path) as writer:
-        said = {}
-        for time_s, topic, message in messages(types.types):
-            if topic not in said:
-                said[topic] = writer.add_connection(topic, message.__msgtype__, typestore=types)
-            raw = types.serialize_ros1(message, message.__msgtype__)
-            writer.write(said[topic], round((BEGIN_S + time_s) * 1e9), raw)
+        write(writer, types, types.serialize_ros1)
     return path
 
 
 def ros2(folder, plugin):
-    types = get_typestore(Stores.ROS2_JAZZY)
-    path = folder / plugin.name.lower()
+    types, path = get_typestore(Stores.ROS2_JAZZY), folder / plugin.name.lower()
     with Ros2Writer(path, version=9, storage_plugin=plugin) as writer:
-        said = {}
-        for time_s, topic, message in messages(types.types):
-            if topic not in said:
-                said[topic] = writer.add_connection(topic, message.__msgtype__, typestore=types)
-            raw = types.serialize_cdr(message, message.__msgtype__)
-            writer.write(said[topic], round((BEGIN_S + time_s) * 1e9), raw)
+        write(writer, types, types.serialize_cdr)
     return path
+
+
+def write(writer, types, serialize):
+    said = {}
+    for time_s, topic, message in messages(types.types):
+        if topic not in said:
+            said[topic] = writer.add_connection(topic, message.__msgtype__, typestore=types)
+        writer.write(said[topic], round((BEGIN_S + time_s) * 1e9), serialize(message, message.__msgtype__))
 
 
 @pytest.fixture(params=["ros1", "sqlite3", "mcap"])

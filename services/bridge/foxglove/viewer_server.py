@@ -23,15 +23,13 @@ from foxglove.websocket import (
     WebSocketServer,
 )
 
-from touchline.schemas.cdr import full_definition
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
-from touchline.services.bridge.channels import channel_metadata, schema_text
+from touchline.services.bridge.channels import channel_metadata, kind_of
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 
 _NAME: Final = "Touchline"
-_SCHEMA: Final = "ros2msg"
 _ENCODING: Final = "cdr"
 #: Messages that wait for one client; the oldest gives way. It costs memory alone: nobody waits for a client.
 _BACKLOG: Final = 4096
@@ -113,10 +111,12 @@ class ViewerServer:
 
     def channel(self, name: str, topic: Topic) -> foxglove.Channel:
         """A channel of that name for the topic's messages as they are."""
-        schema = foxglove.Schema(name=topic.type.ros_type, encoding=_SCHEMA, data=schema_text(topic))
-        metadata = channel_metadata(topic)
         return foxglove.Channel(
-            name, schema=schema, message_encoding=_ENCODING, context=self._context, metadata=metadata
+            name,
+            schema=_schema(topic.type),
+            message_encoding=_ENCODING,
+            context=self._context,
+            metadata=channel_metadata(topic),
         )
 
     def take_subscribed(self) -> set[int]:
@@ -179,16 +179,17 @@ class ViewerServer:
 
 
 def _service(order: ServedOrder) -> foxglove.Service:
-    kinds: tuple[type[Message], ...] = (order.service.request, order.service.response)
     request, response = (
-        foxglove.MessageSchema(
-            encoding=_ENCODING,
-            schema=foxglove.Schema(name=kind.ros_type, encoding=_SCHEMA, data=full_definition(kind).encode()),
-        )
-        for kind in kinds
+        foxglove.MessageSchema(encoding=_ENCODING, schema=_schema(kind))
+        for kind in (order.service.request, order.service.response)
     )
     schema = foxglove.ServiceSchema(order.service.ros_type, request=request, response=response)
     return foxglove.Service(order.name, schema=schema, handler=lambda asked: order.answer(asked.payload))
+
+
+def _schema(message: type[Message]) -> foxglove.Schema:
+    kind = kind_of(message)
+    return foxglove.Schema(name=kind.type, encoding=kind.schema_encoding, data=kind.schema.encode())
 
 
 class _Listener(ServerListener):

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
-from touchline.schemas.cdr import decode, full_definition
+from touchline.schemas.cdr import decode
 from touchline.schemas.layout import Payloads
 from touchline.schemas.messages import Event
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.alignment import Alignment
+from touchline.services.bridge.channels import kind_of
 from touchline.services.bridge.differences import Unequal, unequal_fields
 from touchline.services.bridge.message_table import MessageTable
 from touchline.services.bridge.recorded import Recorded, RecordingKind
@@ -184,7 +185,7 @@ class SessionDiff:
                 self.time.hear(stamp_ns(payload), topic == topics.CLOCK)
             if topic.name in self.wanted and self._counts(topic, payload):
                 at_ns = stamp_ns(payload) if is_stamped(topic) else 0
-                self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, _kind(topic)))
+                self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, kind_of(topic.type)))
 
     def take_equal(
         self, recorded: Mapping[str, MessageTable], said: Iterable[Iterable[tuple[Topic, Payloads]]]
@@ -203,7 +204,7 @@ class SessionDiff:
         found: dict[str, TopicCheck] = {}
         for name in then.keys() | now.keys():
             topic = topics.TOPIC_BY_NAME[name]
-            if name in then and recorded[name].kind != _kind(topic):
+            if name in then and recorded[name].kind != kind_of(topic.type):
                 return False
             todays = self._counted(topic, Payloads.joined(now.get(name, [])))
             ours = self._counted(topic, then.get(name, Payloads([], b"")))
@@ -243,7 +244,7 @@ class SessionDiff:
     @staticmethod
     def kind_of(topic: Topic) -> RecordingKind:
         """How today's payloads of a topic are read."""
-        return _kind(topic)
+        return kind_of(topic.type)
 
     @property
     def first(self) -> Divergence | None:
@@ -332,14 +333,3 @@ def _stamps_ns(payloads: Payloads) -> NDArray[np.int64]:
     stamps = np.frombuffer(heads, np.dtype([("sec", "<i4"), ("nanosec", "<u4")]))
     found: NDArray[np.int64] = stamps["sec"].astype(np.int64) * 1_000_000_000 + stamps["nanosec"]
     return found.clip(min=0)
-
-
-_KINDS: dict[str, RecordingKind] = {}
-
-
-def _kind(topic: Topic) -> RecordingKind:
-    """How today's payloads are read."""
-    ros_type = topic.type.ros_type
-    if ros_type not in _KINDS:
-        _KINDS[ros_type] = RecordingKind("cdr", ros_type, "ros2msg", full_definition(topic.type))
-    return _KINDS[ros_type]
