@@ -31,7 +31,7 @@ EVERY_FIELD = {"every_field": True}
 class Spec(BaseModel):
     """Base of every specification: frozen, finite numbers only, no unknown fields."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class GrownSpec(Spec):
