@@ -57,18 +57,21 @@ class TeamRobot:
         Raises:
             CommandRefused: Such a robot cannot be.
         """
+        self._tell_held()
         self.emulator.begin_guided()
         if self.telemetry is not None:
             self._tell(self.telemetry.begin([]))
 
     def touch(self) -> None:
         """Have its bumper pressed from the next tick on, as over the bus."""
+        self._tell_held()
         self.emulator.inject_fault(PRESSED)
         if self.telemetry is not None:
             self._tell(self.telemetry.news())
 
     def end(self) -> None:
         """Brake, and be guided no more."""
+        self._tell_held()
         status = self.emulator.onboard.status
         if status.state in _STOPPED:
             self.stopped = status.reason or "stopped"
@@ -94,6 +97,7 @@ class TeamRobot:
         """Of the session, as the robot reports it, or of what was told so far if it has not ended; empty if unknown."""
         if self.telemetry is None:
             return ""
+        self._tell_held()
         final = self.telemetry.final
         return final.traversal.session_hash if final is not None else self.telemetry.digest.hexdigest()
 
@@ -109,8 +113,13 @@ class TeamRobot:
         done = 0
         while done < ticks:
             done += self._step(ticks - done, places[done:])
-            if self.emulator.settled or done == ticks:
-                self._tell_held()  # the report is made where the traversal has ended, though the robot be told on
+            # The report is made where the traversal has ended, though the robot be told on.
+            if self.emulator.settled or self._is_due(heard=done == ticks):
+                self._tell_held()
+
+    def _is_due(self, *, heard: bool) -> bool:
+        """Whether what is held is to be told: at once to who listens, else when no more can be held."""
+        return self.telemetry is not None and (self.telemetry.full or (heard and self._listener is not None))
 
     def _step(self, most: int, places: Floats) -> int:
         rows, telemetry = self._rows, self.telemetry
