@@ -49,11 +49,13 @@ def _as_bytes(left: bytes, right: bytes) -> Unequal:
 
 
 def _walk(path: str, left: object, right: object, single: frozenset[str]) -> Iterator[Unequal]:
-    if type(left) is type(right) and type(left) in _PLAIN and left == right:  # most fields of most messages
+    if _plainly_equal(left, right):
         return
     ours, theirs = fields_of(left), fields_of(right)
     if ours is not None and theirs is not None:
         for name in ours:
+            if name in theirs and _plainly_equal(ours[name], theirs[name]):
+                continue
             place = f"{path}.{name}" if path else name
             if name in theirs:
                 yield from _walk(place, ours[name], theirs[name], single)
@@ -77,6 +79,11 @@ def _walk(path: str, left: object, right: object, single: frozenset[str]) -> Ite
         yield from _numbers(path, float(left), float(right))  # type: ignore[arg-type]
     elif left != right:
         yield Unequal(path, _shown(left), _shown(right), math.inf)
+
+
+def _plainly_equal(left: object, right: object) -> bool:
+    """Whether both are the same number, text or truth value, as most fields of most messages are."""
+    return type(left) is type(right) and type(left) in _PLAIN and left == right
 
 
 def _of_schema(place: str, single: frozenset[str]) -> bool:

@@ -15,18 +15,18 @@ from touchline.services.runs.checking.recorded_session import GivenJob, Recorded
 BEND = Template(
     name="bend",
     segments=[
-        {"id": "side", "line": {"start": (0.0, 0.0), "end": (3.0, 0.0)}},
-        {"id": "bow", "arc": {"center": (3.0, 1.5), "start": (3.0, 0.0), "sweep_angle": 1.5}},
+        {"id": "side", "line": {"start": (0.0, 0.0), "end": (1.2, 0.0)}},
+        {"id": "bow", "arc": {"center": (1.2, 1.5), "start": (1.2, 0.0), "sweep_angle": 1.0}},
     ],
 )
 FAULT = parse_fault('{"kind": "corrections-lost", "start_s": 0.0, "duration_s": 1.0}')
 ORDERS = (
     TimedOrder(0, "start", {}),
-    TimedOrder(660, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
-    TimedOrder(700, "pause", {}),
-    TimedOrder(803, "resume", {}),
+    TimedOrder(500, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
+    TimedOrder(560, "pause", {}),
+    TimedOrder(603, "resume", {}),
 )
-LAST_TICK = 1700
+LAST_TICK = 1300
 
 
 def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSession:

@@ -27,7 +27,7 @@ from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
 
 pytestmark = pytest.mark.xdist_group("checking")
 ROBOT = "tt2"
-KILLED_TICK = 900
+KILLED_TICK = 600
 
 
 def write(path, told):
@@ -85,7 +85,7 @@ def test_what_goes_on_from_a_process_that_died_is_done_again(resumed):
     assert (first.process, second.process) == (1, 2)
     for one in (first, second):
         assert one.passed, (one.problem, str(one.first))
-        assert one.diff.topics[topics.IMU.name].pairs > 600
+        assert one.diff.topics[topics.IMU.name].pairs > 500
     assert second.diff.topics[topics.REPORT.name].pairs == 1
 
 

@@ -305,7 +305,8 @@ class SessionDiff:
         if math.isfinite(worst.size) and worst.size > check.largest:
             check.largest, check.largest_field, check.unit = worst.size, worst.field, worst.unit
         time_s = ours.publish_time_ns / 1e9
-        _keep(check, Divergence(time_s, topic.name, worst.field, worst.left, worst.right, worst.unit))
+        if check.first is None or time_s < check.first.time_s:
+            check.first = Divergence(time_s, topic.name, worst.field, worst.left, worst.right, worst.unit)
 
 
 def _keep(check: TopicCheck, found: Divergence) -> None:
