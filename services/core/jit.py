@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core import types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
@@ -108,6 +109,7 @@ class Kernel(CPUDispatcher):
         super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy", "_nrt": counting})
         self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
         self._parts: dict[tuple[Any, ...], Any] = {}
+        self._codes: dict[Any, Callable[..., Any]] = {}
 
     def compile(self, sig: Any) -> Any:
         """What Numba asks for when Python calls with types that are new; Python then collects less garbage."""
@@ -125,8 +127,11 @@ class Kernel(CPUDispatcher):
         It does not look at types any more, which takes as long as a short kernel: give it nothing else, and
         arrays of the same layout in memory.
         """
-        code: Callable[..., Any] = self.compile(tuple(self.typeof_pyval(argument) for argument in arguments))
-        return code
+        makeup = _makeup(arguments)
+        if makeup not in self._codes:
+            code: Callable[..., Any] = self.compile(tuple(self.typeof_pyval(argument) for argument in arguments))
+            self._codes[makeup] = code
+        return self._codes[makeup]
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """What Numba asks for when it types a call in another kernel: the signature that fits."""
@@ -151,6 +156,16 @@ class Kernel(CPUDispatcher):
         part = compile_extra(self.typingctx, context, self.py_func, args, None, flags, {}, library)
         context.insert_user_function(library, part.fndesc, [library])
         return part
+
+
+def _makeup(value: Any) -> Any:
+    """What Numba's type of an argument depends on: working that out takes as long as hundreds of ticks of a robot."""
+    if isinstance(value, tuple):
+        return type(value), *map(_makeup, value)
+    if isinstance(value, np.ndarray):
+        flags = value.flags
+        return value.dtype, value.ndim, flags.c_contiguous, flags.f_contiguous, flags.aligned, flags.writeable
+    return type(value)
 
 
 def kernel(function: Callable[..., Any]) -> Any:

@@ -249,3 +249,23 @@ def test_a_kernel_that_borrows_can_make_no_arrays() -> None:
 
     with pytest.raises(NumbaError):
         make(3)
+
+
+class Scaled(NamedTuple):
+    scale: float
+    rows: np.ndarray
+
+
+def test_code_is_found_again_by_the_types_of_its_arguments_alone() -> None:
+    @kernel
+    def total(scaled: Scaled) -> float:
+        return scaled.scale * scaled.rows.sum()
+
+    rows = np.arange(6.0).reshape(2, 3)
+    code = total.for_types_of((Scaled(2.0, rows),))
+    assert code(Scaled(2.0, rows)) == 30.0
+    assert total.for_types_of((Scaled(3.0, rows + 1.0),)) is code and len(total.overloads) == 1
+    for others in (rows.astype(np.float32), rows.T, rows[0], rows[:, ::2]):
+        scaled = Scaled(1.0, others)
+        assert total.for_types_of((scaled,))(scaled) == others.sum()
+    assert len(total.overloads) == 5
