@@ -65,7 +65,7 @@ def ordered(touchline, rows, *orders):
 
 
 def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchline, rows):
-    late = ("200:2:remove", "200:2:take-over")
+    late = ("110:2:remove", "110:2:take-over")
     code, told, said = ordered(touchline, rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late)
     assert code == 0, said
     assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
@@ -75,18 +75,19 @@ def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchli
         (21.0, "r2", "fail", True),
         (22.0, "r2", "fail", False),
         (30.0, "r2", "take-over", True),
-        (200.0, "r2", "remove", True),
-        (200.0, "r2", "take-over", True),
+        (110.0, "r2", "remove", True),
+        (110.0, "r2", "take-over", True),
     ]
     assert "m cannot be reached" in told["orders"][3]["outcome"] and "r1: row-" in told["orders"][5]["outcome"]
-    assert "nothing: r2 has not failed" in said and "200 s: r2 remove: carried away" in said
+    assert "nothing: r2 has not failed" in said and "110 s: r2 remove: carried away" in said
     assert len(told["robots"]["r1"]["taken_over"]) == 2 and told["robots"]["r2"]["taken_over"] == []
 
 
-def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touchline, rows):
-    code, told, said = ordered(touchline, rows, "10:1:pause", "10:2:pause", "300:1:resume", "301:2:resume")
+def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touchline, rows, monkeypatch):
+    monkeypatch.setattr("touchline.services.runs.sharing.shared_simulation.PATIENCE_S", 15.0)
+    code, told, said = ordered(touchline, rows, "10:1:pause", "10:2:pause", "50:1:resume", "51:2:resume")
     assert code == 0, said
-    assert told["traversal"]["total_time_s"] > 300.0 and all(each["done"] for each in told["orders"])
+    assert told["traversal"]["total_time_s"] > 50.0 and all(each["done"] for each in told["orders"])
 
 
 def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(touchline, rows):

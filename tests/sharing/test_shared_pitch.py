@@ -10,7 +10,7 @@ from touchline.services.runs.sharing.shared_simulation import simulate_shared
 
 
 def test_two_markers_on_a_soccer_pitch():
-    template = load_template("soccer-11", {})
+    template = load_template("soccer-7", {})
     one = plan(template, Vehicle()).report
     job = share_job(template, PlanOptions(), Vehicle(), [None] * 2)
     both = simulate_shared(job, [Setup().with_seed(seed) for seed in (1, 2)])

@@ -73,19 +73,20 @@ class CollisionChecker:
 
     def _poses(self, path: PiecePath) -> Floats:
         """(n, 3) poses so close that no point of the body moves more than 2·MARGIN_M from one to the next."""
-        poses: list[Floats] = []
-        for piece, start, knot in zip(path.pieces, path.stations, path.knots, strict=False):
+        arcs: list[Floats] = [np.zeros(0)]
+        turns: list[Floats] = [np.zeros(0)]
+        for piece, start in zip(path.pieces, path.stations, strict=False):
             if piece.spin_rad:
                 count = 2 + math.ceil(abs(piece.spin_rad) * self.reach_m / (2.0 * MARGIN_M))
-                heading = knot.heading_rad + np.linspace(0.0, piece.spin_rad, count)
-                poses.append(np.column_stack((np.full(count, knot.x_m), np.full(count, knot.y_m), heading)))
+                arcs.append(np.full(count, start, np.float64))
+                turns.append(np.linspace(-piece.spin_rad, 0.0, count))  # a sample there has turned already
             if piece.length_m:
                 bend = max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm))
-                count = 2 + math.ceil(piece.length_m * (1.0 + bend * self.reach_m) / (2.0 * MARGIN_M))
-                x, y, heading, _ = path.sample(start + np.linspace(0.0, piece.length_m, count)[:-1])
-                poses.append(np.column_stack((x, y, heading)))
-        poses.append(np.array([path.end]))
-        return np.concatenate(poses)
+                count = 1 + math.ceil(piece.length_m * (1.0 + bend * self.reach_m) / (2.0 * MARGIN_M))
+                arcs.append(start + piece.length_m / count * np.arange(count))
+                turns.append(np.zeros(count))
+        x, y, heading, _ = path.sample(np.concatenate(arcs))
+        return np.vstack((np.column_stack((x, y, heading + np.concatenate(turns))), path.end))
 
 
 @kernel
