@@ -78,12 +78,12 @@ class CollisionChecker:
         for piece, start in zip(path.pieces, path.stations, strict=False):
             if piece.spin_rad:
                 count = 2 + math.ceil(abs(piece.spin_rad) * self.reach_m / (2.0 * MARGIN_M))
-                arcs.append(np.full(count, start, np.float64))
+                arcs.append(np.full(count, start))
                 turns.append(np.linspace(-piece.spin_rad, 0.0, count))  # a sample there has turned already
             if piece.length_m:
                 bend = max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm))
                 count = 1 + math.ceil(piece.length_m * (1.0 + bend * self.reach_m) / (2.0 * MARGIN_M))
-                arcs.append(start + piece.length_m / count * np.arange(count))
+                arcs.append(np.linspace(start, start + piece.length_m, count, endpoint=False))
                 turns.append(np.zeros(count))
         x, y, heading, _ = path.sample(np.concatenate(arcs))
         return np.vstack((np.column_stack((x, y, heading + np.concatenate(turns))), path.end))
