@@ -152,6 +152,7 @@ class ConsoleApp(App[None]):
         self._stop_typed_s = self._stopped_at_s = self._team_told_s = -math.inf
         self._take_up_robots()
         self._started_with = self._desks[self.robots.selected_name]
+        self._signals_due = False
         self._in_view, self._in_view_since_s = self.robots.selected_name, -math.inf
         self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
         self._robots_bar = RobotsBar()
@@ -279,6 +280,7 @@ class ConsoleApp(App[None]):
 
     def _show_signals(self) -> None:
         """Bring the row of the orders up to date, on dialogs, too."""
+        self._signals_due = False
         if self._signals.is_attached:
             for screen in self.screen_stack:
                 for bar in screen.query(SignalBar):
@@ -296,7 +298,8 @@ class ConsoleApp(App[None]):
             if desk is self._started_with:
                 self._autostart.done(event.news.order.name, ok)
                 self._go_on_starting()
-        self._show_signals()
+        if not self._signals_due:  # once for all that has come: hundreds of robots answer an emergency stop together
+            self._signals_due = self.call_later(self._show_signals)
 
     def _go_on_starting(self) -> None:
         """The next step of what the console was opened for, with the robot that it was opened for."""
