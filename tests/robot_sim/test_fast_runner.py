@@ -104,7 +104,7 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
     fault = {"kind": kind, "start_s": 3.0, "duration_s": 1.0, **FAULTS[kind]}
     scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": [fault]})
-    looped = assert_same(scenario, 350, follower="pure-pursuit")
+    looped = assert_same(scenario, 359, follower="pure-pursuit")
     unheard = session(scenario, LONGEST_TICKS, loop=True, follower="pure-pursuit")
     assert unheard[1:] == looped[1:]
 
