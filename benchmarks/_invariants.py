@@ -1,4 +1,4 @@
-"""Random fault timelines on a short plan, with an operator who resumes and resets, and what must hold in every tick."""
+"""Random fault timelines on a short plan, with an operator who resumes and resets, and what must always hold."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 from touchline.services.robot_sim.paint import projection
 
 RUNNING, PAUSED, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
@@ -113,7 +114,7 @@ class Broken(AssertionError):
 
 
 class Guarded:
-    """An emulator whose every tick is checked, and an operator who helps it on.
+    """An emulator that is checked while it drives, and an operator who helps it on.
 
     Args:
         faults: The timeline.
@@ -121,6 +122,8 @@ class Guarded:
         patient: Whether there is an operator who resumes and resets.
         orders: What else the operator does, by tick.
         fence: Of the robot's computer.
+        look_ticks: From one check to the next at most, in ticks in which nothing has to be decided; all others are
+            checked.
     """
 
     def __init__(
@@ -131,12 +134,14 @@ class Guarded:
         patient: bool = True,
         orders: dict[int, str] | None = None,
         fence: FenceLimits | None = None,
+        look_ticks: int = 1,
     ) -> None:
         """Loaded and started."""
         fence = fence or FenceLimits()
         scenario = Scenario(seed=seed, faults=faults)
         self.emulator = Emulator(Vehicle(), scenario, OnboardConfig(follower=follower, fence=fence))
-        self._orders = orders or {}
+        self._runner = FastRunner(self.emulator) if look_ticks > 1 else None
+        self._orders, self._look_ticks = orders or {}, look_ticks
         self._closed = self._outside = 0
         self.emulator.load(plan())
         self.emulator.start()
@@ -148,26 +153,35 @@ class Guarded:
 
     def run(self, limit: int = LIMIT_TICKS) -> int:
         """To the end or for `limit` ticks; returns the state."""
-        for _ in range(limit):
-            if not self.emulator.active and self.emulator.onboard.state != ESTOPPED:
-                break
-            self.tick()
-        return self.emulator.onboard.state
-
-    def tick(self) -> None:
-        """One tick, checked."""
         emulator = self.emulator
-        order = self._orders.pop(emulator.tick_count, "")
+        last = emulator.tick_count + limit
+        while emulator.tick_count < last and (emulator.active or emulator.onboard.state == ESTOPPED):
+            self._go_on(last)
+        return emulator.onboard.state
+
+    def _go_on(self, last_tick: int) -> None:
+        """Some ticks, but none after the last, and a check."""
+        emulator, first = self.emulator, self.emulator.tick_count
+        order = self._orders.pop(first, "")
         if order:
             with suppress(CommandRefused):
                 getattr(emulator, order)()
         before = emulator.onboard.state
-        emulator.tick()
+        if self._runner is None:
+            emulator.tick()
+        else:
+            next_order = min((tick for tick in self._orders if tick > first), default=last_tick)
+            self._runner.step(min(self._look_ticks, last_tick - first, next_order - first), UNLOGGED)
+        self._check(before, emulator.tick_count - first)
+
+    def _check(self, before: int, ticks: int) -> None:
+        """So many ticks after the robot was in the state `before`."""
+        emulator = self.emulator
         status, command, frame = emulator.onboard.status, emulator.command, emulator.frame
-        assert frame is not None
+        nominal = frame is None or frame.tick != emulator.tick_count  # which no bumper is pressed in, nor anyone away
         if status.reason and (not self.reasons or self.reasons[-1] != status.reason):
             self.reasons.append(status.reason)
-        self._unheard = 0 if frame.operator_alive else self._unheard + 1
+        self._unheard = 0 if nominal or frame.operator_alive else self._unheard + 1
         limit = emulator.vehicle.drive.max_wheel_speed_radps * 1.001
         self._hold(all(abs(w) <= limit for w in command.actuators), f"wheel commands {command.actuators}")
         if status.state != RUNNING:
@@ -175,28 +189,28 @@ class Guarded:
         if status.state == ESTOPPED:
             self._hold(command.actuators == (0.0, 0.0), "wheels commanded while stopped")
         self._hold(before != ESTOPPED or status.state == ESTOPPED or self._reset, "left the emergency stop by itself")
-        if frame.bumper:
+        if not nominal and frame.bumper:
             self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")
         if self._unheard > OPERATOR_TICKS:
             self._hold(status.state != RUNNING, "running without an operator")
-        self._closed = 0 if command.valve or command.valve_after_s > 0.0 else self._closed + 1
+        self._closed = 0 if command.valve or command.valve_after_s > 0.0 else _longer(self._closed, ticks)
         if self._closed > CLOSING_TICKS and "valve-stuck" not in self._kinds:
             self._hold(not emulator.world.state.valve_open, "the valve stays open")
-        self._check_fence(status.state)
+        self._check_fence(status.state, ticks)
         if command.valve:
             self._check_paint()
         self._reset = False
         if self._patient:
             self._help()
 
-    def _check_fence(self, state: int) -> None:
+    def _check_fence(self, state: int, ticks: int) -> None:
         onboard = self.emulator.onboard
         fence, estimator = onboard._hazards.fence, onboard._estimator  # type: ignore[attr-defined]
         if not estimator.started:
             return
         allowed_m = fence.margin_m + 3.0 * estimator.heading_sigma_rad * fence.radius_m
         beyond = fence.beyond_m(*estimator.state[:3].tolist()) > allowed_m
-        self._outside = self._outside + 1 if beyond and state in (RUNNING, PAUSED) else 0
+        self._outside = _longer(self._outside, ticks) if beyond and state in (RUNNING, PAUSED) else 0
         self._hold(self._outside < FENCE_TICKS, "on beyond the fence")
 
     def _check_paint(self) -> None:
@@ -241,7 +255,14 @@ class Guarded:
             raise Broken(f"{what} at {emulator.time_s:.2f} s: {emulator.onboard.status}, {emulator.scenario.faults}")
 
 
-def random_run(seed: int) -> Guarded:
-    """A run with random faults and orders."""
+def _longer(count: int, ticks: int) -> int:
+    """What has been so for `count` ticks and still is, after so many more; what was not so before may just be."""
+    return count + ticks if count else 1
+
+
+def random_run(seed: int, look_ticks: int = 1) -> Guarded:
+    """A run with random faults and orders; see `Guarded`."""
     follower: Follower = "pure-pursuit" if seed % 3 == 0 else "mpc"
-    return Guarded(timeline(seed), seed % 7 + 1, follower, orders=orders(seed), fence=limits(seed))
+    return Guarded(
+        timeline(seed), seed % 7 + 1, follower, orders=orders(seed), fence=limits(seed), look_ticks=look_ticks
+    )

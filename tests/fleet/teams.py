@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right, insort
+from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,8 +90,8 @@ class Weather:
     delay_s: float = 0.0
     frozen: tuple[tuple[str, float, float], ...] = ()
 
-    def is_frozen(self, name: str, now_s: float) -> bool:
-        return any(name == who and since <= now_s < until for who, since, until in self.frozen)
+    def frozen_at(self, now_s: float) -> set[str]:
+        return {who for who, since_s, until_s in self.frozen if since_s <= now_s < until_s}
 
 
 FAIR = Weather()
@@ -103,11 +106,15 @@ class Letter(NamedTuple):
     message: Any
 
 
+_ARRIVAL = attrgetter("at_s")
+
+
 class Team:
     """Driven tick by tick.
 
     Attributes:
         states: (n, 4) X to SPEED, in the order of `names`.
+        now_s: Of the next tick.
         closest_m: The least distance of two centres so far.
         driven_m: (n,) how far each has driven, straight from message to message.
     """
@@ -115,22 +122,26 @@ class Team:
     def __init__(self, states: Floats, area: FreeArea, task: TeamTask, weather: Weather = FAIR, seed: int = 0) -> None:
         self.states, self.weather, self.rng = states.copy(), weather, np.random.default_rng(seed)
         self.names = names_of(len(states))
-        self.ticks, self.closest_m, self.driven_m = 0, math.inf, np.zeros(len(states))
+        self.ticks, self.now_s, self.closest_m, self.driven_m = 0, 0.0, math.inf, np.zeros(len(states))
         self.hub = Hub(area, task, {name: self._at(row) for name, row in zip(self.names, states, strict=True)})
         self.keepers = {name: CellKeeper(TEAM_LIMITS) for name in self.names}
         self.to_hub: list[Letter] = []
         self.to_robots: list[Letter] = []
         self._aim()
 
-    @property
-    def now_s(self) -> float:
-        return self.ticks * TICK_S
-
     def run(self, until_s: float) -> None:
         while self.now_s < until_s - 0.5 * TICK_S:
-            self._exchange()
-            self._drive()
+            frozen = self.weather.frozen_at(self.now_s)
+            self._exchange(frozen)
+            self._drive(frozen)
             self.ticks += 1
+            self.now_s = self.ticks * TICK_S
+
+    def run_until(self, seen: Callable[[], bool], latest_s: float) -> None:
+        """Drive until something is seen, which is looked for every second; fails if it is not seen by the latest."""
+        while not seen():
+            assert self.now_s < latest_s
+            self.run(self.now_s + 1.0)
 
     def join(self, name: str, state: Floats) -> None:
         """Another robot stands there; its name is the last in the alphabet."""
@@ -151,9 +162,9 @@ class Team:
         self._aim()
 
     def may_drive(self, name: str) -> bool:
+        """Unless it is frozen."""
         keeper = self.keepers[name]
-        awake = not self.weather.is_frozen(name, self.now_s)
-        return awake and len(keeper.half_planes) > 0 and self.now_s <= keeper.until_s
+        return len(keeper.half_planes) > 0 and self.now_s <= keeper.until_s
 
     def cells_in_use(self, name: str) -> list[Floats]:
         """Half-planes of the cells that a robot keeps to, or will or may when it gets what is on its way to it."""
@@ -175,23 +186,24 @@ class Team:
 
     def _post(self, box: list[Letter], name: str, message: Guidance | Whereabouts) -> None:
         if self.rng.uniform() >= self.weather.lost:
-            box.append(Letter(self.now_s + self.rng.uniform(0.0, self.weather.delay_s), name, message))
+            letter = Letter(self.now_s + self.rng.uniform(0.0, self.weather.delay_s), name, message)
+            insort(box, letter, key=_ARRIVAL)
 
     def _come(self, box: list[Letter]) -> list[Letter]:
         """Those that have come, in the order in which they do."""
-        come = sorted((each for each in box if each.at_s <= self.now_s), key=lambda letter: letter.at_s)
-        box[:] = [each for each in box if each.at_s > self.now_s]
+        count = bisect_right(box, self.now_s, key=_ARRIVAL)
+        come, box[:count] = box[:count], []
         return come
 
-    def _exchange(self) -> None:
-        awake = [name for name in self.names if not self.weather.is_frozen(name, self.now_s)]
+    def _exchange(self, frozen: set[str]) -> None:
         told_now = self.ticks % TICKS_PER_MESSAGE == 0
         if not (told_now or self.to_hub or self.to_robots):
             return
-        segments = self._segments()
         if told_now:
-            for name in awake:
-                self._post(self.to_hub, name, self.keepers[name].say(self.now_s, segments[name]))
+            segments = self._segments()
+            for name in self.names:
+                if name not in frozen:
+                    self._post(self.to_hub, name, self.keepers[name].say(self.now_s, segments[name]))
         for _, name, message in self._come(self.to_hub):
             self.hub.receive(name, message, self.now_s)
         if self.ticks % (TICKS_PER_MESSAGE * MESSAGES_PER_UPDATE) == 0:
@@ -200,8 +212,9 @@ class Team:
             for name, message in self.hub.say().items():
                 self._post(self.to_robots, name, message)
         if come := self._come(self.to_robots):
+            segments = self._segments()
             for _, name, message in come:
-                if name in awake:
+                if name not in frozen:
                     self.keepers[name].receive(message, segments[name])
             self._aim()
 
@@ -211,8 +224,8 @@ class Team:
         self._rows = stacked([keeper.half_planes for keeper in keepers])
         self._targets = np.array([keeper.target_m for keeper in keepers])
 
-    def _drive(self) -> None:
-        may_drive = np.array([self.may_drive(name) for name in self.names])
+    def _drive(self, frozen: set[str]) -> None:
+        may_drive = np.array([name not in frozen and self.may_drive(name) for name in self.names])
         before = self.states[:, :2].copy()
         self.closest_m = min(
             self.closest_m, drive(self.states, self._rows, self._targets, may_drive, LIMITS, TICK_S, 1)

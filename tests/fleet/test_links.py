@@ -114,8 +114,7 @@ def test_a_robot_drives_only_while_it_knows_that_it_is_heard() -> None:
 
 def test_a_team_that_loses_nothing_changes_places() -> None:
     team, goals = swapping(8, FAIR, 1)
-    team.run(40.0)
-    assert not missing(team, goals)
+    team.run_until(lambda: not missing(team, goals), 40.0)
     assert team.closest_m >= APART_M - 1e-6
 
 
@@ -152,10 +151,9 @@ def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.Monk
 def test_a_team_spreads_with_half_of_its_messages(seed: int) -> None:
     area, start = square(5.0), corner_grid(10)
     team = Team(start, area, Deploy(area), FOUL, seed)
-    team.run(90.0)
     of_points = deployment(settled(start[:, :2].copy(), area), area).cost
+    team.run_until(lambda: deployment(np.ascontiguousarray(team.states[:, :2]), area).cost < 1.03 * of_points, 90.0)
     assert team.closest_m >= APART_M - 1e-6
-    assert deployment(np.ascontiguousarray(team.states[:, :2]), area).cost < 1.03 * of_points
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -168,9 +166,7 @@ def test_others_go_round_a_frozen_robot_and_it_goes_on_when_it_wakes(seed: int) 
     moved = np.hypot(*(team.states[:, :2] - before).T)
     assert moved[2] == 0.0
     assert sorted(moved)[3] > 0.05
-    team.run(150.0)
-    assert not team.hub.resting
-    assert not missing(team, goals)
+    team.run_until(lambda: not team.hub.resting and not missing(team, goals), 150.0)
     assert team.closest_m >= APART_M - 1e-6
 
 

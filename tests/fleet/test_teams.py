@@ -19,12 +19,12 @@ BODY_M = 0.354
 APART_M = 0.4
 
 
-@pytest.mark.parametrize(("robots", "within_s", "driven_m"), [(10, 20.0, 3.5), (20, 25.0, 4.5), (50, 35.0, 6.5)])
+@pytest.mark.parametrize(("robots", "within_s", "driven_m"), [(10, 20.0, 3.5), (50, 35.0, 6.5)])
 def test_a_team_spreads_as_well_as_points_do(robots: int, within_s: float, driven_m: float) -> None:
     side = math.sqrt(2.5 * robots)
     area, start = square(side), corner_grid(robots)
     team, costs = Team(start, area, Deploy(area)), []
-    for until_s in (within_s, 120.0):
+    for until_s in (within_s, 60.0):
         team.run(until_s)
         costs.append(deployment(np.ascontiguousarray(team.states[:, :2]), area).cost)
     of_points = deployment(settled(start[:, :2].copy(), area), area).cost
@@ -44,10 +44,10 @@ def changed_places(robots: int, seed: int) -> tuple[Team, int]:
     return found, int((np.hypot(*(found.states[:, :2] - goals).T) >= 0.1).sum())
 
 
-@pytest.mark.parametrize(("robots", "median_s"), [(4, 15.0), (8, 21.0), (12, 25.0), (20, 34.0)])
+@pytest.mark.parametrize(("robots", "median_s"), [(4, 15.0), (8, 21.0), (20, 34.0)])
 def test_a_team_changes_places_across_a_circle(robots: int, median_s: float) -> None:
     took_s = []
-    for seed in range(9):
+    for seed in range(5):
         found, missing = changed_places(robots, seed)
         assert missing == 0
         assert found.now_s <= 45.0

@@ -12,7 +12,7 @@ from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, 
 from touchline.schemas.scenario import Scenario
 from touchline.services.onboard.estimation.filter import Estimator
 
-RUNS = 30
+RUNS = 15
 
 
 def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:

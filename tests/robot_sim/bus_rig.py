@@ -21,12 +21,12 @@ from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 PLAN = trajectory(
-    [Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (2, 0)), Curve.from_line((2, 0), (2.6, 0))],
+    [Curve.from_line((0, 0), (0.8, 0)), Curve.from_line((0.8, 0), (1.4, 0)), Curve.from_line((1.4, 0), (1.9, 0))],
     [0, 1, 0],
     ids=["t0", "line", "t1"],
     speed_mps=0.8,
 )
-TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (1.0, -0.41124), "end": (2.0, -0.41124)}}])
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.8, -0.41124), "end": (1.4, -0.41124)}}])
 LONG_PLAN = trajectory([Curve.from_line((0, 0), (5, 0))], [0], speed_mps=0.5)
 """Of 12 s, for what has to happen in real time while the robot drives."""
 
@@ -91,7 +91,13 @@ def session(bus, robot, operator):
     assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()).success
     assert ask(operator, robot, topics.START).success
     said = []
-    turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, said)))
+
+    def reported():
+        new = drain(inbox, [])
+        said.extend(new)
+        return any(topic is topics.REPORT for topic, _ in new)
+
+    turn_until(robot, reported)
     caught_up(operator, bus)
     drain(inbox, said)
     said = [pair for pair in said if pair != before]

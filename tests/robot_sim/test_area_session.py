@@ -38,15 +38,22 @@ def robot():
     return emulator, Telemetry(emulator)
 
 
-def session(trajectory, *, fast):
+ONE_BY_ONE = 300
+"""Ticks."""
+
+
+def session(trajectory, *, slow_blocks):
+    """All that is said; `slow_blocks` of every three blocks of ONE_BY_ONE ticks are driven tick by tick."""
     emulator, telemetry = robot()
     emulator.load(trajectory, PAN)
     said = telemetry.loaded(trajectory, PAN)
     emulator.start()
     runner = FastRunner(emulator)
     while emulator.active:
-        if fast:
-            said += telemetry.after(runner.step(telemetry.until_due(1000), telemetry.rows))
+        if emulator.tick_count // ONE_BY_ONE % 3 >= slow_blocks:
+            said += telemetry.after(
+                runner.step(telemetry.until_due(ONE_BY_ONE - emulator.tick_count % ONE_BY_ONE), telemetry.rows)
+            )
         else:
             emulator.tick()
             said += telemetry.after_tick()
@@ -55,7 +62,7 @@ def session(trajectory, *, fast):
 
 @pytest.fixture(scope="module")
 def driven(trajectory):
-    return session(trajectory, fast=True)
+    return session(trajectory, slow_blocks=0)
 
 
 def of(said, topic):
@@ -92,7 +99,7 @@ def test_the_reports_are_the_last_that_is_said(driven):
 
 
 def test_ticks_one_by_one_say_the_same(driven, trajectory):
-    _, said = session(trajectory, fast=False)
+    _, said = session(trajectory, slow_blocks=1)
     assert said == driven[1]
 
 

@@ -80,17 +80,20 @@ def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=
 
 def assert_same(scenario, listen_from, **things):
     looped = session(scenario, listen_from, loop=True, **things)
-    ticked = session(scenario, listen_from, loop=False, **things)
+    assert_said(looped, session(scenario, listen_from, loop=False, **things))
+    return looped
+
+
+def assert_said(looped, ticked):
     assert looped[2] == ticked[2]
     assert looped[1] == ticked[1]
     assert [topic.name for topic, _ in looped[0]] == [topic.name for topic, _ in ticked[0]]
     for (topic, payload), (_, other) in zip(looped[0], ticked[0], strict=True):
         assert payload == other, (topic.name, decode(topic.type, payload), decode(topic.type, other))
-    return looped
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 500, 700, 9999])
+@pytest.mark.parametrize("listen_from", [1, 57, 500, 9999])
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success
@@ -101,8 +104,9 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
     fault = {"kind": kind, "start_s": 3.0, "duration_s": 1.0, **FAULTS[kind]}
     scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": [fault]})
-    for listen_from in (350, LONGEST_TICKS):
-        assert_same(scenario, listen_from, follower="pure-pursuit")
+    looped = assert_same(scenario, 359, follower="pure-pursuit")
+    unheard = session(scenario, LONGEST_TICKS, loop=True, follower="pure-pursuit")
+    assert unheard[1:] == looped[1:]
 
 
 @settings(max_examples=4, deadline=None)

@@ -10,6 +10,8 @@ from benchmarks._invariants import Guarded, fault, random_run
 from touchline.schemas.faults import Fault
 from touchline.schemas.messages import TraversalStatus
 
+LOOK_TICKS = 5
+"""While nothing has to be decided; `test_invariants` looks at every tick, and so does `python -m benchmarks safety`."""
 DONE, PAUSED, ESTOPPED = TraversalStatus.DONE, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
 
 # kind, parameters, words of the reason to stop ("" if it drives on), whether it goes on without an operator afterwards
@@ -67,8 +69,9 @@ def test_no_kind_is_left_out() -> None:
 )
 def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself: bool | None) -> None:
     """Invariants hold, the reason is said, and nothing needs an operator that should not."""
-    run = Guarded((fault(kind, **{"start_s": 6.5, "duration_s": 4.0, **fields}),), seed=2, patient=False)
-    state = run.run(4500)
+    faults = (fault(kind, **{"start_s": 6.5, "duration_s": 4.0, **fields}),)
+    run = Guarded(faults, seed=2, follower="pure-pursuit", patient=False, look_ticks=LOOK_TICKS)
+    state = run.run(2500 if by_itself is False else 4500)
     reasons = run.reasons[1:]
     if not words:
         assert state == DONE and reasons == []
@@ -81,6 +84,7 @@ def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself
     assert abs(run.emulator.onboard.estimate.speed_mps) < 0.02
 
 
-@pytest.mark.parametrize("seed", range(25))
+# Of the first 25 these have every kind of fault, every change of state with its reason, and every way to end.
+@pytest.mark.parametrize("seed", [0, 6, 7, 8, 10, 13, 15, 16, 17, 20, 21, 23, 24])
 def test_random_timelines_break_no_invariant(seed: int) -> None:
-    random_run(seed).run(6000)
+    random_run(seed, LOOK_TICKS).run(6000)

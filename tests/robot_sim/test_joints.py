@@ -14,8 +14,8 @@ BEGINS_TICK = 6000
 """A minute after it was switched on the sensors still warm up, and the satellites' error is as large as ever."""
 
 
-@pytest.mark.parametrize("cause", CAUSES)
-@pytest.mark.parametrize("seed", [1, 2])
+# Three joints each; the sensors' errors are the same for every other cause.
+@pytest.mark.parametrize(("cause", "seed"), [(cause, 1 + number % 2) for number, cause in enumerate(CAUSES)])
 def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
     found = joints(*interrupted(cause, seed, begins_tick=BEGINS_TICK))
     assert len(found) == LINES

@@ -38,7 +38,7 @@ def test_a_session_over_the_bus_and_its_paint(bus, operator):
     (stroke,) = decode(GetPaintResponse, history.answer()).strokes
     assert stroke.segment_id == "line"
     length = sum(math.dist(a, b) for a, b in pairwise(_points(stroke)))
-    assert length == pytest.approx(1.0, abs=0.05)
+    assert length == pytest.approx(0.6, abs=0.05)
     assert operator.counters.lost == 0
 
 
