@@ -12,7 +12,7 @@ from itertools import chain
 import pytest
 
 from tests.meeting import eventually
-from tests.system.commands import start_touchline, touchline
+from tests.system.commands import start_touchline, touchline_here
 from tests.system.test_failures import wait_until
 from touchline.schemas import topics
 from touchline.schemas.messages import (
@@ -234,7 +234,7 @@ class Site:
         wait_until(lambda: text in self.said)
 
     def order(self, what, robot):
-        return touchline("order", what, "--robot", robot, config=self.config)
+        return touchline_here("order", what, "--robot", robot, config=self.config)
 
     def end(self):
         """The exit code and the report."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.meeting import eventually
-from tests.system.commands import figures, start_touchline, touchline
+from tests.system.commands import figures, start_touchline, touchline, touchline_here
 from touchline.schemas import topics
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import (
@@ -40,7 +40,7 @@ RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 def test_over_the_bus_a_process_for_each_robot_has_the_bytes_of_the_simulation(tmp_path: Path) -> None:
     """One process for all has them, too: below."""
     recording = tmp_path / "team.mcap"
-    simulated = figures(touchline("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"]
+    simulated = figures(touchline_here("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"]
     done = figures(touchline("fleet", "run", *RUN, "--processes", "--record", str(recording)))
     assert done["success"], done["reason"]
     assert done["hash"]["robots"] == simulated
@@ -57,7 +57,7 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     told = {"places": close, "area": AREA, "task": goals, "faults": {"b": slips}, "duration_s": 4.0}
     file.write_text(json.dumps(told))
     run = ("--team", str(file), "--json")
-    simulated = touchline("fleet", "simulate", *run, "--hash", "--record", str(recording))
+    simulated = touchline_here("fleet", "simulate", *run, "--hash", "--record", str(recording))
     driven = touchline("fleet", "run", *run)
     assert (simulated.returncode, driven.returncode) == (1, 1)
     one, other = json.loads(simulated.stdout), json.loads(driven.stdout)
