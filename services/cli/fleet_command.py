@@ -127,7 +127,7 @@ def run(
     report: ReportOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive a team over Zenoh: coordinator, emulated robots and bridge as processes, in lockstep, recorded."""
+    """Drive a team over Zenoh: coordinator, emulated robots and, to record, bridge as processes, in lockstep."""
     from touchline.services.fleet.starts import free_area, starts
     from touchline.services.runs.team.team_on_bus import TeamOnBus
 
@@ -140,6 +140,7 @@ def run(
         file.write_text(chosen.model_dump_json(), encoding="utf-8")
         options = ProcessOptions(
             apart=apart,
+            without=(topics.PLANNER,) if record else (topics.PLANNER, topics.BRIDGE),
             recordings=record.parent if record else None,
             coordinator=["--team", str(file), "--lockstep"],
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event, PlanOptions
 from touchline.schemas.setup import Setup
@@ -127,7 +128,8 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     with progress_bar("Touchline") as advance:
         job = _shared(template, options, setup.vehicle, robots, advance)
         config = _team_bus(list(setups))
-        processes = ProcessOptions(apart=True, recordings=pace.record.parent if pace.record else None)
+        recordings = pace.record.parent if pace.record else None  # plans are made here
+        processes = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings)
         with only_one(config), local_system(setups, config, processes) as system:
             advance(0.0, "Starting the services")
             system.wait_until_ready(say)

@@ -3,7 +3,7 @@
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,11 +35,13 @@ class LocalSystem:
     Attributes:
         buses: Of each robot.
         presences: Who is there, by robot.
+        serving: Nodes that serve every robot once the system is ready.
     """
 
     buses: Sequence[Bus]
     supervisor: Supervisor
     presences: Mapping[str, Presence]
+    serving: Collection[str]
     health: Sequence[HealthReporter] = ()
 
     @property
@@ -74,7 +76,7 @@ class LocalSystem:
             TouchlineError: One keeps failing, or the wait was too long.
         """
         inboxes = [bus.inbox([topics.DIAGNOSTICS]) for bus in self.buses]
-        start = _Start(len(inboxes), tell)
+        start = _Start(len(inboxes), self.serving, tell)
         deadline = time.monotonic() + _START_TIMEOUT_S
         while not start.done:
             if enough():
@@ -98,8 +100,8 @@ class LocalSystem:
 class _Start:
     """Which services do not serve every robot yet, and what they have said."""
 
-    def __init__(self, robots: int, tell: Callable[[str], None]) -> None:
-        self._waiting = {(number, node) for number in range(robots) for node in topics.SERVING}
+    def __init__(self, robots: int, serving: Collection[str], tell: Callable[[str], None]) -> None:
+        self._waiting = {(number, node) for number in range(robots) for node in serving}
         self._said: dict[str, str] = {}
         self._tell = tell
 
@@ -132,6 +134,7 @@ class ProcessOptions:
         bridge: Further options of ``touchline bridge``.
         recordings: The folder of recordings; by default the present one.
         apart: Whether each robot has a process of its own.
+        without: Of the nodes that serve robots, those that this job does not need and that are not started.
         coordinator: Options of ``touchline coordinator``, if there is to be one.
     """
 
@@ -139,6 +142,7 @@ class ProcessOptions:
     bridge: Sequence[str] = ()
     recordings: Path | None = None
     apart: bool = False
+    without: Collection[str] = ()
     coordinator: Sequence[str] | None = None
 
 
@@ -167,16 +171,13 @@ def local_system(
     recordings = (options.recordings or Path()).absolute()
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         state = Path(folder)
-        children = [
-            *_robot_children(robots, options, state, private=private),
-            Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S),
-            Child(
-                topics.BRIDGE,
-                ["bridge", *options.bridge, "--recordings", str(recordings)],
-                _PATIENCE_S,
-                beside=(topics.TEAM_NAMESPACE,) if options.coordinator is not None else (),
-            ),
-        ]
+        children = _robot_children(robots, options, state, private=private)
+        if topics.PLANNER not in options.without:
+            children.append(Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S))
+        if topics.BRIDGE not in options.without:
+            command = ["bridge", *options.bridge, "--recordings", str(recordings)]
+            beside = (topics.TEAM_NAMESPACE,) if options.coordinator is not None else ()
+            children.append(Child(topics.BRIDGE, command, _PATIENCE_S, beside=beside))
         if options.coordinator is not None:
             command = ["coordinator", *options.coordinator]
             children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
@@ -189,7 +190,8 @@ def local_system(
                 presences = {bus.namespace: bus.presence() for bus in buses}
                 if options.coordinator is not None:
                     presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
-                yield LocalSystem(buses, supervisor, presences, health)
+                serving = [node for node in topics.SERVING if node not in options.without]
+                yield LocalSystem(buses, supervisor, presences, serving, health)
             finally:
                 supervisor.stop()
 

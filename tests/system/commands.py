@@ -1,13 +1,17 @@
 """Running the command as a person does."""
 
+import io
 import json
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from touchline.services.bus import BusConfig
+from touchline.services.cli.commands import execute
 
 
 def touchline(
@@ -25,6 +29,19 @@ def touchline(
         timeout=500,
         check=False,
     )
+
+
+def touchline_here(*arguments: str, config: BusConfig | None = None) -> subprocess.CompletedProcess[str]:
+    """As `touchline`, in this process: to start one takes a second of processor time."""
+    environment = {**(config.environment() if config else {}), "COLUMNS": "120"}
+    with (
+        mock.patch.dict(os.environ, environment),
+        mock.patch.object(sys, "argv", ["touchline", *arguments]),
+        redirect_stdout(io.StringIO()) as output,
+        redirect_stderr(io.StringIO()) as errors,
+    ):
+        code = execute()
+    return subprocess.CompletedProcess(arguments, code, output.getvalue(), errors.getvalue())
 
 
 def start_touchline(*arguments: str, config: BusConfig, log: Path) -> subprocess.Popen[bytes]:

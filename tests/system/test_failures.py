@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.system.commands import start_touchline, touchline
+from tests.system.commands import start_touchline, touchline, touchline_here
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     CommandRequest,
@@ -169,7 +169,7 @@ def test_what_is_up_is_known_to_all_and_nothing_starts_twice(site: Site):
         second = touchline(command, config=site.bus.config)
         assert second.returncode == 2
         assert "already running" in second.stderr
-    status = touchline("status", config=site.bus.config)
+    status = touchline_here("status", config=site.bus.config)
     assert status.returncode == 0, status.stdout
     assert "idle" in status.stdout
     assert "painted" not in status.stdout
@@ -306,7 +306,7 @@ def test_services_end_with_a_killed_supervisor(site: Site):
     site.up.kill()
     site.up.wait()
     wait_until(lambda: (presence.poll(), presence.alive())[1] <= {"bystander", topics.OPERATOR})
-    assert touchline("status", config=site.bus.config).returncode == 1
+    assert touchline_here("status", config=site.bus.config).returncode == 1
 
 
 def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig, monkeypatch):

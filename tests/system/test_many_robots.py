@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.meeting import eventually
-from tests.system.commands import figures, start_touchline, touchline
+from tests.system.commands import figures, start_touchline, touchline_here
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
@@ -40,7 +40,7 @@ from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = """{"name": "two-lines", "segments": [
-    {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [2, 1], "end": [0, 1]}}]}"""
+    {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}, {"id": "b", "line": {"start": [1, 1], "end": [0, 1]}}]}"""
 FLEET = """{"robots": [
     {"namespace": "r1", "seed": 11, "onboard": {"follower": "pure-pursuit"}},
     {"namespace": "club/r2", "seed": 12, "vehicle": "narrow.json", "onboard": {"follower": "pure-pursuit"}},
@@ -72,7 +72,7 @@ def system(fleet: Path, config: BusConfig, folder: Path, *options: str) -> Itera
         assert eventually(lambda: "is up" in log.read_text(), 300.0), log.read_text()
         yield
     finally:
-        assert touchline("down", config=unnamed(config)).stdout == f"stopped (pid {up.pid})\n"
+        assert touchline_here("down", config=unnamed(config)).stdout == f"stopped (pid {up.pid})\n"
         assert up.wait(60) == 0
 
 
@@ -145,12 +145,29 @@ class Session(NamedTuple):
     status: dict[str, Any]
 
 
+class Ordered(NamedTuple):
+    """What commands said that were given one after the other, the robots being there."""
+
+    refused: str
+    done: dict[str, Any]
+    absent: str
+    stopped: str
+    reset: str
+    states: dict[str, str]
+
+
 @pytest.fixture(scope="module")
-def together(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Session, BusConfig]]:
-    """All robots in one process, as fast as they go; it is there for as long as the tests are."""
+def together_then_ordered(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, Ordered]:
+    """All robots in one process, as fast as they go; it is there no longer than needed."""
     folder, config = tmp_path_factory.mktemp("together"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     with system(fleet, config, folder, "--speed", "max"):
-        yield session(fleet, config, folder), config
+        return session(fleet, config, folder), ordered(fleet, unnamed(config))
+
+
+@pytest.fixture(scope="module")
+def together(together_then_ordered: tuple[Session, Ordered]) -> Session:
+    """What came of them, of one process."""
+    return together_then_ordered[0]
 
 
 @pytest.fixture(scope="module")
@@ -175,13 +192,13 @@ def kill_second(status: dict[str, Any], log: Path) -> None:
 
 def session(fleet: Path, config: BusConfig, folder: Path) -> Session:
     with operators(config) as buses:
-        status = figures(touchline("status", "--json", config=unnamed(config)))
+        status = figures(touchline_here("status", "--json", config=unnamed(config)))
         driven = drive(buses, Fleet.read(fleet).setups(), folder / "session.mcap")
     return Session(folder / "session.mcap", driven, status)
 
 
 def test_each_robot_says_the_same_in_one_process_in_three_at_another_pace_and_alone(fleet, together, apart):
-    (shared, _), setups = together, Fleet.read(fleet).setups()
+    shared, setups = together, Fleet.read(fleet).setups()
     ours, theirs = contents(shared.recording), contents(apart.recording)
     assert set(ours) == set(theirs) == set(ROBOTS)
     for robot, setup in setups.items():
@@ -190,13 +207,13 @@ def test_each_robot_says_the_same_in_one_process_in_three_at_another_pace_and_al
         job = Job.prepare(parse_template(TEMPLATE), PlanOptions(), setup.vehicle)
         alone = simulate(job, setup.scenario, setup.onboard, Products(hashed=True)).report.session_hash
         assert alone == shared.driven[robot].session_hash == apart.driven[robot].session_hash
-        assert 4.0 < apart.driven[robot].pace <= PACE, "lags of a busy machine are not caught up with"
+        assert 1.0 < apart.driven[robot].pace <= PACE, "lags of a busy machine are not caught up with"
     assert len({driven.session_hash for driven in shared.driven.values()}) == 3
     assert len({tuple(ours[robot]["plan"]) for robot in ROBOTS}) == 3, "each is planned for its own vehicle"
 
 
 def test_status_lists_all_robots_and_the_processes_that_they_share(together, apart):
-    for status, processes in ((together[0].status, 1), (apart.status, 3)):
+    for status, processes in ((together.status, 1), (apart.status, 3)):
         robots = status["robots"]
         assert [robot["namespace"] for robot in robots] == sorted(ROBOTS)
         pids = {service["node"]: set() for service in robots[0]["services"]}
@@ -211,9 +228,9 @@ def test_status_lists_all_robots_and_the_processes_that_they_share(together, apa
         }
 
 
-@pytest.mark.parametrize("chosen", [(), ("r3",), ("club/r2", "r1")])
+@pytest.mark.parametrize("chosen", [(), ("club/r2", "r1")])
 def test_a_recording_of_three_is_replayed_as_three_or_as_those_that_are_named(together, bus_config, chosen):
-    (shared, _), robots = together, chosen or ROBOTS
+    shared, robots = together, chosen or ROBOTS
     with Bus.open_all(topics.OPERATOR, bus_config.of(*ROBOTS)) as buses:
         inboxes = [bus.inbox(topics.RECORDED) for bus in buses]
         report = run_replay(shared.recording, Playback(0.0, chosen), bus_config)
@@ -233,7 +250,7 @@ def test_a_recording_of_three_is_replayed_as_three_or_as_those_that_are_named(to
 
 def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
     with pytest.raises(RecordingError, match="has no robot r4, but r1, club/r2, r3"):
-        run_replay(together[0].recording, Playback(0.0, ["r4"]), bus_config)
+        run_replay(together.recording, Playback(0.0, ["r4"]), bus_config)
 
 
 def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart):
@@ -244,38 +261,42 @@ def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart
 
 
 def test_a_recording_of_three_is_the_same_as_another_of_them(together, apart):
-    result = compare(together[0].recording, apart.recording)
+    result = compare(together.recording, apart.recording)
     assert result.identical, list(result.lines())
     assert {namespace_at(path) for path in result.topics} == set(ROBOTS)
 
 
 def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
     with pytest.raises(SpecError, match=r"holds 3 robots .*; name one with --robot"):
-        read_painted(together[0].recording)
+        read_painted(together.recording)
     with pytest.raises(SpecError, match="no template of robot r4"):
-        read_painted(together[0].recording, "r4")
-    painted = [read_painted(together[0].recording, robot) for robot in ROBOTS]
+        read_painted(together.recording, "r4")
+    painted = [read_painted(together.recording, robot) for robot in ROBOTS]
     assert len({painted_by.report.session_hash for painted_by in painted}) == 3
 
 
-def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(fleet, together):
-    config, template = unnamed(together[1]), str(fleet.with_name("template.json"))
-    record = fleet.with_name("one.mcap")
-    refused = touchline("record", str(record), "--seconds", "0.1", config=config)
-    assert "is outside of the recordings folder" in refused.stderr, "a bridge answers, though none is named"
-    done = figures(touchline("run", template, "--robot", "r3", "--json", config=config))
-    assert (done["success"], done["seed"], done["vehicle"]) == (True, 13, "wide")
-    absent = touchline("order", "start", config=config)
-    assert "there is no robot tt2 on the bus, but club/r2, r1, r3" in absent.stderr
-    stopped = touchline("order", "estop", config=config)
-    assert sorted(stopped.stdout.splitlines()) == sorted(f"{robot}: estop: done" for robot in ROBOTS)
+def ordered(fleet: Path, config: BusConfig) -> Ordered:
+    """Have one robot do a job, stop all, and reset one."""
+    template, record = str(fleet.with_name("template.json")), str(fleet.with_name("one.mcap"))
+    refused = touchline_here("record", record, "--seconds", "0.1", config=config)
+    done = touchline_here("run", template, "--robot", "r3", "--json", config=config)
+    absent = touchline_here("order", "start", config=config)
+    stopped = touchline_here("order", "estop", config=config)
     time.sleep(RESET_AFTER_S)
-    assert touchline("order", "reset", "--robot", "r1", config=config).stdout == "reset: done\n"
-    states = {
-        robot["namespace"]: robot["traversal"]["state"]
-        for robot in figures(touchline("status", "--json", config=config))["robots"]
-    }
-    assert states == {"r1": "idle", "club/r2": "estopped", "r3": "estopped"}
+    reset = touchline_here("order", "reset", "--robot", "r1", config=config)
+    status = figures(touchline_here("status", "--json", config=config))["robots"]
+    states = {robot["namespace"]: robot["traversal"]["state"] for robot in status}
+    return Ordered(refused.stderr, figures(done), absent.stderr, stopped.stdout, reset.stdout, states)
+
+
+def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(together_then_ordered):
+    _, said = together_then_ordered
+    assert "is outside of the recordings folder" in said.refused, "a bridge answers, though none is named"
+    assert (said.done["success"], said.done["seed"], said.done["vehicle"]) == (True, 13, "wide")
+    assert "there is no robot tt2 on the bus, but club/r2, r1, r3" in said.absent
+    assert sorted(said.stopped.splitlines()) == sorted(f"{robot}: estop: done" for robot in ROBOTS)
+    assert said.reset == "reset: done\n"
+    assert said.states == {"r1": "idle", "club/r2": "estopped", "r3": "estopped"}
 
 
 def unnamed(config: BusConfig) -> BusConfig:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.meeting import eventually
-from tests.system.commands import figures, start_touchline, touchline
+from tests.system.commands import figures, start_touchline, touchline, touchline_here
 from touchline.services.bridge.channels import is_drawn, robots_among
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
@@ -26,6 +26,12 @@ FLEET = {
     ]
 }
 
+COURT = """{"name": "court", "line_width_m": 0.05, "segments": [
+    {"id": "south", "line": {"start": [0, 0], "end": [6, 0]}}, {"id": "east", "line": {"start": [6, 0], "end": [6, 8]}},
+    {"id": "north", "line": {"start": [6, 8], "end": [0, 8]}}, {"id": "west", "line": {"start": [0, 8], "end": [0, 0]}},
+    {"id": "bow", "arc": {"start": [1, 0], "center": [3, 0], "sweep_angle": -3.141592653589793}}]}"""
+"""A small one: a whole tennis court is painted in test_cli.py."""
+
 one_system = pytest.mark.xdist_group("runs")  # in one worker, so that it is started once
 
 
@@ -35,6 +41,7 @@ def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[BusConfig
     folder, config = tmp_path_factory.mktemp("robots"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     fleet, log = folder / "robots.json", folder / "up.log"
     fleet.write_text(json.dumps(FLEET))
+    (folder / "court.json").write_text(COURT)
     up = start_touchline("up", "--robots", str(fleet), "--recordings", str(folder), config=config, log=log)
     try:
         assert eventually(lambda: "is up" in log.read_text(), 300.0), log.read_text()
@@ -49,7 +56,7 @@ def painted(robots: tuple[BusConfig, Path], robot: str, template: str) -> tuple[
     config, folder = robots
     recording = folder / f"{robot}.mcap"
     return figures(
-        touchline("run", template, "--robot", robot, "--record", str(recording), "--json", config=config)
+        touchline_here("run", template, "--robot", robot, "--record", str(recording), "--json", config=config)
     ), recording
 
 
@@ -93,7 +100,7 @@ def test_everything_that_was_said_is_in_the_recording(square):
 
 @one_system
 def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
-    report, _ = painted(robots, "exact", "tennis")
+    report, _ = painted(robots, "exact", str(robots[1] / "court.json"))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.8
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.003
@@ -103,7 +110,7 @@ def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
 @one_system
 def test_with_noise_a_court_is_painted_to_two_centimetres(robots):
     """By pure pursuit; the demo does so by MPC (test_cli.py)."""
-    report, _ = painted(robots, "noisy", "tennis")
+    report, _ = painted(robots, "noisy", str(robots[1] / "court.json"))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.02

@@ -3,25 +3,31 @@
 import json
 import os
 import signal
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import chain
 
 import pytest
 
-from tests.sharing.test_shared_simulation import GRID, TEMPLATE
-from tests.system.commands import start_touchline, touchline
+from tests.meeting import eventually
+from tests.system.commands import start_touchline, touchline_here
 from tests.system.test_failures import wait_until
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     AuthorizeRequest,
+    CommandRequest,
     GetDiagnosticsRequest,
     PlanOptions,
     SetSpeedRequest,
     TraversalStatus,
 )
 from touchline.schemas.setup import Setup
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus import Bus, BusConfig, CallError
+from touchline.services.bus.health import STARTING
 from touchline.services.bus.ports import free_port
 from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.recorded_paint import read_painted
@@ -29,8 +35,26 @@ from touchline.services.runs.sharing.judged import judged
 from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
 from touchline.services.runs.sharing.shared_job import share_job
 from touchline.services.runs.sharing.shared_robot import fresh_id
+from touchline.services.runs.sharing.team_report import bus_figures
 from touchline.services.system.diagnostics import read_health
-from touchline.services.system.temporary_system import ProcessOptions, local_system
+from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, watched
+
+pytestmark = pytest.mark.xdist_group("shared-run")  # by one worker, so that one system is started for three jobs
+
+GRID = {
+    **{f"row-{k}": ((0.0, 3.0 * k), (6.0, 3.0 * k)) for k in range(4)},
+    "middle": ((3.0, 9.0), (3.0, 0.0)),
+}
+TEMPLATE = Template(
+    name="grid",
+    segments=tuple(
+        TemplateSegment(id=name, line=LineSpec(start=start, end=end)) for name, (start, end) in GRID.items()
+    ),
+)
+"""So small that robots are in each other's way."""
+PAINTED_TWICE_M2 = 0.02 * TEMPLATE.line_width_m
+SLOWLY = 2.0
+"""Sim time per wall time while somebody is to be killed amid a line."""
 
 
 class Silent:
@@ -40,18 +64,55 @@ class Silent:
     def check(self): ...
 
 
-@pytest.mark.xdist_group("shared-run")
-def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(tmp_path):
-    record = tmp_path / "both.mcap"
-    job = share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
+@pytest.fixture(scope="module")
+def job():
+    shared = share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
+    assert shared.table.gates, "they do come into each other's way here"
+    return shared
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory):
+    return tmp_path_factory.mktemp("recordings")
+
+
+@pytest.fixture(scope="module")
+def system(recordings) -> Iterator[LocalSystem]:
+    """Two robots, each a process that is started again when it is killed, for one job after the other."""
     setups = {f"r{number + 1}": Setup().with_seed(number + 1) for number in range(2)}
-    with local_system(setups, options=ProcessOptions(apart=True, recordings=tmp_path)) as system:
-        system.wait_until_ready(lambda text: None)
-        nan = AuthorizeRequest(request_id="a", until_m=float("nan"))
-        assert "give an arc length" in system.bus.call(topics.AUTHORIZE, nan).message
-        early = AuthorizeRequest(request_id="b", until_m=1.0)
-        assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
-        run = SharedBusRun(system.buses, job, Conduct(-1.0, record=record), Silent())
+    options = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings)
+    with local_system(setups, options=options, join_as=topics.OBSERVER) as it:
+        it.wait_until_ready(lambda text: None)
+        with watched(it):
+            yield it
+
+
+@contextmanager
+def begun(system, job, conduct, watcher) -> Iterator[SharedBusRun]:
+    """A job that an operator is about to have done, all robots being there."""
+    with Bus.open_all(topics.OPERATOR, system.bus.config.of("r1", "r2")) as buses:
+        for bus in buses:
+            assert eventually(lambda bus=bus: is_ready(bus))
+        run = watcher.run = SharedBusRun(buses, job, conduct, watcher)
+        yield run
+
+
+def is_ready(bus) -> bool:
+    """Whether its robot has nothing to do and could be given something."""
+    try:
+        told = bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), 10.0)
+    except CallError:
+        return False
+    return not told.diagnostics.status[0].message.startswith(STARTING)
+
+
+def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, job, recordings):
+    record = recordings / "both.mcap"
+    nan = AuthorizeRequest(request_id="a", until_m=float("nan"))
+    assert "give an arc length" in system.bus.call(topics.AUTHORIZE, nan).message
+    early = AuthorizeRequest(request_id="b", until_m=1.0)
+    assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
+    with begun(system, job, Conduct(-1.0, record=record), Silent()) as run:
         run.run()
     assert run.recording["complete"], run.recording
     assert [report.success for robot in run.robots for report in robot.reports] == [True, True]
@@ -66,18 +127,79 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(tmp_path)
     assert paint.metrics.double_paint_m2 < 0.005
 
 
+class Killer(Silent):
+    """Kills a robot amid a line, with what publishes for it."""
+
+    def __init__(self, system, name):
+        self.system, self.name, self.slowed, self.killed = system, name, False, False
+        self.orders = threading.Thread(target=self.give_orders)
+
+    def check(self):
+        robot = next(each for each in self.run.robots if each.name == self.name)
+        if self.killed or robot.errand is None or robot.status.state != TraversalStatus.RUNNING:
+            return
+        if not self.slowed:
+            self.slowed = all(pace(each.bus, SLOWLY) for each in self.run.robots)
+        elif robot.status.spraying and robot.status.coverage_pct > 20.0:
+            os.killpg(self.system.supervisor.pid(topics.ROBOT_SIM, self.name), signal.SIGKILL)
+            self.killed = True
+
+    def event(self, severity, text):
+        if f"{self.name} is out of service" in text:
+            self.orders.start()
+
+    def give_orders(self): ...
+
+
+class Operator(Killer):
+    """Orders, once a robot is dead, that another one do its rest."""
+
+    def give_orders(self):
+        alive, dead = self.system.buses
+        ordered = ((alive, topics.TAKE_OVER), (dead, topics.REMOVE), (dead, topics.TAKE_OVER))
+        self.answers = [bus.call(order, CommandRequest(request_id=fresh_id()), 60.0) for bus, order in ordered]
+
+
+def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
+    operator = Operator(system, "r2")
+    with begun(system, job, Conduct(20.0), operator) as run:
+        run.run()
+        operator.orders.join()
+    assert "r1 is in service" in operator.answers[0].message
+    assert [answer.success for answer in operator.answers] == [False, True, True]
+    assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [
+        ("r1", "take-over", False),
+        ("r2", "remove", True),
+        ("r2", "take-over", True),
+    ]
+    told = bus_figures(job, run, judged(job, [work for robot in run.robots for work in robot.works]))
+    assert told["success"], told["reason"]
+    assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
+    assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
+    assert told["robots"]["r2"]["out_of_service"] == "its process is gone" and told["robots"]["r2"]["tasks"] == []
+
+
+def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
+    conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
+    with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
+        run.run()
+    lines = str(failed.value).partition("not painted to the end: ")[2].split(", ")
+    assert lines and set(lines) <= set(GRID)
+    assert {segment.id for segment in job.shares[1].segments} & set(lines)
+
+
 def pace(bus, factor):
     return bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=factor)).success
 
 
 class Site:
-    """Two robots that paint the six lines over a bus of their own, begun from the command line."""
+    """Two robots that paint the lines over a bus of their own, begun from the command line."""
 
     def __init__(self, folder, *arguments):
         self.config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
         template, self.report, self.log = folder / "grid.json", folder / "report.json", folder / "run.log"
         template.write_text(TEMPLATE.to_json())
-        options = ("--robots", "2", "--speed", "30", "--report", str(self.report), *arguments)
+        options = ("--robots", "2", "--speed", "20", "--report", str(self.report), *arguments)
         self.run = start_touchline("run", str(template), *options, config=self.config, log=self.log)
 
     def paints(self, robot, coverage_pct):
@@ -88,23 +210,21 @@ class Site:
             slowed = False
             while not (status.spraying and status.coverage_pct > coverage_pct):
                 if status.state == TraversalStatus.RUNNING and not slowed:
-                    slowed = all(pace(each, 4.0) for each in buses)
+                    slowed = all(pace(each, SLOWLY) for each in buses)
                 assert self.run.poll() is None, self.said
                 status = next((told for _, told in inbox.messages()), status)
                 time.sleep(0.01)
 
-    def pace(self, robot, factor):
-        """Have a robot's sim time pass at so many times real time."""
-        with Bus.open(topics.OBSERVER, self.config.of(robot)) as bus:
-            assert pace(bus, factor)
-
     def kill_amid_a_line(self, robot):
         """End the whole process group of a robot, what publishes for it included; where it was then."""
         self.paints(robot, 20.0)
-        with Bus.open(topics.OBSERVER, self.config.of(robot)) as bus:
+        with self.observer(robot) as bus:
             asked = bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), 30.0)
             os.killpg(read_health(topics.ROBOT_SIM, asked.diagnostics).pid, signal.SIGKILL)
         self.wait_for(f"{robot} is out of service")
+
+    def observer(self, robot):
+        return Bus.open(topics.OBSERVER, self.config.of(robot))
 
     @property
     def said(self):
@@ -114,7 +234,7 @@ class Site:
         wait_until(lambda: text in self.said)
 
     def order(self, what, robot):
-        return touchline("order", what, "--robot", robot, config=self.config)
+        return touchline_here("order", what, "--robot", robot, config=self.config)
 
     def end(self):
         """The exit code and the report."""
@@ -136,27 +256,6 @@ def site(tmp_path):
         each.run.wait()
 
 
-@pytest.mark.xdist_group("shared-run")
-def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(site):
-    team = site()
-    team.kill_amid_a_line("r2")
-    assert "r1 is in service" in team.order("take-over", "r1").stderr
-    assert team.order("remove", "r2").returncode == 0
-    done = team.order("take-over", "r2")
-    assert done.returncode == 0, done.stderr
-    code, told = team.end()
-    assert code == 0, team.said
-    assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
-    assert told["paint"]["double_paint_m2"] < 0.02 * TEMPLATE.line_width_m
-    assert [(each["robot"], each["order"], each["done"]) for each in told["orders"]] == [
-        ("r1", "take-over", False),
-        ("r2", "remove", True),
-        ("r2", "take-over", True),
-    ]
-    assert told["robots"]["r2"]["out_of_service"] == "its process is gone" and told["robots"]["r2"]["tasks"] == []
-
-
-@pytest.mark.xdist_group("shared-run")
 def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(site):
     team = site("--take-over-after", "1")
     team.kill_amid_a_line("r1")
@@ -164,54 +263,34 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
     assert code == 1 and "not accepted" in told["reason"], team.said
     assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
     assert 0.0 < told["traversal"]["left_out_m"] < 4.0
-    assert told["paint"]["double_paint_m2"] < 0.02 * TEMPLATE.line_width_m
+    assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
 
 
-@pytest.mark.xdist_group("shared-run")
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
-    team = site("--speed", "5")
+    team = site()
     team.paints("r2", 1.0)
-    for robot in ("r1", "r2"):  # both are at work until the orders are given, however long that takes
-        team.pace(robot, 1.0)
-    assert team.order("estop", "r2").returncode == 0
-    team.wait_for("r2 is out of service")
-    time.sleep(1.5)  # a reset right after a stop is refused
-    assert team.order("reset", "r2").returncode == 0
-    team.wait_for("r2 is in service again")
-    assert team.order("resume", "r2").returncode == 0
-    assert team.order("estop", "r2").returncode == 0
-    wait_until(lambda: team.said.count("r2 is out of service") == 2)
-    assert team.order("remove", "r2").returncode == 0
-    assert team.order("take-over", "r2").returncode == 0
-    team.wait_for("the rest is done: r1:")
-    team.pace("r1", 0.2)  # it is at work while the other is set going again, however long that takes
-    assert team.order("reset", "r2").returncode == 0
-    assert team.order("resume", "r2").returncode == 0
-    team.pace("r1", 30.0)
+    with team.observer("r1") as other, team.observer("r2") as robot:
+
+        def asked(order):
+            return robot.call(order, CommandRequest(request_id=fresh_id()), 60.0).success
+
+        assert pace(robot, 1.0) and pace(other, 0.2)  # at work until the orders are given, however long that takes
+        assert asked(topics.ESTOP)
+        team.wait_for("r2 is out of service")
+        wait_until(lambda: asked(topics.RESET))  # right after a stop it is refused
+        team.wait_for("r2 is in service again")
+        assert asked(topics.RESUME) and asked(topics.ESTOP)
+        wait_until(lambda: team.said.count("r2 is out of service") == 2)
+        assert "r1 is in service" in team.order("take-over", "r1").stderr
+        assert team.order("remove", "r2").returncode == 0
+        done = team.order("take-over", "r2")
+        assert done.returncode == 0, done.stderr
+        team.wait_for("the rest is done: r1:")
+        assert pace(other, 0.2)  # it is at work while the other is set going again, however long that takes
+        wait_until(lambda: asked(topics.RESET))
+        assert asked(topics.RESUME)
+        assert pace(other, 30.0)
     code, told = team.end()
     assert code == 0, team.said
     assert told["paint"]["coverage_pct"] > 99.8
-    assert told["paint"]["double_paint_m2"] < 0.02 * TEMPLATE.line_width_m
-
-
-@pytest.mark.xdist_group("shared-run")
-def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted():
-    job = share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
-    setups = {f"r{number + 1}": Setup().with_seed(number + 1) for number in range(2)}
-    with local_system(setups, options=ProcessOptions(apart=True)) as system:
-        system.wait_until_ready(lambda text: None)
-
-        class Killer(Silent):
-            pid = system.supervisor.pid(topics.ROBOT_SIM, "r2")
-
-            def progress(self, fraction, text):
-                if fraction > 0.2 and self.pid:
-                    os.killpg(self.pid, signal.SIGKILL)
-                    self.pid = None
-
-        run = SharedBusRun(system.buses, job, Conduct(20.0, ordered_within_s=2.0), Killer())
-        with pytest.raises(JobFailed, match="r2 is out of service: its process is gone; nobody has ordered") as failed:
-            run.run()
-    lines = str(failed.value).partition("not painted to the end: ")[2].split(", ")
-    assert lines and set(lines) <= set(GRID)
-    assert {segment.id for segment in job.shares[1].segments} & set(lines)
+    assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2

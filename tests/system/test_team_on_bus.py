@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.meeting import eventually
-from tests.system.commands import figures, start_touchline, touchline
+from tests.system.commands import figures, start_touchline, touchline, touchline_here
 from touchline.schemas import topics
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import (
@@ -34,30 +34,20 @@ from touchline.services.bus.ports import free_port
 from touchline.services.runs.team.recorded_team import read_team
 
 pytestmark = pytest.mark.xdist_group("team-on-bus")
-RUN = ("--robots", "3", "--duration", "6", "--seed", "5", "--json")
+RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 
 
-@pytest.fixture(scope="module")
-def simulated() -> dict[str, str]:
-    """The hashes of the run in one process."""
-    return dict(figures(touchline("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"])
-
-
-def test_over_the_bus_every_robot_has_the_bytes_of_the_simulation(tmp_path: Path, simulated: dict[str, str]) -> None:
+def test_over_the_bus_a_process_for_each_robot_has_the_bytes_of_the_simulation(tmp_path: Path) -> None:
+    """One process for all has them, too: below."""
     recording = tmp_path / "team.mcap"
-    done = figures(touchline("fleet", "run", *RUN, "--record", str(recording)))
+    simulated = figures(touchline_here("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"]
+    done = figures(touchline("fleet", "run", *RUN, "--processes", "--record", str(recording)))
     assert done["success"], done["reason"]
     assert done["hash"]["robots"] == simulated
     assert done["bus"]["lost"] == done["recording"]["lost"] == 0
     reader = RecordingReader(recording)
     names = set(robots_among(message.topic for message in reader.messages()))
-    assert names == {"tb1", "tb2", "tb3", topics.TEAM_NAMESPACE}
-
-
-def test_a_process_for_each_robot_changes_no_byte(simulated: dict[str, str]) -> None:
-    done = figures(touchline("fleet", "run", *RUN, "--processes"))
-    assert done["success"], done["reason"]
-    assert done["hash"]["robots"] == simulated
+    assert names == {"tb1", "tb2", topics.TEAM_NAMESPACE}
 
 
 def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_bus(tmp_path: Path) -> None:
@@ -67,7 +57,7 @@ def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_
     told = {"places": close, "area": AREA, "task": goals, "faults": {"b": slips}, "duration_s": 4.0}
     file.write_text(json.dumps(told))
     run = ("--team", str(file), "--json")
-    simulated = touchline("fleet", "simulate", *run, "--hash", "--record", str(recording))
+    simulated = touchline_here("fleet", "simulate", *run, "--hash", "--record", str(recording))
     driven = touchline("fleet", "run", *run)
     assert (simulated.returncode, driven.returncode) == (1, 1)
     one, other = json.loads(simulated.stdout), json.loads(driven.stdout)
@@ -82,7 +72,7 @@ def at(x_m: float) -> dict[str, float]:
     return {"x_m": x_m, "y_m": 1.0, "heading_rad": 0.0 if x_m < 1.2 else 3.14159}
 
 
-SPEED = "4"
+SPEED = "8"
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0), "late": (2.0, 3.5)}
 AREA = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
 CORNERS = {"kind": "goals", "goals": {"a": [(3.4, 0.6)], "b": [(3.4, 3.4)], "c": [(0.6, 0.6)]}}
@@ -95,7 +85,7 @@ def team(*names: str) -> TeamScenario:
 
 @contextmanager
 def robots(config: BusConfig, folder: Path, *names: str) -> Iterator[None]:
-    """A process of these robots, at 4 times real time."""
+    """A process of these robots, at 8 times real time."""
     told = team(*names)
     starts = {name: Pose2(x_m=x, y_m=y, heading_rad=0.0) for name, (x, y) in PLACES.items() if name in names}
     setups = {name: told.setup(name, start) for name, start in starts.items()}
