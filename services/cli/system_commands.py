@@ -11,7 +11,7 @@ from rich.table import Table
 
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.messages import GetDiagnosticsRequest, TraversalStatus
+from touchline.schemas.messages import GetDiagnosticsRequest, ReplayStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.services.bus import Bus, BusConfig, CallError
 from touchline.services.bus.config import named_robots
@@ -126,11 +126,11 @@ class RobotState:
 
 
 def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
-    """Show which robots and services are on the bus and how they are."""
+    """Show which robots, services and replays are on the bus and how they are."""
     config = BusConfig.from_environment()
     named = tuple(robot or named_robots())
     with Bus.open(topics.OBSERVER, config.of((named or config.namespaces)[0])) as bus:
-        names = named or bus.roster().look(topics.SERVING, _LOOK_S) or config.namespaces
+        names = named or bus.roster().look((*topics.SERVING, topics.REPLAY), _LOOK_S) or config.namespaces
         robots = [_robot(bus if name == bus.namespace else bus.of(name)) for name in names]
     if as_json:
         typer.echo(json.dumps({"endpoint": config.endpoint, "robots": [asdict(each) for each in robots]}, indent=2))
@@ -142,8 +142,13 @@ def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
 
 def _robot(bus: Bus) -> RobotState:
     missing = bus.wait_for(set(topics.SERVING), timeout_s=_LOOK_S)
-    states = [_state(bus, node, node in missing) for node in topics.SERVING]
-    traversal = _traversal(bus) if topics.ROBOT_SIM not in missing else None
+    replayed = topics.ROBOT_SIM in missing and not bus.wait_for({topics.REPLAY}, timeout_s=_LOOK_S)
+    if replayed:  # what told these things then need not be there now
+        states = [_state(bus, node, missing=False) for node in topics.SERVING if node not in missing]
+        states.append(ServiceState(topics.REPLAY, _replay(bus)))
+    else:
+        states = [_state(bus, node, node in missing) for node in topics.SERVING]
+    traversal = _traversal(bus) if replayed or topics.ROBOT_SIM not in missing else None
     return RobotState(bus.namespace, running_pid(bus.config), states, traversal)
 
 
@@ -156,6 +161,16 @@ def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
         return ServiceState(node, "does not answer")
     health = read_health(node, answer.diagnostics)
     return ServiceState(node, health.message, *astuple(health)[1:])
+
+
+def _replay(bus: Bus) -> str:
+    """How far the replay is."""
+    for sample in bus.inbox([topics.REPLAY_STATUS], keep="latest").wait(2.0):
+        message = sample.decode()
+        if isinstance(message, ReplayStatus):
+            does = "plays" if message.playing else "paused"
+            return f"{does} {message.file}, {message.now_s:.1f} of {message.end_s:.1f} s"
+    return "does not answer"
 
 
 def _traversal(bus: Bus) -> dict[str, Any] | None:

@@ -36,6 +36,9 @@ def test_a_replay_is_controlled_from_elsewhere(touchline, monkeypatch, bus_confi
         told = json.loads(touchline("playback", "status", "--json")[1])
         assert (told["file"], told["robots"], told["playing"], told["jumps"]) == ("square.mcap", ["tt2"], False, 2)
         assert (told["now_s"], told["speed"], told["loops"]) == (10.5, 5.0, 3)
+        code, out, _ = touchline("status")
+        assert code == 0 and "paused square.mcap, 10.5 of 20.3 s" in " ".join(out.split())
+        assert "not running" not in out and "traversal: running" in out
         for order in ("start", "estop"):
             code, _, err = touchline("order", order)
             assert (code, "refused: tt2 is a replay" in err) == (1, True)
