@@ -12,6 +12,7 @@ import pytest
 from tests.system import commands
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import String
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
@@ -20,15 +21,27 @@ from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.cli import sweep_command
 
-SQUARE = ("study-square", "--json", "--seed", "7")
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
+CALM, COMPUTER = {"seed": 3, "gnss": {"white_m": 0.001}}, {"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}
+LAID = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.4", "--forward-only")
 WALL_CLOCK = ("wall_time_s", "real_time_factor")
 
 
 @pytest.fixture(scope="module")
-def over_zenoh(tmp_path_factory):
+def square(tmp_path_factory):
+    """A job with a robot, a world, a computer and a place of its own."""
+    folder = tmp_path_factory.mktemp("files")
+    scenario, computer = folder / "calm.json", folder / "computer.json"
+    scenario.write_text(json.dumps(CALM))
+    computer.write_text(json.dumps(COMPUTER))
+    files = ("--scenario", str(scenario), "--onboard", str(computer), "--vehicle", str(SMALL_ROBOT))
+    return ("study-square", "--json", *files, *LAID)
+
+
+@pytest.fixture(scope="module")
+def over_zenoh(square, tmp_path_factory):
     recording = tmp_path_factory.mktemp("run") / "run.mcap"
-    return run_of(*SQUARE, "--record", str(recording)), recording
+    return run_of(*square, "--record", str(recording)), recording
 
 
 def run_of(*options):
@@ -49,10 +62,10 @@ def simulation_of(touchline):
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, simulation_of, tmp_path):
+def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, square, simulation_of, tmp_path):
     run, recorded = over_zenoh
     recording = tmp_path / "simulation.mcap"
-    simulation = simulation_of(*SQUARE, "--record", str(recording))
+    simulation = simulation_of(*square, "--record", str(recording))
     assert simulation["hash"] == run["hash"]
     assert len(run["hash"]["session"]) == len(run["hash"]["scenario"]) == 16
     comparison = compare(recorded, recording)
@@ -64,14 +77,21 @@ def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
     _, recorded = over_zenoh
     (told,) = RecordingReader(recorded).messages({"/tt2/setup"})
     setup = parse(Setup, decode(String, told.payload).data, recorded.name)
-    assert setup == Setup(vehicle=Vehicle(), scenario=Scenario(seed=7, name=setup.scenario.name))
+    origin = setup.scenario.origin
+    assert (origin.latitude_deg, origin.longitude_deg) == (57.01, 9.99)
+    assert setup == Setup(
+        vehicle=parse(Vehicle, SMALL_ROBOT.read_text(), SMALL_ROBOT.name),
+        scenario=Scenario(**CALM, name=setup.scenario.name, origin=origin),
+        onboard=OnboardConfig(**COMPUTER),
+    )
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulation_of):
+def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, square, simulation_of):
     run, _ = over_zenoh
-    simulation = simulation_of(*SQUARE)
+    simulation = simulation_of(*square)
     assert simulation["hash"] == {"scenario": run["hash"]["scenario"], "session": None}
+    assert simulation["plan"]["max"] == run["plan"]["max"]
     for part in ("paint", "segments", "estimator"):
         assert simulation[part] == run[part]
     for report in (run, simulation):
@@ -81,29 +101,21 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulat
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_a_simulation_that_is_not_recorded_is_the_same_session(over_zenoh, simulation_of):
+def test_a_simulation_that_is_not_recorded_is_the_same_session(over_zenoh, square, simulation_of):
     run, _ = over_zenoh
-    assert simulation_of(*SQUARE, "--hash")["hash"] == run["hash"]
+    assert simulation_of(*square, "--hash")["hash"] == run["hash"]
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_files_and_options_are_lived_by_both_and_by_all_processes_of_a_run(over_zenoh, simulation_of, tmp_path):
-    """In a run that is not recorded: the same session, too."""
-    usual, _ = over_zenoh
-    scenario, computer = tmp_path / "calm.json", tmp_path / "computer.json"
-    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
-    computer.write_text(json.dumps({"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
-    files = ("--scenario", str(scenario), "--onboard", str(computer), "--vehicle", str(SMALL_ROBOT))
-    laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.4", "--forward-only")
-    options = ("study-square", "--json", *files, *laid)
-    run, simulation = run_of(*options), simulation_of(*options, "--hash")
-    assert run["hash"] == simulation["hash"]
+def test_files_and_options_are_lived_by_all_processes_of_a_run(over_zenoh, square, simulation_of):
+    run, _ = over_zenoh
+    usual = simulation_of("study-square", "--json", "--seed", "7")
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
-    assert run["plan"]["max"] == simulation["plan"]["max"] != usual["plan"]["max"]
+    assert run["plan"]["max"] != usual["plan"]["max"]
     assert (run["vehicle"], run["seed"], run["follower"]) == ("small-robot", 3, "pure-pursuit")
     assert run["plan"]["time_s"]["paint"] == pytest.approx(4.0 / 0.4)
     assert run["plan"]["standstills"]["cusps"] == 0 < usual["plan"]["standstills"]["cusps"]
-    assert simulation_of(*options, "--hash", "--seed", "4")["hash"] != run["hash"]
+    assert simulation_of(*square, "--hash", "--seed", "4")["hash"] != run["hash"]
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it

@@ -147,13 +147,13 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
 
 @pytest.fixture(scope="module")
 def painting(site: Site) -> Iterator[tuple[Bus, Observer, Path]]:
-    """An operator whose robot paints a line at 5x and records, some paint already down; the robot is killed last."""
+    """An operator whose robot paints a line at 3x and records, some paint already down; the robot is killed last."""
     recording = site.folder / "line.mcap"
     with Bus.open(topics.OPERATOR, site.bus.config) as bus:
         assert bus.call(topics.RECORD, RecordRequest(request_id=new_id(), path=str(recording))).success
         observer = Observer(bus)
-        start_painting(bus, planned(bus, LONG_LINE), 5.0, LONG_LINE)
-        wait_until(lambda: observer.look().sprayer.valve_open and observer.status.coverage_pct > 0.5)
+        start_painting(bus, planned(bus, LONG_LINE), 3.0, LONG_LINE)
+        wait_until(lambda: observer.look().sprayer.valve_open and observer.status.coverage_pct > 0.3)
         yield bus, observer, recording
 
 
@@ -269,7 +269,7 @@ def test_the_bridge_may_die_and_its_recording_can_be_read(site: Site, painting):
     assert last_s(reader) > before_s
     assert reader.summary.problem
     driven = observer.look().status.arc_length_m
-    wait_until(lambda: observer.look().status.arc_length_m > driven + 5.0)
+    wait_until(lambda: observer.look().status.arc_length_m > driven + 3.0)
 
 
 @one_system
@@ -279,7 +279,7 @@ def test_the_planner_may_die(site: Site, painting):
     assert [event.code for event in told] == ["died", "restarted"]
     assert "SIGKILL" in told[0].text
     before = observer.look().status.arc_length_m
-    wait_until(lambda: observer.look().status.arc_length_m > before + 5.0)
+    wait_until(lambda: observer.look().status.arc_length_m > before + 3.0)
     assert observer.status.state == TraversalStatus.RUNNING
     assert planned(bus, LONG_LINE).path.segments
 

@@ -34,8 +34,8 @@ from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system
 
-CORNERS = ((0.0, 0.0), (30.0, 0.0), (30.0, 12.0), (0.0, 12.0))
-ROOM = ((-9.0, -9.0), (39.0, -9.0), (39.0, 21.0), (-9.0, 21.0))
+CORNERS = ((0.0, 0.0), (18.0, 0.0), (18.0, 9.0), (0.0, 9.0))
+ROOM = ((-9.0, -9.0), (27.0, -9.0), (27.0, 18.0), (-9.0, 18.0))
 PAN = Template(name="small-pan", areas=(Area(id="pan", outline=CORNERS),), boundary=Polygon(id="room", corners=ROOM))
 TEXT = PAN.model_dump_json()
 ZIGZAG = PlanOptions(area_method="zigzag")
