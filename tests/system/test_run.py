@@ -51,19 +51,16 @@ def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[BusConfig
         assert up.wait(60) == 0
 
 
-def painted(robots: tuple[BusConfig, Path], robot: str, template: str) -> tuple[dict[str, Any], Path]:
-    """The report of a job done as fast as it goes, and its recording."""
-    config, folder = robots
-    recording = folder / f"{robot}.mcap"
-    return figures(
-        touchline_here("run", template, "--robot", robot, "--record", str(recording), "--json", config=config)
-    ), recording
+def painted(robots: tuple[BusConfig, Path], robot: str, template: str, *options: str) -> dict[str, Any]:
+    """The report of a job done as fast as it goes."""
+    return figures(touchline_here("run", template, "--robot", robot, "--json", *options, config=robots[0]))
 
 
 @pytest.fixture(scope="module")
 def square(robots: tuple[BusConfig, Path]) -> tuple[dict[str, Any], Path]:
     """The square, painted with seed 7."""
-    return painted(robots, "tt2", "study-square")
+    recording = robots[1] / "square.mcap"
+    return painted(robots, "tt2", "study-square", "--record", str(recording)), recording
 
 
 @one_system
@@ -100,7 +97,10 @@ def test_everything_that_was_said_is_in_the_recording(square):
 
 @one_system
 def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
-    report, _ = painted(robots, "exact", str(robots[1] / "court.json"))
+    court = str(robots[1] / "court.json")
+    report = painted(robots, "exact", court)
+    simulated = touchline_here("simulate", court, "--noise", "none", "--follower", "mpc", "--json", "--hash")
+    assert report["hash"] == figures(simulated)["hash"], "not recorded, it is the same session, too"
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.8
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.003
@@ -110,7 +110,8 @@ def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
 @one_system
 def test_with_noise_a_court_is_painted_to_two_centimetres(robots):
     """By pure pursuit; the demo does so by MPC (test_cli.py)."""
-    report, _ = painted(robots, "noisy", str(robots[1] / "court.json"))
+    recording = str(robots[1] / "court.mcap")
+    report = painted(robots, "noisy", str(robots[1] / "court.json"), "--record", recording)
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.02
