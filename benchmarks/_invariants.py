@@ -178,10 +178,11 @@ class Guarded:
         """So many ticks after the robot was in the state `before`."""
         emulator = self.emulator
         status, command, frame = emulator.onboard.status, emulator.command, emulator.frame
-        nominal = frame is None or frame.tick != emulator.tick_count  # which no bumper is pressed in, nor anyone away
+        if frame is not None and frame.tick != emulator.tick_count:
+            frame = None  # in nominal ticks no bumper is pressed, and the operator is there
         if status.reason and (not self.reasons or self.reasons[-1] != status.reason):
             self.reasons.append(status.reason)
-        self._unheard = 0 if nominal or frame.operator_alive else self._unheard + 1
+        self._unheard = 0 if frame is None or frame.operator_alive else self._unheard + 1
         limit = emulator.vehicle.drive.max_wheel_speed_radps * 1.001
         self._hold(all(abs(w) <= limit for w in command.actuators), f"wheel commands {command.actuators}")
         if status.state != RUNNING:
@@ -189,7 +190,7 @@ class Guarded:
         if status.state == ESTOPPED:
             self._hold(command.actuators == (0.0, 0.0), "wheels commanded while stopped")
         self._hold(before != ESTOPPED or status.state == ESTOPPED or self._reset, "left the emergency stop by itself")
-        if not nominal and frame.bumper:
+        if frame is not None and frame.bumper:
             self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")
         if self._unheard > OPERATOR_TICKS:
             self._hold(status.state != RUNNING, "running without an operator")
