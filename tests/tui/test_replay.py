@@ -1,5 +1,9 @@
-"""A replay in the console: as the live session was, and after a seek as if it had run there."""
+"""A replay in the console: as the live session was, and after a seek as if it had run there.
 
+TOUCHLINE_SESSION names another recording of one robot that did its job to the end, such as that of a whole pitch.
+"""
+
+import os
 import random
 import threading
 import time
@@ -26,7 +30,8 @@ from touchline.tui.robots import Robots
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 
-SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "stop-and-resume.mcap"
+SHIPPED = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "stop-and-resume.mcap"
+SESSION = Path(os.environ.get("TOUCHLINE_SESSION", SHIPPED))
 RUN = ReplayRun(b"abcdef")
 
 
@@ -115,7 +120,9 @@ def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(re
     refused = replay.link.call(topics.START, m.CommandRequest(request_id="a"), 5.0)
     assert not refused.success and "is a replay" in refused.message
     assert replay.link.call(topics.REPLAY_RESUME, m.CommandRequest(request_id="b"), 5.0).success
-    replay.until(lambda state: not state.replay.playing and state.replay.status.now_s > 18.0 and state.robot.report)
+    source = ReplaySource(SESSION)
+    end_s = source.begin_s + source.length_s
+    replay.until(lambda state: not state.replay.playing and state.replay.status.now_s == end_s and state.robot.report)
     settled = time.monotonic() + 0.3
     replay.until(lambda _: time.monotonic() > settled)
     end, run = known(replay.state), live(1e9, replayed=False)
@@ -123,7 +130,7 @@ def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(re
     assert replay.state.robot.truth.coverage_pct == run.robot.truth.coverage_pct > 99.0
     assert end == known(run)
     draw = random.Random(3)
-    for time_s in (draw.uniform(0.1, 18.3) for _ in range(10)):
+    for time_s in (draw.uniform(0.1, end_s) for _ in range(10)):
         status = replay.seek(time_s)
         assert (status.now_s, status.playing) == (time_s, False)
         settled = time.monotonic() + 0.2
