@@ -69,14 +69,14 @@ class Operator:
 @pytest.mark.xdist_group("shared-run")
 def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long(tmp_path, monkeypatch):
     record, vehicle, operator = tmp_path / "both.mcap", load_vehicle("clay-roller"), Operator(monkeypatch)
-    job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, 2)
+    job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, [None] * 2)
     setups = {f"r{number + 1}": Setup(vehicle=vehicle).with_seed(number + 1) for number in range(2)}
     with local_system(setups, options=ProcessOptions(apart=True, recordings=tmp_path)) as system:
         system.wait_until_ready(lambda text: None)
         operator.buses = system.buses
         run = shared_bus_run.SharedBusRun(system.buses, job, Conduct(20.0, record=record), operator)
         run.run()
-    told = bus_figures(job, run, judged(job, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
     json.dumps(told)
     assert told["success"], told["reason"]
     assert [answer.message for answer in operator.answers[2:4]] == ["already paused"] * 2

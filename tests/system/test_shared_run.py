@@ -212,6 +212,6 @@ def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_pa
         run = SharedBusRun(system.buses, job, Conduct(20.0, ordered_within_s=2.0), Killer())
         with pytest.raises(JobFailed, match="r2 is out of service: its process is gone; nobody has ordered") as failed:
             run.run()
-    lines = str(failed.value).partition("not painted to the end: ")[2].split(", ")
+    lines = str(failed.value).partition("not finished: ")[2].split(", ")
     assert lines and set(lines) <= set(GRID)
     assert {segment.id for segment in job.shares[1].segments} & set(lines)

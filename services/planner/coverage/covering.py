@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import count, groupby
 
 import shapely
@@ -19,6 +20,7 @@ from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
 from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
+from touchline.services.planner.given_pose import pose_of
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
@@ -44,8 +46,9 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     areas = [area for area in task.template.areas if grounds is None or area.id in grounds]
     boundary = shapely.Polygon(task.template.boundary.corners) if task.template.boundary else None
     parts: list[CoveredArea] = []
+    start = pose_of("start", task.options.start)
     for number, area in enumerate(areas):
-        asked = CoverageTask.of(task, area)
+        asked = replace(CoverageTask.of(task, area), start=None if number else start)
         try:
             route = method.cover(asked, _share(progress, number, len(areas)))
         except PlanningError as error:
@@ -95,21 +98,21 @@ def _straight(part: Piece) -> bool:
 def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedCoverage:
     machine, paths = asked.machine, [piece.path for piece in route.pieces]
     rolled = swept(paths, machine.width_m)
-    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.area, route.reachable))
+    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.wanted, route.reachable))
     lanes = [piece for piece in route.pieces if piece.kind is DriveKind.LANE]
     free = as_area(free_ground(asked.boundary, asked.obstacles))
     return PlannedCoverage(
         method=method,
-        area_m2=asked.area.area,
+        area_m2=asked.wanted.area,
         covered_m2=covered_m2,
-        coverage_pct=100.0 * covered_m2 / asked.area.area,
+        coverage_pct=100.0 * covered_m2 / asked.wanted.area,
         reachable_m2=route.reachable.area,
         reachable_pct=100.0 * reached_m2 / route.reachable.area if route.reachable.area else 100.0,
-        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.area).area),
+        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.wanted).area),
         body_outside_m=body_outside_m(paths, machine, free),
         lanes=len(lanes),
         laps=sum(piece.kind is DriveKind.LAP for piece in route.pieces),
         swath_angle_deg=math.degrees(lanes[0].path.start.heading_rad) % 180.0 if lanes else 0.0,
         notes=route.remarks,
-        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.area.difference(rolled))),
+        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.wanted.difference(rolled))),
     )
