@@ -142,7 +142,7 @@ def test_what_is_left_is_covered_from_where_the_machine_stands(start: PathPose) 
 
 
 def test_a_machine_that_stands_in_a_wall_cannot_begin() -> None:
-    with pytest.raises(PlanningError, match="start pose .x 1.0 m, y 7.0 m. at which the body is out"):
+    with pytest.raises(PlanningError, match=r"start pose \(x 1\.0 m, y 7\.0 m\) at which the body is out"):
         cover(asked(shapely.box(0.0, 0.0, 24.0, 14.0), start=PathPose(1.0, 7.0, 0.0)))
 
 

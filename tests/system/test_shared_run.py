@@ -61,7 +61,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(tmp_path)
         recorded = read_painted(record, robot.name)
         assert [len(each.x_m) for each in recorded.strokes] == [len(each.x_m) for each in robot.strokes]
         assert recorded.template == share and recorded.report == robot.reports[0]
-    paint = judged(job, [work for robot in run.robots for work in robot.works])
+    paint = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
 
