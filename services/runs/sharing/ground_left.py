@@ -55,7 +55,7 @@ class GroundLeft(LeftWork):
     @property
     def figures(self) -> dict[str, Any]:
         """Their size."""
-        return {"left_out_m2": size_m2(self.grounds)}
+        return {"left_out_m2": float(size_m2(self.grounds))}
 
     @property
     def names(self) -> list[str]:
