@@ -14,7 +14,7 @@ from touchline.services.core.missed_patches import patches
 from touchline.services.core.tool_reach import free_ground
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
-from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over
+from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over, standing
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
@@ -42,21 +42,28 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     """
     _refuse_lines(task)
     name = area_method_name(task.options, task.vehicle.tool)
-    grounds = task.company.grounds
+    grounds, start = task.company.grounds, pose_of("start", task.options.start)
     areas = [area for area in task.template.areas if grounds is None or area.id in grounds]
+    if start is not None:
+        at = shapely.Point(start[:2])
+        areas.sort(key=lambda area: float(at.distance(area.polygon)))
     boundary = shapely.Polygon(task.template.boundary.corners) if task.template.boundary else None
     parts: list[CoveredArea] = []
-    start = pose_of("start", task.options.start)
-    for number, area in enumerate(areas):
-        asked = replace(CoverageTask.of(task, area), start=None if number else start)
+    for area in areas:
+        asked = CoverageTask.of(task, area)
+        if start is not None and not parts and asked.boundary.contains(shapely.Point(start[:2])):
+            asked = replace(asked, start=start)
         try:
-            route = method.cover(asked, _share(progress, number, len(areas)))
+            route = method.cover(asked, _share(progress, len(parts), len(areas)))
         except PlanningError as error:
             raise PlanningError("", f'{error.problem} (area "{area.id}")', error.remedy) from error
         parts.append(CoveredArea(area.id, asked, route))
     for k in range(len(parts) - 1):
         parts[k : k + 2] = carried_over(parts[k], parts[k + 1], boundary)
     sections: list[Section] = []
+    if start is not None and parts and parts[0].task.start is None:
+        outside, parts[0] = carried_over(standing(start, parts[0].task), parts[0], boundary)
+        sections += [section for piece in outside.way for section in _sections(piece, areas[0], count(1))]
     for area, part in zip(areas, parts, strict=True):
         numbers = count(1)
         pieces = (*part.route.pieces, *part.way)

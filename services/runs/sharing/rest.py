@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations, islice
+from typing import Final
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from touchline.services.runs.sharing.left_work import Floats, LeftWork, Progress
 from touchline.services.runs.sharing.lines_left import LinesLeft
 from touchline.services.runs.sharing.remains import Standing
 from touchline.services.runs.sharing.shared_job import SharedJob, clocked
+
+CREWS: Final = 4
+"""If it cannot be planned for some number of robots, so many choices of as many are tried."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ def painted_before(job: SharedJob, beliefs: Sequence[PaintBelief], former: Float
 
 
 def rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floats, progress: Progress) -> Rest:
-    """The rest planned for those that serve, or as many of them as it can be shared among.
+    """The rest planned for those that serve, or for as many of them as it can be.
 
     Args:
         job: That is given up now.
@@ -100,12 +105,12 @@ def rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floa
     serving = [mate.place for mate in mates if mate.serves]
     error = PlanningError("", "has nobody left to do it", "let a robot be in service")
     for count in range(len(serving), 0, -1):
-        crew = serving[:count]
-        standing = [mate.place for mate in mates if mate.place not in crew]
-        try:
-            planned, left_out = left.planned(job, crew, standing, painted, progress)
-        except PlanningError as problem:
-            error = problem
-        else:
-            return Rest(planned, tuple(each.name for each in crew), left_out)
+        for crew in islice(combinations(serving, count), CREWS):
+            standing = [mate.place for mate in mates if mate.place not in crew]
+            try:
+                planned, left_out = left.planned(job, crew, standing, painted, progress)
+            except PlanningError as problem:
+                error = problem
+            else:
+                return Rest(planned, tuple(each.name for each in crew), left_out)
     raise error
