@@ -41,16 +41,14 @@ def test_areas_are_covered_in_turn_on_one_way_without_a_gap(parts: dict[str, Any
 
 
 def test_a_machine_that_stands_in_another_area_sets_out_from_there() -> None:
-    two, start = template(), [8.0, 7.0, 0.0]
+    two, roller = template(), load_vehicle("clay-roller")
     east = Company(grounds={"east": two.areas[1].polygon})
-    planned = plan(
-        two, load_vehicle("clay-roller"), FORWARD.model_copy(update={"start": np.array(start)}), company=east
-    )
-    assert planned.sections[0].path.start == pytest.approx(start)
+    planned = plan(two, roller, FORWARD.model_copy(update={"start": np.array((8.0, 7.0, 0.0))}), company=east)
+    assert planned.sections[0].path.start == pytest.approx((8.0, 7.0, 0.0))
     for before, after in zip(planned.sections, planned.sections[1:], strict=False):
         assert abs(before.path.end.point - after.path.start.point) < 1e-6
     assert [figures.reachable_pct >= 80.0 for figures in planned.report.coverage] == [True]
-    both = plan(two, load_vehicle("clay-roller"), FORWARD.model_copy(update={"start": np.array([30.0, 7.0, 0.0])}))
+    both = plan(two, roller, FORWARD.model_copy(update={"start": np.array((30.0, 7.0, 0.0))}))
     swaths = [section.swath_id.partition("#")[0] for section in both.sections if section.swath_id]
     assert swaths == sorted(swaths), "east comes first, as the machine stands there"
 
