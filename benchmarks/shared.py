@@ -1,6 +1,6 @@
 """Two robots on one template, over many seeds: one is paused, or fails and the other one takes over.
 
-    python -m benchmarks.shared [pan | soccer-11] [--runs 20] [--seed 1] [--workers 2]
+    python -m benchmarks.shared [pan | soccer-11] [--runs 20] [--seed 1] [--workers 2] [--coverage PERCENT]
 
 `pan` is 30 m by 20 m and covered by two clay rollers, `soccer-11` painted by two line markers. In every run with a
 seed one of both, at a random time, (a) is paused for 30 s, (b) fails, and 20 s later the other one takes over what it
@@ -36,18 +36,19 @@ ORDERED_AFTER_S: Final = 20.0
 Row = dict[str, Any]
 
 
-def pan_job() -> SharedJob:
-    """Two clay rollers on a pan."""
+def pan_job(coverage_pct: float) -> SharedJob:
+    """Two clay rollers on a pan, of which so much is aimed at; 0: as much as by default."""
     template = template_of("pan", shapely.box(0.0, 0.0, 30.0, 20.0))
-    return share_areas(template, PlanOptions(), load_vehicle("clay-roller"), [None] * ROBOTS)
+    options = PlanOptions(coverage_pct=coverage_pct)
+    return share_areas(template, options, load_vehicle("clay-roller"), [None] * ROBOTS)
 
 
-def pitch_job() -> SharedJob:
+def pitch_job(_coverage_pct: float) -> SharedJob:
     """Two line markers on a soccer pitch."""
     return share_job(load_template("soccer-11", {}), PlanOptions(), Setup().vehicle, [None] * ROBOTS)
 
 
-JOBS: Final[dict[str, Callable[[], SharedJob]]] = {"pan": pan_job, "soccer-11": pitch_job}
+JOBS: Final[dict[str, Callable[[float], SharedJob]]] = {"pan": pan_job, "soccer-11": pitch_job}
 
 
 def paused(job: SharedJob, seed: int) -> Row:
@@ -112,8 +113,9 @@ def main(arguments: Sequence[str] = ()) -> None:
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--coverage", type=float, default=0.0, help="of the pan, as of touchline plan")
     asked = parser.parse_args(arguments)
-    job, seeds = JOBS[asked.job](), range(asked.seed, asked.seed + asked.runs)
+    job, seeds = JOBS[asked.job](asked.coverage), range(asked.seed, asked.seed + asked.runs)
     print(f"{asked.job}, {ROBOTS} robots: planned {job.table.end_s:.0f} s, in {job.planning_time_s:.0f} s")
     ways = {f"paused for {PAUSE_S:g} s": paused, f"failed, taken over after {ORDERED_AFTER_S:g} s": failed}
     found = list[Row]()
