@@ -107,7 +107,7 @@ class _Covering:
         self.laps: list[list[CoverStroke]] = []
         self.items: list[CoverLane] = []
         self.left_out: list[CoverStroke] = []
-        self.offers = [*ways_off(task.start, space)] if task.start is not None else []
+        self.offers = [*ways_off(task.start, space, reversing=self.reversing)] if task.start is not None else []
         found: list[CoverLane] = []
         self.laps_fit = 0
         pitch, rest = machine.width_m - task.overlap_m, as_area(space.free.intersection(task.area))

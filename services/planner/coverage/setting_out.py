@@ -16,9 +16,9 @@ STEP_M: Final = 0.25
 """How far it may go straight on is known to so much."""
 
 
-def ways_off(start: PathPose, space: FreeSpace) -> Iterator[CoverStroke]:
-    """Straight ahead from where it stands and straight back, as far as there is room; either may be left at once."""
-    for direction in (1, -1) if space.machine.can_reverse else (1,):
+def ways_off(start: PathPose, space: FreeSpace, *, reversing: bool) -> Iterator[CoverStroke]:
+    """Straight ahead from where it stands, and straight back if it may: as far as there is room, or left at once."""
+    for direction in (1, -1) if reversing else (1,):
         longest = CoverStroke(DriveKind.SETTING_OUT, "setting out", start, ZONE_M, direction)
         for length_m in np.arange(ZONE_M, 0.0, -STEP_M).tolist():
             if not space.touched(longest.part(0.0, length_m)):
