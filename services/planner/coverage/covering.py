@@ -51,7 +51,7 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     parts: list[CoveredArea] = []
     for area in areas:
         asked = CoverageTask.of(task, area)
-        if start is not None and not parts and asked.boundary.contains(shapely.Point(start[:2])):
+        if start is not None and not parts and asked.boundary.intersects(shapely.Point(start[:2])):
             asked = replace(asked, start=start)
         try:
             route = method.cover(asked, _share(progress, len(parts), len(areas)))
