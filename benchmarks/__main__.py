@@ -7,7 +7,18 @@ import sys
 from pathlib import Path
 
 LONG = frozenset(
-    ("coverage", "goals", "random_fields", "stops", "visits", "kills", "recording_kills", "recording_rate", "soak")
+    (
+        "coverage",
+        "goals",
+        "random_fields",
+        "shared",
+        "stops",
+        "visits",
+        "kills",
+        "recording_kills",
+        "recording_rate",
+        "soak",
+    )
 )
 """Minutes to hours: run only when named."""
 

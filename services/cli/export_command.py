@@ -41,7 +41,10 @@ def export(
     robot: Annotated[
         str | None,
         typer.Option(
-            "--robot", metavar="NAME", help="Of a recording of several robots, the one on the map.", show_default=False
+            "--robot",
+            metavar="NAME",
+            help="Of a recording of several robots, the one on the map; else all.",
+            show_default=False,
         ),
     ] = None,
 ) -> None:

@@ -22,16 +22,20 @@ def picture(
     robot: Annotated[
         str | None,
         typer.Option(
-            "--robot", metavar="NAME", help="Of a recording of several robots, the one to draw.", show_default=False
+            "--robot",
+            metavar="NAME",
+            help="Of a recording of several robots, the one to draw; else all together.",
+            show_default=False,
         ),
     ] = None,
 ) -> None:
-    """Draw what was done in a recording (in its last traversal).
+    """Draw what was done in a recording: in its last traversal, or in all of several robots.
 
-    Paint is coloured by its distance from the template; of areas that were covered, gaps and overlaps are shown; of a
-    team the ways of its robots.
+    Paint is coloured by its distance from the template, or by the robot if there are several; of areas that were
+    covered, gaps and overlaps are shown; of a team the ways of its robots.
     """
-    from touchline.services.runs.recorded_paint import read_painted
+    from touchline.services.runs.recorded_paint import read_all_painted
+    from touchline.services.runs.sharing.team_picture import draw_recorded
     from touchline.services.runs.team.recorded_team import draw_team, is_team, read_team
     from touchline.services.runs.work_picture import draw_unfinished, draw_work
 
@@ -40,7 +44,11 @@ def picture(
     if is_team(file):
         draw_team(read_team(file), out, robot)
         return
-    session = read_painted(file, robot)
+    recorded = read_all_painted(file, robot)
+    if len(recorded) > 1:
+        draw_recorded(recorded, out)
+        return
+    ((*_, session),) = recorded.values()
     if session.report is not None:
         draw_work(session.template, session.strokes, out, session.report, session.area)
     else:

@@ -71,9 +71,6 @@ def run(
         setup = robot.chosen().at(template.origin)
         check_follower(setup.onboard)
         check_team(setup.vehicle)
-        if take_over_after is not None and setup.vehicle.tool.covers:
-            problem = "is given for areas, which nobody takes over"
-            raise SpecError("command line", "--take-over-after", problem, "leave it out")
         pace = TeamPace(speed_factor(speed), take_over_after, output.plot, output.record)
         figures = run_team(template, setup, planning.options(), robots, pace)
         output.conclude("Run", drawing.template, setup, figures)

@@ -141,7 +141,7 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
                 print_event(Event.ERROR, str(error))
                 return {"success": False, "reason": str(error), "orders": run.orders, "recording": run.recording}
         advance(1.0, "Judging")
-        work = judged(job, [work for robot in run.robots for work in robot.works])
+        work = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
         figures = bus_figures(job, run, work)
         if pace.plot is not None:
             advance(1.0, "Drawing")
@@ -160,9 +160,10 @@ def _shared(
     from touchline.services.runs.sharing.shared_areas import share_areas
     from touchline.services.runs.sharing.shared_job import share_job
 
+    starts = [None] * robots
     if vehicle.tool.covers:
-        return share_areas(template, options, vehicle, robots, advance)
-    return share_job(template, options, vehicle, [None] * robots, advance)
+        return share_areas(template, options, vehicle, starts, advance)
+    return share_job(template, options, vehicle, starts, advance)
 
 
 def _team_bus(robots: Sequence[str]) -> BusConfig:

@@ -13,8 +13,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
+from touchline.services.planner.given_pose import POSE_MAX, pose_of
 from touchline.services.planner.leaving import RunningLeg
-from touchline.services.planner.marking import POSE_MAX, pose_of
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.g2_path import G2Path

@@ -10,7 +10,8 @@ from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_of
 from touchline.services.planner.coverage.area_swaths import painted_segments
-from touchline.services.planner.geometry.clothoid import Floats, PathPose
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.given_pose import pose_of
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
 from touchline.services.planner.plan_task import PlanTask
@@ -23,9 +24,6 @@ from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
-
-# A pose further out than this (m) is a mistake.
-POSE_MAX = 20_000.0
 
 
 def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
@@ -77,20 +75,6 @@ def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Tr
     able = {REVERSING: vehicle.drive.can_reverse, SPINNING: vehicle.drive.can_spin}
     standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
     return replace(method_of(options).transitions(limits), standing=standing)
-
-
-def pose_of(name: str, given: Floats) -> PathPose | None:
-    """The pose of a plan's option, or None if it is left empty.
-
-    Raises:
-        PlanningError: It is no pose on a field.
-    """
-    if not len(given):
-        return None
-    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
-    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
-        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
-    return pose
 
 
 def _end(options: PlanOptions) -> PathPose | None:

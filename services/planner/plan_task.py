@@ -28,12 +28,14 @@ class Company:
         crossing_s: How long it may take at least to avoid one crossing of a wet line, theirs or one's own, seconds.
         grounds: By its id, what of each area this robot covers (m, map frame); of an area that is not named, nothing.
             None: all of every area.
+        left: Likewise, what of that is left to be covered; None: all of it.
         begins_rad: Direction of the side with which its laps begin (rad); None: whichever suits best.
     """
 
     painted: Floats = field(default_factory=lambda: np.zeros((0, 7)))
     crossing_s: float = 0.0
     grounds: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
+    left: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
     begins_rad: float | None = None
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from touchline.services.bridge.channels import namespace_at, topic_at
 from touchline.services.bridge.decoding import as_message
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.core.geodesy import local_frame, to_geodetic
-from touchline.services.runs.recorded_paint import read_painted
+from touchline.services.runs.recorded_paint import RecordedPaint, read_all_painted
 
 #: Chords of arcs leave them by no more.
 _SAGITTA_M = 0.001
@@ -34,62 +34,73 @@ Json = dict[str, Any]
 
 
 def earth_map(path: Path, robot: str | None = None) -> Json:
-    """A FeatureCollection of the last traversal in a recording; each feature says what it ``is``.
+    """A FeatureCollection of the last traversal in a recording, or of all of several robots.
+
+    Each feature says what it ``is``, and of several robots whose (``robot``).
 
     Args:
         path: The recording.
-        robot: Namespace of the robot; may be left out if only one has a template.
+        robot: Namespace of the robot; may be left out if all are meant.
 
     Raises:
         RecordingError: The recording cannot be read.
         SpecError: It has no template, or does not say where on the earth it is.
         PayloadError: A message in it is none of its topic.
     """
-    painted = read_painted(path, robot)
-    driven = _read_driven(path, robot)
-    origin = driven.origin or painted.template.origin
-    if origin is None:
-        remedy = "give one with a setup, or of a template with an origin"
-        raise SpecError(str(path), "setup", "is not recorded, so nobody knows where on the earth it was", remedy)
-    earth = _Earth(origin)
-    template = to_map(painted.template, origin)
-    features = [earth.line(s.curve(), is_="template", id=s.id, label=s.label) for s in template.segments]
-    features += [earth.area((area.outline, *area.holes), is_="area", id=area.id) for area in template.areas]
-    if template.boundary is not None:
-        features.append(earth.area((template.boundary.corners,), is_="boundary", id=template.boundary.id))
-    features += [earth.area((each.corners,), is_="obstacle", id=each.id) for each in template.obstacles]
-    features += earth.plan(driven.plan)
-    features += [
-        earth.points(stroke.x_m, stroke.y_m, is_="paint", id=stroke.segment_id, width_m=stroke.width_m)
-        for stroke in painted.strokes
-        if len(stroke.x_m) > 1
-    ]
+    recorded, driven = read_all_painted(path, robot), _read_driven(path)
+    features = list[Json]()
+    for name, painted in recorded.items():
+        own, several = driven.get(name, _Driven()), len(recorded) > 1
+        found = _features(painted if several else painted[-1:], own.plans if several else own.plans[-1:], own, path)
+        for feature in found:
+            feature["properties"] |= {"robot": name} if several else {}
+        features += found
     return {"type": "FeatureCollection", "features": features}
 
 
 @dataclass
 class _Driven:
-    """A robot's last plan, and where on the earth its map frame begins."""
+    """A robot's plans, and where on the earth its map frame begins."""
 
-    plan: Trajectory | None = None
+    plans: list[Trajectory] = field(default_factory=list)
     origin: Origin | None = None
 
 
-def _read_driven(path: Path, robot: str | None) -> _Driven:
-    """Of the robot, or of the one that has a template; `read_painted` has refused a recording of several."""
+def _features(painted: Sequence[RecordedPaint], plans: Sequence[Trajectory], driven: _Driven, path: Path) -> list[Json]:
+    """Of traversals of one robot, of which the first has its template: in later ones it may have done others' work."""
+    first = painted[0].template
+    origin = driven.origin or first.origin
+    if origin is None:
+        remedy = "give one with a setup, or of a template with an origin"
+        raise SpecError(str(path), "setup", "is not recorded, so nobody knows where on the earth it was", remedy)
+    earth, template = _Earth(origin), to_map(first, origin)
+    features = [earth.line(s.curve(), is_="template", id=s.id, label=s.label) for s in template.segments]
+    features += [earth.area((area.outline, *area.holes), is_="area", id=area.id) for area in template.areas]
+    if template.boundary is not None:
+        features.append(earth.area((template.boundary.corners,), is_="boundary", id=template.boundary.id))
+    features += [earth.area((each.corners,), is_="obstacle", id=each.id) for each in template.obstacles]
+    features += [feature for plan in plans for feature in earth.plan(plan)]
+    features += [
+        earth.points(stroke.x_m, stroke.y_m, is_="paint", id=stroke.segment_id, width_m=stroke.width_m)
+        for each in painted
+        for stroke in each.strokes
+        if len(stroke.x_m) > 1
+    ]
+    return features
+
+
+def _read_driven(path: Path) -> dict[str, _Driven]:
+    """Of each robot, by its namespace."""
     found: dict[str, _Driven] = {}
-    chosen = robot
     for message in RecordingReader(path).messages():
         topic, namespace = topic_at(message.topic), namespace_at(message.topic)
-        if topic is topics.TEMPLATE and robot is None:
-            chosen = namespace
-        elif topic is topics.PLAN:
-            found.setdefault(namespace, _Driven()).plan = as_message(Trajectory, message)
+        if topic is topics.PLAN:
+            found.setdefault(namespace, _Driven()).plans.append(as_message(Trajectory, message))
         elif topic is topics.SETUP:
             text = decode(String, message.payload).data
             setup = parse(Setup, text, f"the setup in {path.name}", recorded=True)
             found.setdefault(namespace, _Driven()).origin = setup.scenario.origin
-    return found.get(chosen or "", _Driven())
+    return found
 
 
 class _Earth:
@@ -122,9 +133,9 @@ class _Earth:
             found.append([*positions, positions[0]])
         return _feature("Polygon", found, properties)
 
-    def plan(self, plan: Trajectory | None) -> Iterator[Json]:
+    def plan(self, plan: Trajectory) -> Iterator[Json]:
         """LineStrings of the plan's segments in their order; turns on the spot have no length."""
-        for number, segment in enumerate(plan.path.segments if plan is not None else ()):
+        for number, segment in enumerate(plan.path.segments):
             if spin_rad(segment.curve) is None:
                 direction = "backward" if segment.direction.value < 0 else "forward"
                 curve = Curve.from_message(segment.curve)

@@ -1,4 +1,4 @@
-"""Reads strokes, smears and report of the last traversal from a recording."""
+"""Reads strokes, smears and reports of traversals from a recording."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -48,29 +48,48 @@ def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
             be said which robot is meant.
         PayloadError: A message in it is none of its topic.
     """
+    painted = read_all_painted(path, robot)
+    if len(painted) > 1:
+        problem = f"holds {len(painted)} robots ({', '.join(painted)})"
+        raise SpecError(str(path), "", problem, "name one with --robot")
+    (own,) = painted.values()
+    return own[-1]
+
+
+def read_all_painted(path: Path, robot: str | None = None) -> dict[str, list[RecordedPaint]]:
+    """All traversals in the recording at ``path``, by the namespaces of their robots, or those of one robot.
+
+    Raises as `read_painted`, but for several robots.
+    """
     from touchline.services.bridge.channels import namespace_at, topic_at
     from touchline.services.bridge.reader import RecordingReader
 
-    found: dict[str, _Traversal] = {}
+    found: dict[str, list[_Traversal]] = {}
     reader, points = RecordingReader(path), 0
     for message in reader.messages():
         topic, namespace = topic_at(message.topic), namespace_at(message.topic)
         if topic not in _OF_PAINT or robot not in (None, namespace):
             continue
-        traversal = found.setdefault(namespace, _Traversal())
-        points += traversal.take(topic, message, path)
+        own = found.setdefault(namespace, [])
+        if topic is topics.TEMPLATE or not own:
+            own.append(_Traversal())
+        points += own[-1].take(topic, message, path)
         if points > MOST_POINTS:
             raise SpecError(str(path), topics.PAINT.name, f"has more than {MOST_POINTS:,} points", "draw a shorter one")
-    painted = {name: traversal for name, traversal in found.items() if traversal.template_json}
+    painted = {
+        name: [_recorded(each, path) for each in own if each.template_json]
+        for name, own in found.items()
+        if own[-1].template_json
+    }
     if not painted:
         ending = f", and is {reader.summary.problem}" if reader.summary.problem else ""
         whose = f" of robot {robot}" if robot is not None else ""
         problem = f"holds no template{whose}{ending}"
         raise SpecError(str(path), "", problem, "give the recording of a template's traversal")
-    if len(painted) > 1:
-        problem = f"holds {len(painted)} robots ({', '.join(painted)})"
-        raise SpecError(str(path), "", problem, "name one with --robot")
-    (traversal,) = painted.values()
+    return painted
+
+
+def _recorded(traversal: "_Traversal", path: Path) -> RecordedPaint:
     template = parse_template(traversal.template_json, f"the template in {path.name}", recorded=True)
     return RecordedPaint(template, joined(traversal.batches), traversal.report, traversal.area, traversal.covers)
 
@@ -80,7 +99,7 @@ _OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.AREA, topics.AREA_REPO
 
 @dataclass
 class _Traversal:
-    """The last one of a robot."""
+    """One of a robot."""
 
     template_json: str = ""
     batches: list[PaintMarks] = field(default_factory=list)
@@ -93,8 +112,7 @@ class _Traversal:
         from touchline.services.bridge.decoding import as_message
 
         if topic is topics.TEMPLATE:
-            self.template_json, self.batches = decode(String, message.payload).data, []
-            self.report, self.area, self.covers = None, None, False
+            self.template_json = decode(String, message.payload).data
         elif topic is topics.REPORT:
             self.report = as_message(TraversalReport, message)
         elif topic is topics.AREA_REPORT:

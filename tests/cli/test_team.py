@@ -9,10 +9,6 @@ import pytest
     ("arguments", "problem"),
     [
         (("simulate", "study-square", "--robots", "5"), "4 swaths, too few for 5 robots; give at most 4"),
-        (
-            ("run", "salt-pan", "--vehicle", "clay-roller", "--robots", "2", "--take-over-after", "5"),
-            "areas, which nobody takes over",
-        ),
         (("simulate", "soccer-11-grass", "--robots", "2"), "share lines alone"),
         (("run", "study-square", "--robots", "2", "--robot", "r1"), "--robot is given with --robots"),
         (("run", "study-square", "--robots", "2", "--follower", "external"), "is 'external'"),

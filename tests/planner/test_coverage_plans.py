@@ -13,6 +13,7 @@ from touchline.services.planner.coverage.coverage_route import CoverageRoute
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import body_outside_m
 from touchline.services.planner.coverage.lap_and_lanes import cover
+from touchline.services.planner.geometry.clothoid import PathPose
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
 
@@ -121,3 +122,32 @@ def test_an_area_narrower_than_the_tool_is_covered() -> None:
     strip = shapely.box(0.0, 0.0, 20.0, 1.0)
     route = cover(CoverageTask(strip, shapely.box(-9.0, -9.0, 29.0, 9.0), (), ROLLER))
     assert covered_pct(route, strip) >= 99.9
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        PathPose(12.0, 1.135, 0.0),  # beside a wall, where it cannot turn away at once
+        PathPose(2.6, 7.0, 0.0),  # its tail at a wall
+        PathPose(15.0, 7.0, 2.5),
+    ],
+)
+def test_what_is_left_is_covered_from_where_the_machine_stands(start: PathPose) -> None:
+    field, left = shapely.box(0.0, 0.0, 24.0, 14.0), shapely.box(0.0, 8.0, 24.0, 14.0)
+    route = cover(asked(field, start=start, left=left, coverage_pct=90.0))
+    check(route, field)
+    assert route.pieces[0].path.start == start
+    assert covered_pct(route, left) >= 90.0
+    assert route.length_m < 210.0, "all of the field takes 258 m"
+
+
+def test_a_machine_that_stands_in_a_wall_cannot_begin() -> None:
+    with pytest.raises(PlanningError, match=r"start pose \(x 1\.0 m, y 7\.0 m\) at which the body is out"):
+        cover(asked(shapely.box(0.0, 0.0, 24.0, 14.0), start=PathPose(1.0, 7.0, 0.0)))
+
+
+def test_small_ground_with_no_room_for_a_straight_is_touched_up_from_where_the_machine_stands() -> None:
+    field, patch = shapely.box(0.0, 0.0, 24.0, 14.0), shapely.box(10.0, 6.0, 10.5, 6.5)
+    route = cover(asked(field, start=PathPose(5.0, 3.0, 0.0), left=patch))
+    assert covered_pct(route, patch) >= 99.0
+    assert route.length_m < 60.0

@@ -11,6 +11,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.services.planner.plan import plan
+from touchline.services.planner.plan_task import Company
 
 EASY = PlanOptions(coverage_pct=80.0)
 FORWARD = PlanOptions(coverage_pct=80.0, forward_only=True)
@@ -37,6 +38,19 @@ def test_areas_are_covered_in_turn_on_one_way_without_a_gap(parts: dict[str, Any
         assert abs(math.remainder(turned, math.tau)) < 1e-6
     swaths = [section.swath_id.partition("#")[0] for section in planned.sections if section.swath_id]
     assert swaths == sorted(swaths, reverse=True), "west comes first and is done before east begins"
+
+
+def test_a_machine_that_stands_in_another_area_sets_out_from_there() -> None:
+    two, roller = template(), load_vehicle("clay-roller")
+    east = Company(grounds={"east": two.areas[1].polygon})
+    planned = plan(two, roller, FORWARD.model_copy(update={"start": np.array((8.0, 7.0, 0.0))}), company=east)
+    assert planned.sections[0].path.start == pytest.approx((8.0, 7.0, 0.0))
+    for before, after in zip(planned.sections, planned.sections[1:], strict=False):
+        assert abs(before.path.end.point - after.path.start.point) < 1e-6
+    assert [figures.reachable_pct >= 80.0 for figures in planned.report.coverage] == [True]
+    both = plan(two, roller, FORWARD.model_copy(update={"start": np.array((30.0, 7.0, 0.0))}))
+    swaths = [section.swath_id.partition("#")[0] for section in both.sections if section.swath_id]
+    assert swaths == sorted(swaths), "east comes first, as the machine stands there"
 
 
 def test_areas_with_a_wall_between_are_refused_with_the_remedy() -> None:

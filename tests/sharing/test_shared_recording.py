@@ -7,11 +7,13 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.checking.check_session import check_recording
+from touchline.services.runs.earth_map import earth_map
 from touchline.services.runs.payload_recorder import PayloadRecorder
-from touchline.services.runs.recorded_paint import read_painted
+from touchline.services.runs.recorded_paint import read_all_painted, read_painted
 from touchline.services.runs.sharing.shared_job import share_job
 from touchline.services.runs.sharing.shared_simulation import simulate_shared
 from touchline.services.runs.sharing.team_order import TeamOrder
+from touchline.services.runs.sharing.team_picture import draw_recorded
 
 LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
 TEMPLATE = Template(
@@ -47,3 +49,17 @@ def test_the_paint_of_each_is_in_it(recorded):
     for name, tasks in zip(("r1", "r2"), outcome.robots, strict=True):
         drawn = read_painted(path, name)
         assert [len(stroke.x_m) for stroke in drawn.strokes] == [len(stroke.x_m) for stroke in tasks[-1].strokes]
+
+
+def test_picture_and_map_without_a_name_have_all_that_each_has_painted(recorded, tmp_path):
+    path, outcome = recorded
+    picture = tmp_path / "both.svg"
+    draw_recorded(read_all_painted(path), picture)
+    assert all(f"<!-- {text} -->" in picture.read_text() for text in ("2 robots", "r1", "r2"))
+    properties = [feature["properties"] for feature in earth_map(path)["features"]]
+    painted = [each for each in properties if each["is"] == "paint"]
+    for name, tasks in zip(("r1", "r2"), outcome.robots, strict=True):
+        strokes = [stroke for task in tasks for stroke in task.strokes if len(stroke.x_m) > 1]
+        assert [each["id"] for each in painted if each["robot"] == name] == [stroke.segment_id for stroke in strokes]
+    alone = earth_map(path, "r1")["features"]
+    assert 0 < len(alone) < len(properties) and "robot" not in alone[0]["properties"]

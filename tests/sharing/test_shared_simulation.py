@@ -72,14 +72,14 @@ def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_ca
     assert both.reason == "" and both.apart_m >= APART_M
     assert len(both.robots[robot]) == 1 and len(both.robots[1 - robot]) == 2
     # What lies round the one that stands there cannot be reached; everything else is painted, and nothing twice.
-    assert metrics.gap_m == pytest.approx(both.left_out_m, abs=0.1) and 0.0 < both.left_out_m < 4.0
+    assert metrics.gap_m == pytest.approx(both.left_out.length_m, abs=0.1) and 0.0 < both.left_out.length_m < 4.0
     assert metrics.double_paint_m2 < 0.02 * TEMPLATE.line_width_m
 
     later_s = both.total_time_s + 5.0
     removed = [TeamOrder(later_s, robot, "remove"), TeamOrder(later_s, robot, "take-over")]
     after = carried_out(job, 5, [*orders, *removed])
     metrics = after.work.metrics
-    assert after.reason == "" and after.left_out_m == 0.0 and len(after.robots[1 - robot]) == 3
+    assert after.reason == "" and not after.left_out and len(after.robots[1 - robot]) == 3
     assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.05 * TEMPLATE.line_width_m
 
 

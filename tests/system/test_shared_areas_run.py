@@ -1,7 +1,10 @@
-"""Two rollers cover areas over the bus, are paused for longer than a team may stand, and are told so twice."""
+"""Two rollers cover areas over the bus; they are paused for longer than a team may stand, and one of them is killed."""
 
 import json
+import os
+import signal
 import time
+from unittest.mock import ANY
 
 import pytest
 
@@ -35,16 +38,17 @@ TEMPLATE = Template(
 
 
 class Operator:
-    """Watches, and orders both robots to pause for a while, twice each."""
+    """Watches, orders both robots to pause for a while, twice each, and kills the second one later."""
 
     def __init__(self, monkeypatch):
         self.monkeypatch = monkeypatch
         self.buses, self.answers, self.said = [], [], []
-        self.resumed_at, self.stood = None, False
+        self.resumed_at, self.stood, self.kill = None, False, None
 
     def stage(self, text): ...
 
-    def event(self, severity, text): ...
+    def event(self, severity, text):
+        self.said.append(text)
 
     def check(self):
         if self.resumed_at is not None and time.monotonic() > self.resumed_at:
@@ -57,6 +61,9 @@ class Operator:
         if fraction > 0.2 and not self.answers:
             for _ in range(2):
                 self.order(topics.PAUSE)
+        elif fraction > 0.6 and self.kill is not None:
+            self.kill()
+            self.kill = None
         elif text.startswith("paused: r1") and "r2" in text and not self.stood:
             self.stood = True
             self.monkeypatch.setattr(shared_bus_run, "STALLED_S", STALLED_S)
@@ -67,28 +74,34 @@ class Operator:
 
 
 @pytest.mark.xdist_group("shared-run")
-def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long(tmp_path, monkeypatch):
+def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_and_one_is_killed(tmp_path, monkeypatch):
     record, vehicle, operator = tmp_path / "both.mcap", load_vehicle("clay-roller"), Operator(monkeypatch)
-    job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, 2)
+    job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, [None] * 2)
     setups = {f"r{number + 1}": Setup(vehicle=vehicle).with_seed(number + 1) for number in range(2)}
     with local_system(setups, options=ProcessOptions(apart=True, recordings=tmp_path)) as system:
         system.wait_until_ready(lambda text: None)
         operator.buses = system.buses
-        run = shared_bus_run.SharedBusRun(system.buses, job, Conduct(20.0, record=record), operator)
+        pid = system.supervisor.pid(topics.ROBOT_SIM, "r2")
+        operator.kill = lambda: os.killpg(pid, signal.SIGKILL)
+        conduct = Conduct(20.0, take_over_after_s=0.5, record=record)
+        run = shared_bus_run.SharedBusRun(system.buses, job, conduct, operator)
         run.run()
-    told = bus_figures(job, run, judged(job, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
     json.dumps(told)
-    assert told["success"], told["reason"]
+    assert told["area"]["accepted"], told["reason"]
+    # Whether its telemetry can be asked again by then what it has sent last, once its process came back, is chance.
+    assert told["success"] or "telemetry of r2 could not be asked" in told["reason"]
     assert [answer.message for answer in operator.answers[2:4]] == ["already paused"] * 2
     assert all(answer.success for answer in operator.answers) and len(operator.answers) == 6
     assert any(text.startswith("paused: r1 since") and "r2 since" in text for text in operator.said)
-    # The true ground of both, on the whole template, is what the plans cover; each has done its own part.
-    area, own = told["area"], [robot["tasks"][0]["area"] for robot in told["robots"].values()]
+    assert told["orders"] == [{"robot": "r2", "order": "take-over", "done": True, "outcome": ANY}]
+    assert any(text.startswith("the rest is done: r1:") for text in operator.said)
+    # The true ground of both, on the whole template, is what was to be covered in the end, round the one that is dead.
+    area, tasks = told["area"], told["robots"]["r1"]["tasks"]
     assert area["area_m2"] == pytest.approx(132.0) and area["of_planned_pct"] > 99.0
-    assert [each["area_m2"] for each in own] == pytest.approx([66.0, 66.0])
-    assert area["covered_m2"] == pytest.approx(sum(each["covered_m2"] for each in own), rel=0.01)
-    assert area["body_outside_m"] == 0.0 and 5.0 < told["traversal"]["closest_bodies_m"] < 30.0
-    assert run.recording["complete"]
-    for robot, share in zip(run.robots, job.shares, strict=True):
-        recorded = read_painted(record, robot.name)
-        assert recorded.template == share and recorded.area == robot.areas[0]
+    assert area["missed_m2"] < told["traversal"]["left_out_m2"] + 4.0 < 25.0
+    assert tasks[0]["area"]["area_m2"] == pytest.approx(66.0) and 10.0 < tasks[1]["area"]["area_m2"] < 66.0
+    assert area["body_outside_m"] == 0.0 and 0.5 < told["traversal"]["closest_bodies_m"] < 30.0
+    assert told["robots"]["r2"]["tasks"] == []
+    recorded = read_painted(record, "r1")
+    assert recorded.template == run.job.shares[0] and recorded.area == run.robots[0].areas[-1]

@@ -122,7 +122,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
         recorded = read_painted(record, robot.name)
         assert [len(each.x_m) for each in recorded.strokes] == [len(each.x_m) for each in robot.strokes]
         assert recorded.template == share and recorded.report == robot.reports[0]
-    paint = judged(job, [work for robot in run.robots for work in robot.works])
+    paint = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
 
@@ -172,7 +172,7 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
         ("r2", "remove", True),
         ("r2", "take-over", True),
     ]
-    told = bus_figures(job, run, judged(job, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
     assert told["success"], told["reason"]
     assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
     assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
@@ -183,7 +183,7 @@ def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_pa
     conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
     with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
         run.run()
-    lines = str(failed.value).partition("not painted to the end: ")[2].split(", ")
+    lines = str(failed.value).partition("not finished: ")[2].split(", ")
     assert lines and set(lines) <= set(GRID)
     assert {segment.id for segment in job.shares[1].segments} & set(lines)
 

@@ -77,7 +77,7 @@ class Console:
         self.state.attend(closely=True)
 
     def until(self, what: Any) -> None:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + 300.0
         while not what(self.state) or self.state.paint.needs_fetch:
             assert time.monotonic() < deadline
             for event in self.link.poll():

@@ -13,9 +13,12 @@ from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.stroke_join import Joiner
 from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
 # Without a boundary the machine may go so many turning radii beyond the areas to get from one to the next.
 AROUND_RADII = 6.0
+# The straight (m) at which a machine that stands somewhere sets out.
+HAIR_M = 1e-3
 # What the ends of the strokes are worth (s/m²): rather to their ends and back than left early.
 ENDS_S_PER_M2 = 100.0
 
@@ -69,6 +72,13 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     route = replace(first.route, pieces=(*first.route.pieces[:-1], *left))
     following = replace(last.route, pieces=(joined, *last.route.pieces[1:]))
     return [replace(first, route=route, way=tuple(way)), replace(last, route=following)]
+
+
+def standing(start: PathPose, task: CoverageTask) -> CoveredArea:
+    """Where a machine stands outside of the area of a task, to be carried over to that."""
+    stub = DrivePiece(DriveKind.SETTING_OUT, "setting out", PiecePath(start, (Piece(HAIR_M),)), worked=False)
+    about = shapely.Point(start[:2]).buffer(task.machine.reach_m)
+    return CoveredArea("its start", replace(task, boundary=about), CoverageRoute((stub,), shapely.Polygon()))
 
 
 def _between_straights(first: CoveredArea, last: CoveredArea) -> tuple[CoverageRoute, CoverageRoute]:

@@ -14,6 +14,7 @@ from touchline.services.planner.geometry.clothoid import PiecePath
 class DriveKind(StrEnum):
     """What a piece of the route is there for."""
 
+    SETTING_OUT = "setting out"
     LAP = "lap"
     LANE = "lane"
     TURN = "turn"

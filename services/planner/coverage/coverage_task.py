@@ -10,6 +10,7 @@ from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.machine_of import machine_of
 from touchline.services.planner.coverage.shapes import Area as Ground
+from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plan_task import PlanTask
 
 # Where nobody says how much shall be covered: what is cheap (% of what can be reached).
@@ -32,6 +33,8 @@ class CoverageTask:
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
         coverage_pct: What is missed is touched up until so much of what can be reached is covered.
         begins_rad: Direction of the side with which laps begin (rad); None: whichever suits best.
+        start: Where the machine stands before (m, rad, map frame); None: it is carried to where the route begins.
+        left: What of it is left to be covered, as the rest has been before; None: all of it.
     """
 
     area: Ground
@@ -45,10 +48,17 @@ class CoverageTask:
     swath_angle_deg: float | None = None
     coverage_pct: float = CHEAP_PCT
     begins_rad: float | None = None
+    start: PathPose | None = None
+    left: Ground | None = None
+
+    @property
+    def wanted(self) -> Ground:
+        """What of the area is to be covered."""
+        return self.area if self.left is None else self.left
 
     @classmethod
     def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
-        """One area of a template.
+        """One area of a template, for a machine that is carried to where its route begins.
 
         Raises:
             PlanningError: An option is out of its range; it names the option.
@@ -56,7 +66,7 @@ class CoverageTask:
         options, machine = task.options, machine_of(task.vehicle, task.limits)
         _check(options, machine.width_m)
         angle = options.swath_angle_deg.tolist() or [area.angle_deg]
-        grounds = task.company.grounds
+        grounds, left = task.company.grounds, task.company.left
         return cls(
             area.polygon if grounds is None else grounds[area.id],
             _outline(task.template, area),
@@ -69,6 +79,7 @@ class CoverageTask:
             angle[0],
             options.coverage_pct or CHEAP_PCT,
             task.company.begins_rad,
+            left=None if left is None else left[area.id],
         )
 
 
@@ -92,7 +103,6 @@ def _check(options: PlanOptions, width_m: float) -> None:
         *(("swath_angle_deg", angle, -360.0, 360.0, "degrees") for angle in options.swath_angle_deg.tolist()),
     )
     for name, given in (
-        ("a start pose", len(options.start)),
         ("an end pose", len(options.end)),
         ("to return to its start", options.return_to_start),
         ("the given order", options.order == "given"),

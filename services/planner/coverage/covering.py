@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import count, groupby
 
 import shapely
@@ -13,12 +14,13 @@ from touchline.services.core.missed_patches import patches
 from touchline.services.core.tool_reach import free_ground
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
-from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over
+from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over, standing
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
 from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
+from touchline.services.planner.given_pose import pose_of
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
@@ -40,20 +42,28 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     """
     _refuse_lines(task)
     name = area_method_name(task.options, task.vehicle.tool)
-    grounds = task.company.grounds
+    grounds, start = task.company.grounds, pose_of("start", task.options.start)
     areas = [area for area in task.template.areas if grounds is None or area.id in grounds]
+    if start is not None:
+        at = shapely.Point(start[:2])
+        areas.sort(key=lambda area: float(at.distance(area.polygon)))
     boundary = shapely.Polygon(task.template.boundary.corners) if task.template.boundary else None
     parts: list[CoveredArea] = []
-    for number, area in enumerate(areas):
+    for area in areas:
         asked = CoverageTask.of(task, area)
+        if start is not None and not parts and asked.boundary.intersects(shapely.Point(start[:2])):
+            asked = replace(asked, start=start)
         try:
-            route = method.cover(asked, _share(progress, number, len(areas)))
+            route = method.cover(asked, _share(progress, len(parts), len(areas)))
         except PlanningError as error:
             raise PlanningError("", f'{error.problem} (area "{area.id}")', error.remedy) from error
         parts.append(CoveredArea(area.id, asked, route))
     for k in range(len(parts) - 1):
         parts[k : k + 2] = carried_over(parts[k], parts[k + 1], boundary)
     sections: list[Section] = []
+    if start is not None and parts and parts[0].task.start is None:
+        outside, parts[0] = carried_over(standing(start, parts[0].task), parts[0], boundary)
+        sections += [section for piece in outside.way for section in _sections(piece, areas[0], count(1))]
     for area, part in zip(areas, parts, strict=True):
         numbers = count(1)
         pieces = (*part.route.pieces, *part.way)
@@ -95,21 +105,21 @@ def _straight(part: Piece) -> bool:
 def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedCoverage:
     machine, paths = asked.machine, [piece.path for piece in route.pieces]
     rolled = swept(paths, machine.width_m)
-    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.area, route.reachable))
+    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.wanted, route.reachable))
     lanes = [piece for piece in route.pieces if piece.kind is DriveKind.LANE]
     free = as_area(free_ground(asked.boundary, asked.obstacles))
     return PlannedCoverage(
         method=method,
-        area_m2=asked.area.area,
+        area_m2=asked.wanted.area,
         covered_m2=covered_m2,
-        coverage_pct=100.0 * covered_m2 / asked.area.area,
+        coverage_pct=100.0 * covered_m2 / asked.wanted.area,
         reachable_m2=route.reachable.area,
         reachable_pct=100.0 * reached_m2 / route.reachable.area if route.reachable.area else 100.0,
-        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.area).area),
+        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.wanted).area),
         body_outside_m=body_outside_m(paths, machine, free),
         lanes=len(lanes),
         laps=sum(piece.kind is DriveKind.LAP for piece in route.pieces),
         swath_angle_deg=math.degrees(lanes[0].path.start.heading_rad) % 180.0 if lanes else 0.0,
         notes=route.remarks,
-        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.area.difference(rolled))),
+        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.wanted.difference(rolled))),
     )

@@ -7,8 +7,10 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from touchline.schemas.errors import PlanningError
 from touchline.services.core.tool_reach import free_ground, headings_rad, places
 from touchline.services.planner.collision.checker import first_touch
+from touchline.services.planner.coverage.drum_sweep import body_at
 from touchline.services.planner.coverage.kernels.body_room import Walls
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
@@ -41,10 +43,10 @@ class FreeSpace:
         """Corners of what is kept out stay corners, a margin further out."""
         self.free = as_area(free_ground(boundary, kept_out, margin_m))
         self.machine = machine
-        outlines = [boundary, *kept_out]
+        self._outlines = outlines = [boundary, *kept_out]
         self._edges = np.concatenate([_ring_edges(polygon.exterior) for polygon in outlines])
         self._owner = np.repeat(np.arange(len(outlines)), [len(p.exterior.coords) - 1 for p in outlines])
-        self._margin_m = margin_m
+        self._margin_m, self._bends_m = margin_m, (1.0 - SWING_SHARE) * margin_m
         self.home: Area | None = None
         self._at: dict[int, Area] = {}
 
@@ -52,14 +54,36 @@ class FreeSpace:
     def walls(self) -> Walls:
         """As the kernels take it."""
         body = np.array(self.machine.outline)
-        return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m, self.machine.reach_m)
+        return Walls(self._edges, self._owner, body, self._bends_m, self.machine.reach_m)
 
-    def settle(self, area: Area) -> None:
-        """Stay where most of an area is: between the parts that hang together at any heading there is no way."""
+    def settle(self, area: Area, start: PathPose | None = None) -> None:
+        """Stay where most of an area is, or where the machine stands, be that nearer to something than in bends.
+
+        Between the parts that hang together at any heading there is no way.
+
+        Raises:
+            PlanningError: The body touches something where it stands.
+        """
+        if start is not None:
+            self._stand_at(start)
         parts = shapely.get_parts(shapely.union_all([self.at(heading) for heading in headings_rad()]))
         if len(parts) > 1:
-            self.home = as_area(max(parts, key=lambda part: float(part.intersection(area).area)))
+            if start is None:
+                home = max(parts, key=lambda part: float(part.intersection(area).area))
+            else:
+                home = min(parts, key=lambda part: float(part.distance(shapely.Point(start[:2]))))
+            self.home = as_area(home)
             self._at.clear()
+
+    def _stand_at(self, start: PathPose) -> None:
+        boundary, *kept_out = self._outlines
+        body = body_at(np.array([start]), self.machine)[0]
+        ground = as_area(free_ground(boundary, kept_out))
+        if not ground.contains_properly(body):
+            at = f"x {start.x_m:.1f} m, y {start.y_m:.1f} m"
+            problem = f"has a start pose ({at}) at which the body is out of the boundary or touches an obstacle"
+            raise PlanningError("", problem, "have the machine stand free")
+        self._bends_m = min(self._bends_m, 0.5 * float(body.distance(ground.boundary)))
 
     def touched(self, path: PiecePath) -> bool:
         """Whether the body gets nearer to anything than it may in bends."""

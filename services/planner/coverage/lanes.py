@@ -11,6 +11,7 @@ import shapely
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.left_along import left_along
 from touchline.services.planner.coverage.shapes import Area, extents, turned
 from touchline.services.planner.geometry.clothoid import PathPose
 
@@ -55,7 +56,7 @@ def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
     return sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
 
 
-def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> list[CoverLane]:
+def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace, left: Area | None = None) -> list[CoverLane]:
     """Lanes over what is left, no further apart than the pitch, evenly between its edges along them.
 
     They are carried on as far as it takes to cross a lap.
@@ -65,14 +66,16 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
         angle_rad: Direction of the lanes, counter-clockwise from +x of the map frame.
         pitch_m: No lanes are further apart.
         space: Where the machine may be.
+        left: What is to be covered, if not everything.
     """
     found: list[CoverLane] = []
     beyond = 1.5 * space.machine.width_m
-    for row, (level, _, spans) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
-        for a, b in spans:
+    ahead = complex(math.cos(angle_rad), math.sin(angle_rad))
+    for row, (level, height, spans) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
+        for a, b in (part for span in spans for part in _left_of(span, level, height, angle_rad, left)):
             ways = []
             for from_x, heading in ((a, angle_rad), (b, angle_rad + math.pi)):
-                z = complex(from_x, level) * complex(math.cos(angle_rad), math.sin(angle_rad))
+                z = complex(from_x, level) * ahead
                 pose = PathPose(z.real, z.imag, heading)
                 stretch = max(
                     space.stretches(pose, b - a + beyond, beyond),
@@ -85,6 +88,19 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
                 along, back = (CoverStroke(DriveKind.LANE, label, start, length) for start, length in ways)
                 found.append(CoverLane(along, back, row))
     return found
+
+
+def _left_of(
+    span: tuple[float, float], level: float, height: float, angle_rad: float, left: Area | None
+) -> Iterator[tuple[float, float]]:
+    """The parts of a lane along which there is something left."""
+    if left is None:
+        yield span
+        return
+    z = complex(span[0], level) * complex(math.cos(angle_rad), math.sin(angle_rad))
+    pose = PathPose(z.real, z.imag, angle_rad)
+    for first, last in left_along(left, pose, span[1] - span[0], 0.5 * height):
+        yield span[0] + first, span[0] + last
 
 
 def _rows(rest: Area, pitch_m: float) -> Iterator[tuple[float, float, list[tuple[float, float]]]]:

@@ -9,6 +9,7 @@ machine goes on to the wall and back, and by which turns. What is missed after t
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +23,7 @@ from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room, word_s
 from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
+from touchline.services.planner.coverage.setting_out import set_out, ways_off
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
@@ -61,22 +63,24 @@ def cover(task: CoverageTask, progress: Callable[[float], None] = lambda done: N
     Raises:
         PlanningError: The machine cannot steer, or nowhere fits into the area.
     """
-    area, machine = task.area, task.machine
+    area, machine = task.wanted, task.machine
     if machine.curvature_max_1pm <= 0.0 or machine.sharpness_max_1pm2 <= 0.0:
         raise PlanningError("", "has a machine that cannot steer", "give its drive a steering angle and rate above 0")
     space = FreeSpace(task.boundary, task.obstacles, machine, task.margin_m)
     tool = (0.0, 0.0)
     reach = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m))
-    space.settle(area)
+    space.settle(area, task.start)
     aim = reach
     if space.home is not None:
         aim = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m, space.home))
     covering = _Covering(task, space, aim, progress) if not aim.is_empty else None
-    if covering is None or not (covering.laps or covering.items):
+    if covering is None or not (covering.laps or covering.items or covering.offers):
         size = f"{machine.width_m:g} m wide and {machine.nose_m + machine.tail_m:g} m long"
         problem = f"has an area in which the machine ({size}) finds no room for a single straight"
         raise PlanningError("", problem, "enlarge the area, take away obstacles, or use a smaller machine")
     route = covering.route()
+    if not route.pieces:
+        raise PlanningError("", "has no way for the machine from where it stands", "give it more room there")
     beyond = reach.area - aim.area
     if beyond < BEYOND_MIN_M2:
         return route
@@ -103,6 +107,7 @@ class _Covering:
         self.laps: list[list[CoverStroke]] = []
         self.items: list[CoverLane] = []
         self.left_out: list[CoverStroke] = []
+        self.offers = [*ways_off(task.start, space, reversing=self.reversing)] if task.start is not None else []
         found: list[CoverLane] = []
         self.laps_fit = 0
         pitch, rest = machine.width_m - task.overlap_m, as_area(space.free.intersection(task.area))
@@ -110,7 +115,9 @@ class _Covering:
             # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
             target = rest if not lap else as_area(rest.buffer(machine.width_m - pitch, join_style="mitre"))
             laid = [
-                sides(ring, f"lap {lap + 1}.{number}" if number else f"lap {lap + 1}" if lap else "lap", space)
+                sides(
+                    ring, f"lap {lap + 1}.{number}" if number else f"lap {lap + 1}" if lap else "lap", space, task.left
+                )
                 for number, ring in enumerate(rings(target, machine.width_m))
             ]
             if not any(laid):
@@ -125,7 +132,7 @@ class _Covering:
         if not rest.is_empty:
             asked = task.swath_angle_deg
             self.angle_rad = lane_angle(rest, pitch) if asked is None else math.radians(asked)
-            self.items = [*lanes(rest, self.angle_rad, pitch, space), *self.items]
+            self.items = [*lanes(rest, self.angle_rad, pitch, space, task.left), *self.items]
         ways = [(item.along, item.back) for item in (*self.items, *found)]
         self.other_way = dict(ways) | {back: along for along, back in ways}
 
@@ -187,9 +194,16 @@ class _Covering:
         chain, self.left_out = self.chain, []
         for number, stroke in enumerate(strokes):
             self._price(chain.strokes[-1] if chain.strokes else None, stroke, LANE_S_PER_M2)
-            if not chain.append_over(stroke, self._vias(stroke, strokes)):
+            vias = partial(self._vias, stroke, strokes)
+            if self.offers and not chain.strokes:
+                found = set_out(chain, self.offers, stroke, vias)
+            else:
+                found = chain.append_over(stroke, vias())
+            if not found:
                 self.left_out.append(stroke)
             self.progress(ORDERED + (JOINED - ORDERED) * number / len(strokes))
+        if self.offers and not chain.strokes:
+            chain.append(self.offers[0])
         chain.forget()
         self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, TOUCH_UP_S_PER_M2[-1]
         again = True
@@ -285,6 +299,7 @@ class _Covering:
             for stroke in [
                 *(side for lap in self.laps for side in lap),
                 *(way for item in self.items for way in (item.along, item.back)),
+                *(way for offer in self.offers for way in (offer, offer.turned)),
             ]
         }
         share = 1.0 - 0.01 * self.task.coverage_pct - RASTER_SHARE
@@ -309,6 +324,8 @@ class _Covering:
             self.chain.rejoin(k, enough)
 
     def _pieces(self) -> Iterator[DrivePiece]:
+        if self.offers and not self.chain.joins:
+            return
         for stroke, (worked, ways) in zip(self.chain.strokes, self.chain.paths(), strict=True):
             if worked:
                 yield from one_way(stroke.kind, stroke.label, worked, worked=True)

@@ -11,6 +11,7 @@ from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lanes import CoverLane
+from touchline.services.planner.coverage.left_along import left_along
 from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import PathPose
 
@@ -30,17 +31,19 @@ def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
     return [ring for part in parts if not part.is_empty for ring in (part.exterior, *part.interiors)]
 
 
-def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[CoverLane]:
+def sides(ring: shapely.LinearRing, name: str, space: FreeSpace, left: Area | None = None) -> list[CoverLane]:
     """A stroke each way for each side of a ring, from where the tail is at the wall to where the nose is.
 
     Args:
         ring: With the inside on the left; the sides lie in its order.
         name: What the labels begin with.
         space: Where the machine may be.
+        left: What is to be covered, if not everything.
     """
     found: list[CoverLane] = []
     corners = [complex(*p) for p in shapely.get_coordinates(ring).tolist()]
-    for a, b in pairwise(_without_straight_corners(corners)):
+    edges = pairwise(_without_straight_corners(corners))
+    for a, b in (part for edge in edges for part in _left_of(*edge, left, 0.5 * space.machine.width_m)):
         for start, length in _along(a, b, space):
             # The same stretch the other way: nose and tail change places.
             end = start.moved(complex(length, 0.0), 0.0)
@@ -51,6 +54,18 @@ def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[CoverLa
                 along = CoverStroke(DriveKind.LAP, label, start, length)
                 found.append(CoverLane(along, CoverStroke(DriveKind.LAP, label, other, other_m), NO_ROW))
     return found
+
+
+def _left_of(a: complex, b: complex, left: Area | None, half_width_m: float) -> Iterator[tuple[complex, complex]]:
+    """The parts of a side along which more is left than what its neighbours cover in the corners."""
+    if left is None or a == b:
+        yield a, b
+        return
+    ahead = (b - a) / abs(b - a)
+    pose = PathPose(a.real, a.imag, math.atan2(ahead.imag, ahead.real))
+    for first, last in left_along(left, pose, abs(b - a), half_width_m):
+        if last - first > half_width_m + SIDE_MIN_M:
+            yield a + first * ahead, a + last * ahead
 
 
 def _along(a: complex, b: complex, space: FreeSpace) -> Iterator[tuple[PathPose, float]]:

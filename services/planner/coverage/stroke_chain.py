@@ -43,15 +43,16 @@ class StrokeChain:
     def forget(self) -> None:
         """Expect nothing more."""
         for stroke in [*self._expected]:
-            self._came(stroke)
+            self.forget_of(stroke)
 
-    def _came(self, stroke: CoverStroke) -> None:
+    def forget_of(self, stroke: CoverStroke) -> None:
+        """Expect a stroke no more."""
         for path in self._expected.pop(stroke, []):
             self.joiner.covered.take(path)
 
     def append(self, stroke: CoverStroke) -> bool:
         """Carry on with a stroke; false if there is no way to it."""
-        self._came(stroke)
+        self.forget_of(stroke)
         if not self.strokes:
             self.strokes.append(stroke)
             self._count(0, 1)

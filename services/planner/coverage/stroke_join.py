@@ -99,7 +99,8 @@ class Joiner:
         """Rows (how far the stroke is driven, how far back, slide); beside a wall the tail needs the slide."""
         there = np.column_stack((places, np.zeros((len(places), 2))))
         behind = stroke.length_m - places[places < stroke.length_m]
-        sides = (-1.0, 0.0, 1.0) if stroke.kind == DriveKind.LAP else (0.0,)
+        walled = stroke.kind in (DriveKind.LAP, DriveKind.SETTING_OUT)
+        sides = (-1.0, 0.0, 1.0) if walled else (0.0,)
         rows = [
             np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side)))
             for side in sides

@@ -15,10 +15,11 @@ def trajectory_message(sent: Sequence[Sent], speeds: SpeedProfile, switches: Seq
     A turn on the spot is an ARC about its own start, of direction NONE, with the entries LINEAR 0, ANGULAR (its largest
     rate, rad/s, left positive) and LINEAR 0 at its arc length.
     """
-    return assemble(map(_segment, sent), switches, _velocities(speeds))
+    return assemble(map(segment_of, sent), switches, _velocities(speeds))
 
 
-def _segment(sent: Sent) -> Segment:
+def segment_of(sent: Sent) -> Segment:
+    """One line or arc, or a turn on the spot, as it is sent."""
     if sent.spin_rad:
         return turn(sent.id, sent.curve.x_m, sent.curve.y_m, sent.spin_rad, sent.label)
     return segment(sent.id, sent.curve, sent.direction, sent.label)

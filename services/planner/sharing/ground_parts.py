@@ -21,15 +21,14 @@ MOST_PIECES, MOST_CORNERS = 60, 900
 _FAR_M = 1e5
 
 
-def cut(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_m: float, least_m: float) -> list[Grounds]:
-    """Cut areas side by side along lines of one direction.
+def strips(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_m: float) -> list[shapely.Polygon]:
+    """Strips side by side along lines of one direction, in which there are shares of some ground.
 
     Args:
         grounds: What is to be shared.
-        shares: Of the whole ground, of each part; their sum is 1.
-        angle_rad: Of the cuts, counter-clockwise from +x.
+        shares: Of the whole ground, of each strip; their sum is 1.
+        angle_rad: Of the strips, counter-clockwise from +x.
         overlap_m: By which neighbours overlap.
-        least_m: What of an area is nowhere as wide is left to the neighbour, or left out.
     """
     level = shapely.transform(
         shapely.MultiPolygon([part for ground in grounds.values() for part in shapely.get_parts(ground)]),
@@ -38,13 +37,17 @@ def cut(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_m: 
     _, low, _, high = level.bounds
     reached = np.cumsum(shares)[:-1]
     levels = [-_FAR_M, *(_level(level, float(share) * level.area, low, high) for share in reached), _FAR_M]
-    parts = list[Grounds]()
-    for below, above in pairwise(levels):
-        strip = shapely.box(-_FAR_M, below - 0.5 * overlap_m, _FAR_M, above + 0.5 * overlap_m)
-        strip = shapely.transform(strip, lambda points: turned(points, angle_rad))
-        found = {name: wide_parts(as_area(ground.intersection(strip)), least_m) for name, ground in grounds.items()}
-        parts.append({name: part for name, part in found.items() if not part.is_empty})
-    return parts
+    boxes = [
+        shapely.box(-_FAR_M, below - 0.5 * overlap_m, _FAR_M, above + 0.5 * overlap_m)
+        for below, above in pairwise(levels)
+    ]
+    return [shapely.transform(each, lambda points: turned(points, angle_rad)) for each in boxes]
+
+
+def parts_in(grounds: Grounds, strip: shapely.Polygon, least_m: float) -> Grounds:
+    """What of some ground lies in a strip; pieces that are nowhere as wide are left to the neighbour, or left out."""
+    found = {name: wide_parts(as_area(ground.intersection(strip)), least_m) for name, ground in grounds.items()}
+    return {name: part for name, part in found.items() if not part.is_empty}
 
 
 def _level(ground: Ground, wanted_m2: float, low: float, high: float) -> float:

@@ -29,6 +29,11 @@ class JointGround:
     area: AreaReport
     report: TraversalReport
 
+    @property
+    def planned_pct(self) -> float:
+        """Of the areas, what all plans cover together."""
+        return 100.0 * self.area.planned_m2 / self.area.area_m2
+
     def caption(self) -> str:
         """The figures that say most."""
         return covered_caption(self.area)
@@ -46,7 +51,7 @@ def joint_ground(
     Args:
         template: All of it, areas alone.
         vehicle: Of every robot; its tool covers.
-        trajectories: The plans of all robots.
+        trajectories: What all robots were to drive.
         works: Of all robots.
     """
     segments: tuple[Segment, ...] = tuple(segment for each in trajectories for segment in each.path.segments)

@@ -2,18 +2,20 @@
 
 from collections.abc import Sequence
 
+from touchline.schemas.messages import Trajectory
 from touchline.services.runs.sharing.joint_ground import JointGround, joint_ground
 from touchline.services.runs.sharing.joint_paint import JointPaint, Work, joint_paint
 from touchline.services.runs.sharing.shared_job import SharedJob
 
 
-def judged(job: SharedJob, works: Sequence[Work]) -> JointPaint | JointGround:
+def judged(job: SharedJob, planned: Sequence[Trajectory], works: Sequence[Work]) -> JointPaint | JointGround:
     """What has come of a job; takes a moment.
 
     Args:
         job: As it was planned at first.
+        planned: What all robots were to drive: what was given up as far as it was driven, and what came instead.
         works: Of all robots, on one clock.
     """
     if not job.template.areas:
         return joint_paint(job.template, job.vehicle, works)
-    return joint_ground(job.template, job.vehicle, [each.trajectory for each in job.plans], works)
+    return joint_ground(job.template, job.vehicle, planned, works)

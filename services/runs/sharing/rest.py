@@ -1,57 +1,26 @@
 """The rest of a shared job, planned for the robots that are left, round those that stand on the field."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations, islice
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.services.core.arcs import LENGTH
-from touchline.services.fleet.traffic.conflicts import TimedPath
 from touchline.services.onboard.interface import PaintBelief
-from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import Plan
 from touchline.services.planner.sequencing.wet import BEGUN, SPEED
-from touchline.services.planner.sharing.clear_lines import clear_lines
 from touchline.services.planner.sharing.wet_between import painted_rows_of
-from touchline.services.runs.sharing.remains import Standing, left_out, shortened, unfinished
-from touchline.services.runs.sharing.shared_job import APART_M, ASTRAY_M, SharedJob, clocked, share_job
+from touchline.services.runs.sharing.ground_left import GroundLeft
+from touchline.services.runs.sharing.left_work import Floats, LeftWork, Progress
+from touchline.services.runs.sharing.lines_left import LinesLeft
+from touchline.services.runs.sharing.remains import Standing
+from touchline.services.runs.sharing.shared_job import SharedJob, clocked
 
-TRIES: Final = 40
-"""So often the rest is planned round those that stand, each time with a little less of a line beside them."""
-
-Progress = Callable[[float, str], None]
-Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Errand:
-    """What a robot is to do.
-
-    Attributes:
-        plan, path, share: Its plan, that as the traffic rules see it, and what it paints.
-    """
-
-    plan: Plan
-    path: TimedPath
-    share: Template
-
-    def unfinished(self, painted: PaintBelief) -> list[TemplateSegment]:
-        """What is left of it, by what the robot believes to have painted."""
-        return unfinished(self.plan, self.share, painted)
-
-    def next_hold_m(self, furthest_m: float) -> float:
-        """Where a robot that drives can stop next without stopping amid a line; here, if there is no such place."""
-        ahead = self.path.holds_m[self.path.holds_m >= furthest_m + self.path.brakes_m]
-        return float(ahead[0]) if len(ahead) else furthest_m
-
-
-def errands(job: SharedJob) -> list[Errand]:
-    """Of each robot of a job."""
-    return [Errand(*each) for each in zip(job.plans, job.paths, job.shares, strict=True)]
+CREWS: Final = 4
+"""If it cannot be planned for some number of robots, so many choices of as many are tried."""
 
 
 @dataclass(frozen=True)
@@ -74,26 +43,30 @@ class Rest:
     Attributes:
         job: What is done now.
         crew: The names of who does it, in the job's order.
-        left_out: Parts of lines that cannot be reached beside robots that stand there.
+        left_out: What cannot be reached beside robots that stand there.
     """
 
     job: SharedJob
     crew: tuple[str, ...]
-    left_out: list[TemplateSegment]
+    left_out: LeftWork
 
     def __str__(self) -> str:
         """Who does what, for people."""
-        who = "; ".join(
-            f"{name}: {', '.join(segment.id for segment in share.segments)}"
-            for name, share in zip(self.crew, self.job.shares, strict=True)
-        )
-        left_m = length_m(self.left_out)
-        return f"{who}{f'; {left_m:.1f} m cannot be reached' if left_m else ''}"
+        shares = zip(self.crew, self.job.shares, strict=True)
+        who = "; ".join(f"{name}: {_what(share)}" for name, share in shares)
+        return f"{who}; {self.left_out} cannot be reached" if self.left_out else who
 
 
-def length_m(segments: Sequence[TemplateSegment]) -> float:
-    """Of all together."""
-    return sum(segment.curve().length_m for segment in segments)
+def _what(share: Template) -> str:
+    """That a robot does."""
+    if share.areas:
+        return f"{sum(area.polygon.area for area in share.areas):.0f} m²"
+    return ", ".join(segment.id for segment in share.segments)
+
+
+def none_left(job: SharedJob) -> LeftWork:
+    """Nothing of a job."""
+    return GroundLeft() if job.template.areas else LinesLeft()
 
 
 def painted_before(job: SharedJob, beliefs: Sequence[PaintBelief], former: Floats, since_s: float) -> Floats:
@@ -116,14 +89,12 @@ def painted_before(job: SharedJob, beliefs: Sequence[PaintBelief], former: Float
     return np.concatenate(rows)
 
 
-def rest_of(
-    job: SharedJob, left: Sequence[TemplateSegment], mates: Sequence[Mate], painted: Floats, progress: Progress
-) -> Rest:
-    """The rest planned for those that serve, or as many of them as it can be shared among.
+def rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floats, progress: Progress) -> Rest:
+    """The rest planned for those that serve, or for as many of them as it can be.
 
     Args:
         job: That is given up now.
-        left: The lines that are left.
+        left: What is left.
         mates: All robots on the field.
         painted: (n, 7) rows of all lines that have been begun, at times before now.
         progress: Told the fraction done, and what is being done.
@@ -131,43 +102,15 @@ def rest_of(
     Raises:
         PlanningError: It cannot be planned for any.
     """
-    template = job.template.model_copy(update={"segments": tuple(left)})
     serving = [mate.place for mate in mates if mate.serves]
     error = PlanningError("", "has nobody left to do it", "let a robot be in service")
     for count in range(len(serving), 0, -1):
-        crew = serving[:count]
-        standing = [mate.place for mate in mates if mate.place not in crew]
-        try:
-            planned = _planned(job, template, crew, standing, painted, progress)
-        except PlanningError as problem:
-            error = problem
-        else:
-            return Rest(planned, tuple(each.name for each in crew), left_out(template, planned.template))
+        for crew in islice(combinations(serving, count), CREWS):
+            standing = [mate.place for mate in mates if mate.place not in crew]
+            try:
+                planned, left_out = left.planned(job, crew, standing, painted, progress)
+            except PlanningError as problem:
+                error = problem
+            else:
+                return Rest(planned, tuple(each.name for each in crew), left_out)
     raise error
-
-
-def _planned(
-    job: SharedJob,
-    template: Template,
-    crew: Sequence[Standing],
-    standing: Sequence[Standing],
-    painted: Floats,
-    progress: Progress,
-) -> SharedJob:
-    """The rest planned round robots that stand, without what cannot be reached beside them."""
-    outlines = tuple(each.outline(job.vehicle, APART_M + ASTRAY_M) for each in standing)
-    before = tuple(each for each in template.obstacles if not each.id.startswith("robot "))
-    rest = template.model_copy(update={"obstacles": (*before, *outlines)})
-    clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))
-    if not clear:
-        raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
-    rest = rest.model_copy(update={"segments": clear})
-    for _ in range(TRIES):
-        try:
-            return share_job(rest, job.options, job.vehicle, [each.pose for each in crew], progress, painted)
-        except PlanningError as problem:
-            shorter = shortened(rest, problem, standing)
-            if shorter is None:
-                raise
-            rest = shorter
-    raise PlanningError("", f"cannot be planned in {TRIES} tries", "move the robots that stand there")

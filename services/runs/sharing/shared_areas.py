@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
+from scipy.optimize import linear_sum_assignment
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -21,12 +22,20 @@ from touchline.services.planner.coverage.lanes import lane_angle
 from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
-from touchline.services.planner.sharing.ground_parts import Grounds, cut, directions, share_template, size_m2
+from touchline.services.planner.sharing.ground_parts import (
+    Grounds,
+    directions,
+    parts_in,
+    share_template,
+    size_m2,
+    strips,
+)
 from touchline.services.runs.sharing.shared_job import (
     APART_M,
     ASTRAY_M,
     Progress,
     SharedJob,
+    Start,
     no_order,
     refuse_poses,
 )
@@ -52,6 +61,7 @@ class Parted(NamedTuple):
         least_s: What it would cost if nobody waited.
         shares, angle_rad: Of the parts.
         turn: Of the side with which laps begin.
+        parts: Which part each robot has.
     """
 
     job: SharedJob | None
@@ -59,6 +69,7 @@ class Parted(NamedTuple):
     shares: tuple[float, ...]
     angle_rad: float
     turn: int
+    parts: tuple[int, ...]
 
     @property
     def cost_s(self) -> float:
@@ -77,17 +88,20 @@ def share_areas(
     template: Template,
     options: PlanOptions,
     vehicle: Vehicle,
-    robots: int,
+    starts: Sequence[Start | None],
     progress: Progress = lambda done, doing: None,
+    left: Grounds | None = None,
 ) -> SharedJob:
-    """Plan a template's areas for several robots; each is carried to where its plan begins.
+    """Plan a template's areas for several robots, or for one that does what is left.
 
     Args:
         template: In the map frame.
         options: How to plan.
         vehicle: Every one of the robots; its tool covers.
-        robots: How many.
+        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
+            begins.
         progress: Told the fraction done, and what is being done.
+        left: By its id, what of each area is left to be covered (m, map frame); None: all of every area.
 
     Raises:
         PlanningError: It cannot be shared or planned; it says why and what to do.
@@ -99,16 +113,17 @@ def share_areas(
     if template.segments:
         problem = f'has the line "{template.segments[0].id}" beside its areas, and robots share areas alone'
         raise PlanningError("", problem, "leave the lines out, or leave out --robots")
-    job = _AreaSharing(PlanTask(template, vehicle, options), robots, progress).best()
+    job = _AreaSharing(PlanTask(template, vehicle, options, Company(left=left)), starts, progress).best()
     return replace(job, planning_time_s=time.perf_counter() - begun)
 
 
 class _AreaSharing:
     """See `share_areas`."""
 
-    def __init__(self, task: PlanTask, robots: int, progress: Progress) -> None:
-        self.task, self.robots, self._progress = task, robots, progress
-        self.grounds: Grounds = {area.id: area.polygon for area in task.template.areas}
+    def __init__(self, task: PlanTask, starts: Sequence[Start | None], progress: Progress) -> None:
+        self.task, self.starts, self.robots, self._progress = task, starts, len(starts), progress
+        self._areas: Grounds = {area.id: area.polygon for area in task.template.areas}
+        self.grounds = task.company.left or self._areas
         options = task.options
         self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
         self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
@@ -126,7 +141,8 @@ class _AreaSharing:
         than another one if nobody waited.
         """
         even = (1.0 / self.robots,) * self.robots
-        begun = [self._way(even, angle, 0) for angle in directions(self.angle_rad)]
+        angles = directions(self.angle_rad) if self.robots > 1 else (self.angle_rad,)
+        begun = [self._way(even, angle, 0) for angle in angles]
         firsts = sorted((way for way in begun if way is not None), key=lambda way: way.least_s)
         best = min(firsts, key=lambda way: way.cost_s, default=None)
         for first in firsts:
@@ -138,7 +154,8 @@ class _AreaSharing:
                 best = _better(best, way)
         if best is None or best.job is None:
             raise self._problem or no_order(self.robots)
-        seconds = np.array([made.report.total_time_s for made in best.job.plans])
+        seconds = np.zeros(self.robots)
+        seconds[list(best.parts)] = [made.report.total_time_s for made in best.job.plans]
         if np.ptp(seconds) > EVEN_SHARE * seconds.max():
             shares = np.array(best.shares) / seconds
             again = self._way(tuple((shares / shares.sum()).tolist()), best.angle_rad, best.turn)
@@ -149,7 +166,9 @@ class _AreaSharing:
     def _way(self, shares: tuple[float, ...], angle_rad: float, turn: int) -> Parted | None:
         """A way to share with laps that begin in one direction; None if a part cannot be planned."""
         try:
-            parts = self._parts(shares, angle_rad)
+            cut_up = self._parts(shares, angle_rad)
+            of_robots = self._nearest(cut_up)
+            parts = [cut_up[k] for k in of_robots]
             plans = self._plans(parts, angle_rad + (turn + 2) * math.tau / TURNS)
         except PlanningError as problem:
             self._problem = self._problem or problem
@@ -159,36 +178,53 @@ class _AreaSharing:
         covered = swept([section.path for each in plans for section in each.sections], self._width_m)
         covered_m2 = float(covered.intersection(whole).area)
         least_s = max(made.report.total_time_s for made in plans) + MISSED_S_PER_M2 * (whole.area - covered_m2)
-        return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn)
+        return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
 
-    def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Grounds]:
-        parts = cut(self.grounds, shares, angle_rad, self._overlap_m, 0.5 * self._width_m)
+    def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Company]:
+        """The part of each strip; where some ground is left alone, straights are laid as if nothing were covered."""
+        cuts = strips(self.grounds, shares, angle_rad, self._overlap_m)
+        half_m, left = 0.5 * self._width_m, self.task.company.left
+        parts = [parts_in(self.grounds, strip, 0.0 if left else half_m) for strip in cuts]
         if not all(parts):
             size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {self.robots} robots"
             raise PlanningError("", f"has {size}", "give fewer robots")
-        return parts
+        if left is None:
+            return [Company(grounds=part) for part in parts]
+        return [
+            Company(grounds=parts_in({name: self._areas[name] for name in part}, strip, 0.0), left=part)
+            for part, strip in zip(parts, cuts, strict=True)
+        ]
 
-    def _plans(self, parts: Sequence[Grounds], begins_rad: float) -> list[Plan]:
+    def _nearest(self, parts: Sequence[Company]) -> tuple[int, ...]:
+        """The part of each robot, near to where it stands; in their order if they are carried there."""
+        places = [None if at is None else shapely.Point(at[:2]) for at in self.starts]
+        off_m = [
+            [0.0 if place is None else min(each.distance(place) for each in _ground(part).values()) for part in parts]
+            for place in places
+        ]
+        return tuple(linear_sum_assignment(off_m)[1].tolist())
+
+    def _plans(self, parts: Sequence[Company], begins_rad: float) -> list[Plan]:
         """A plan for each part."""
         return [
             plan(
                 self.task.template,
                 self.task.vehicle,
-                self._asked,
+                self._asked if at is None else self._asked.model_copy(update={"start": np.array(at)}),
                 partial(self._tell, robot),
-                company=Company(grounds=part, begins_rad=begins_rad),
+                company=replace(part, begins_rad=begins_rad),
             )
-            for robot, part in enumerate(parts)
+            for robot, (part, at) in enumerate(zip(parts, self.starts, strict=True))
         ]
 
-    def _job(self, parts: Sequence[Grounds], plans: Sequence[Plan], covered_m2: float) -> SharedJob | None:
+    def _job(self, parts: Sequence[Company], plans: Sequence[Plan], covered_m2: float) -> SharedJob | None:
         """The job of these plans; None if one robot stands in another's way for good."""
         template, vehicle = self.task.template, self.task.vehicle
         paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
         table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
         if table is None:
             return None
-        shares = tuple(share_template(template, part) for part in parts)
+        shares = tuple(share_template(template, _ground(part)) for part in parts)
         return SharedJob(
             template,
             vehicle,
@@ -205,6 +241,11 @@ class _AreaSharing:
         done = self._done + (robot + fraction) / self.robots
         self._told = max(self._told, 1.0 - 1.0 / (1.0 + 0.5 * done))
         self._progress(self._told, f"Planning parts: {stage}, way {self._done + 1}, robot {robot + 1}")
+
+
+def _ground(part: Company) -> Grounds:
+    """That a robot is to cover."""
+    return part.left or part.grounds or {}
 
 
 def _better(one: Parted, other: Parted | None) -> Parted:

@@ -11,18 +11,24 @@ import numpy as np
 
 from touchline.schemas import topics
 from touchline.schemas.errors import PlanningError, TouchlineError
-from touchline.schemas.messages import CommandRequest, CommandResponse, Event
-from touchline.schemas.template import TemplateSegment
+from touchline.schemas.messages import CommandRequest, CommandResponse, Event, Trajectory
 from touchline.services.bus import Bus
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.sharing.body_gap import BodyGap
 from touchline.services.runs.sharing.conduct import Conduct
-from touchline.services.runs.sharing.rest import Mate, errands, painted_before, rest_of
+from touchline.services.runs.sharing.errand import ErrandStatus, errands
+from touchline.services.runs.sharing.left_work import LeftWork
+from touchline.services.runs.sharing.rest import Mate, none_left, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
-from touchline.services.runs.sharing.standstill_words import out_of_service, paused_since, why_not_done, why_not_painted
+from touchline.services.runs.sharing.standstill_words import (
+    out_of_service,
+    paused_since,
+    why_not_done,
+    why_not_finished,
+)
 from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
 STALLED_S: Final = 20.0
@@ -47,7 +53,7 @@ class SharedBusRun:
         robots: All of them.
         job: What is done now: the rest, once that was taken over.
         gap: Between bodies, each where it was last told to be in truth.
-        left_out: Parts of lines that could not be reached.
+        left_out: What could not be reached.
         recording: Its figures, if there is one.
         orders: That operators have given, with what came of each.
         started_at: Wall clock (monotonic) at which they set off.
@@ -62,7 +68,7 @@ class SharedBusRun:
         self._painted, self._begun_s = NO_LINES, 0.0
         self._said = dict.fromkeys((robot.name for robot in self.robots), "")
         self._moved_at, self._reached_m = 0.0, -1.0
-        self.left_out: list[TemplateSegment] = []
+        self.left_out, self._driven = none_left(job), list[Trajectory]()
         self.recording: dict[str, Any] | None = None
         self.orders: list[dict[str, str | bool]] = []
         self.started_at = self.wall_time_s = 0.0
@@ -77,7 +83,7 @@ class SharedBusRun:
         record = self._conduct.record
         if record is not None:
             begin_team_recording(self._recorder, record, self._watcher)
-        self._watcher.stage("Covering" if self._covers else "Painting")
+        self._watcher.stage("Covering" if self.job.template.areas else "Painting")
         try:
             self._begin(self.job, self.robots, here=False)
             self._follow()
@@ -131,14 +137,7 @@ class SharedBusRun:
             time.sleep(_LOOK_S)
 
     @property
-    def _covers(self) -> bool:
-        """Whether areas are covered, of which nobody takes over what another one leaves."""
-        return bool(self.job.template.areas)
-
-    @property
     def _over(self) -> bool:
-        if self._covers and self._failed and self._waited_s > self._conduct.ordered_within_s:
-            return True
         if self._gathering or self._undone or not all(robot.done for robot in self._crew):
             return False
         beside = any(robot.out and not robot.gone for robot in self.robots)
@@ -176,7 +175,7 @@ class SharedBusRun:
 
     def _tell_of(self, robot: SharedRobot) -> None:
         if robot.out:
-            self._watcher.event(Event.ERROR, out_of_service(robot, self._conduct, covers=self._covers))
+            self._watcher.event(Event.ERROR, out_of_service(robot, self._conduct))
         else:
             self._watcher.event(Event.INFO, f"{robot.name} is in service again")
 
@@ -196,11 +195,8 @@ class SharedBusRun:
                 done, text = self._take_over(failed[0])
                 self._note(failed[0], "take-over", done=done, outcome=text)
         elif (failed or self._undone) and not self._gathering:
-            if self._covers:
-                return
             if self._waited_s > self._conduct.ordered_within_s or (self._undone and self._ends_by_itself):
-                lines = [segment.id for segment in self._left()]
-                raise JobFailed(why_not_painted(failed, lines, self._conduct, undone=self._undone))
+                raise JobFailed(why_not_finished(failed, self._left.names, self._conduct, undone=self._undone))
         elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
             raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({why_not_done(self._crew)})")
 
@@ -220,8 +216,6 @@ class SharedBusRun:
         able = [each for each in self.robots if not each.out]
         if not robot.out:
             return False, f"{robot.name} is in service, and does its share itself"
-        if self._covers:
-            return False, f"only lines are taken over; the part of {robot.name} stays as it is"
         if not able:
             return False, "nobody is left to take over"
         if not self._gathering:
@@ -239,13 +233,13 @@ class SharedBusRun:
             for each in able:
                 each.set_speed(self._conduct.speed)
             self._moved_at = time.monotonic()
-        return True, "the others take over as soon as they stand between two lines"
+        return True, "the others take over as soon as they have come to stand"
 
     def _hand_over(self) -> None:
         """Have everybody give up what is under way where it stands, and begin on the rest."""
         self._stand_down()
         self._gathering = False
-        left = self._left()
+        left, told = self._left, self._told
         beliefs, now_s = [robot.painted for robot in self._crew], max(robot.time_s for robot in self._crew)
         painted = painted_before(self.job, beliefs, self._painted, now_s - self._begun_s)
         mates = [Mate(robot.place, not robot.out) for robot in self.robots if not robot.gone]
@@ -259,8 +253,9 @@ class SharedBusRun:
             robot.conclude()
         self._undone, self._painted, self._begun_s = False, painted, now_s
         if rest is None:
-            self._crew, self.left_out = [], []
+            self._crew, self.left_out = [], none_left(self.job)
             return
+        self._driven += [each.driven for each in told]
         self.left_out = rest.left_out
         self._watcher.event(Event.INFO, f"the rest is done: {rest}")
         self._begin(rest.job, [robot for robot in self.robots if robot.name in rest.crew], here=True)
@@ -279,14 +274,20 @@ class SharedBusRun:
             self._look()
             time.sleep(_LOOK_S)
 
-    def _left(self) -> list[TemplateSegment]:
-        """The lines and parts of lines that are not painted, by what the robots believe."""
-        return self.left_out + [
-            segment
-            for robot in self._crew
-            if robot.errand is not None
-            for segment in robot.errand.unfinished(robot.painted)
-        ]
+    @property
+    def _told(self) -> list[ErrandStatus]:
+        """How far the robots are."""
+        return [each for robot in self._crew for each in robot.told]
+
+    @property
+    def _left(self) -> LeftWork:
+        """What is not done, by what the robots believe."""
+        return self.left_out.joined(self.job, self._told)
+
+    @property
+    def planned(self) -> list[Trajectory]:
+        """What all were to drive: what was given up as far as it was driven, and what came instead."""
+        return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
     def _give_up(self) -> None:
         """Leave all robots stopped; who cannot be asked any more is left."""

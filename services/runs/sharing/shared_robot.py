@@ -30,9 +30,9 @@ from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
 from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
+from touchline.services.runs.sharing.errand import Errand, ErrandStatus
 from touchline.services.runs.sharing.joint_paint import Work
 from touchline.services.runs.sharing.remains import Standing
-from touchline.services.runs.sharing.rest import Errand
 from touchline.services.runs.sharing.told_work import ToldTruth, pose_of
 
 _CALL_S: Final = 10.0
@@ -123,6 +123,11 @@ class SharedRobot:
         """What it believes to have painted of its errand."""
         status = self.status
         return PaintBelief(status.painted_ids, status.painted_fraction.tolist(), status.coverage_pct)
+
+    @property
+    def told(self) -> list[ErrandStatus]:
+        """How far it is with its errand, if it has one."""
+        return [] if self.errand is None else [ErrandStatus(self.errand, self.painted, self.progress_m)]
 
     @property
     def time_s(self) -> float:

@@ -10,20 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import TemplateSegment
 from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
+from touchline.services.runs.sharing.errand import errands
 from touchline.services.runs.sharing.joint_ground import JointGround
 from touchline.services.runs.sharing.joint_paint import JointPaint
 from touchline.services.runs.sharing.judged import judged
+from touchline.services.runs.sharing.left_work import LeftWork
 from touchline.services.runs.sharing.remains import Standing
-from touchline.services.runs.sharing.rest import Mate, errands, length_m, painted_before, rest_of
+from touchline.services.runs.sharing.rest import Mate, none_left, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.team_member import SLICE_TICKS, Listener, TeamMember
 from touchline.services.runs.sharing.team_order import OrderTaken, TeamOrder
@@ -56,7 +57,7 @@ class TeamOutcome:
         waited_s: How long each robot stood because another one was in its way.
         reason: Why it failed; "" if it did not.
         wall_time_s: Reports included.
-        left_out_m: Of lines that could not be reached beside robots that stand there.
+        left_out: What could not be reached beside robots that stand there.
         orders: That were given, and what has come of each.
     """
 
@@ -67,7 +68,7 @@ class TeamOutcome:
     waited_s: tuple[float, ...]
     reason: str
     wall_time_s: float
-    left_out_m: float = 0.0
+    left_out: LeftWork
     orders: tuple[OrderTaken, ...] = ()
 
 
@@ -88,7 +89,7 @@ def simulate_shared(
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
         hashed: Whether the reports shall have the hashes of the sessions; where anybody listens they have.
-        listener: Told all that robots tell, by their names, if anybody listens.
+        listener: ErrandStatus all that robots tell, by their names, if anybody listens.
 
     Raises:
         CommandRefused: A robot does not take its plan.
@@ -106,13 +107,13 @@ def simulate_shared(
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
         tuple(tuple(member.outcomes) for member in run.members),
-        judged(job, works),
+        judged(job, run.planned, works),
         max(member.ended_s for member in run.members),
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
         reason,
         time.perf_counter() - begun,
-        length_m(run.left_out),
+        run.left_out,
         tuple(taken),
     )
 
@@ -125,18 +126,23 @@ class _SharedRun:
         crew: Those of the job in hand, in its order.
         job: That one.
         gap: Between bodies.
-        left_out: Parts of lines that could not be reached.
+        left_out: What could not be reached.
     """
 
     def __init__(self, job: SharedJob, members: list[TeamMember], progress: Progress) -> None:
         """Every robot at its start."""
         self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
-        self.left_out = list[TemplateSegment]()
+        self.left_out, self._driven = none_left(job), list[Trajectory]()
         self._slices = 0
         self._gathering = list[OrderTaken]()
         self._nothing_left, self._problem = False, ""
         self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
+
+    @property
+    def planned(self) -> list[Trajectory]:
+        """What all were to drive: what was given up as far as it was driven, and what came instead."""
+        return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
     @property
     def _now_s(self) -> float:
@@ -222,9 +228,6 @@ class _SharedRun:
         if not member.dead:
             taken.outcome = f"nothing: {member.name} has not failed, and does its share itself"
             return
-        if self.job.template.areas:
-            taken.outcome = f"nothing: only lines are taken over; the part of {member.name} stays as it is"
-            return
         taken.outcome = "not carried out: the others did not come to rest"
         self._gathering.append(taken)
         for each in self.crew:
@@ -245,18 +248,14 @@ class _SharedRun:
 
     def _begin_on_the_rest(self) -> tuple[str, bool]:
         """What has come of it, and whether there is nothing left that nobody does."""
-        left = self.left_out + [
-            segment
-            for member in self.crew
-            if member.task is not None
-            for segment in member.task.unfinished(member.onboard.painted)
-        ]
+        told = [each for member in self.crew for each in member.told]
+        left = self.left_out.joined(self.job, told)
         for member in self.members:
             if not member.dead:
                 member.stand_by(self._slices * SLICE_TICKS)
         self._nothing_left = not left
         if not left:
-            return "nothing is left to be painted", True
+            return "nothing is left to be done", True
         beliefs = [member.onboard.painted for member in self.crew]
         painted = painted_before(self.job, beliefs, self._painted, self._now_s - self._begun_s)
         mates = [Mate(Standing(each.name, each.pose), not each.dead) for each in self.members if not each.gone]
@@ -266,6 +265,7 @@ class _SharedRun:
             self._problem = f"the rest cannot be done: {error}"
             return self._problem, False
         self._painted, self._problem, self.left_out = painted, "", rest.left_out
+        self._driven += [each.driven for each in told]
         self._begin(rest.job, [each for each in self.members if each.name in rest.crew], Taking.HERE)
         return str(rest), True
 

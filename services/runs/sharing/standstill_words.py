@@ -7,19 +7,16 @@ from touchline.services.runs.sharing.conduct import Conduct
 from touchline.services.runs.sharing.shared_robot import SharedRobot
 
 
-def out_of_service(robot: SharedRobot, conduct: Conduct, *, covers: bool) -> str:
+def out_of_service(robot: SharedRobot, conduct: Conduct) -> str:
     """Where a robot is that has just failed, why, and what an operator can do.
 
     Args:
         robot: It.
         conduct: How the job is carried out.
-        covers: Whether areas are covered, of which nobody takes over what another one leaves.
     """
     x, y, _ = robot.place.pose
     by_then = f"no later than {conduct.ordered_within_s:g} s after the others have come to stand"
-    if covers:
-        remedy = f"reset and resume it {by_then}; else its part stays as it is"
-    elif conduct.take_over_after_s is None:
+    if conduct.take_over_after_s is None:
         order = f"TOUCHLINE_ENDPOINT={conduct.endpoint} touchline order take-over --robot {robot.name}"
         remedy = f"have the others do the rest by {order}, {by_then}"
     else:
@@ -33,12 +30,12 @@ def paused_since(paused: Sequence[SharedRobot]) -> str:
     return f"paused: {', '.join(f'{robot.name} since {at}' for robot, at in zip(paused, clocks, strict=True))}"
 
 
-def why_not_painted(failed: Sequence[SharedRobot], lines: Sequence[str], conduct: Conduct, *, undone: bool) -> str:
-    """Why a job of lines ends before all is painted.
+def why_not_finished(failed: Sequence[SharedRobot], left: Sequence[str], conduct: Conduct, *, undone: bool) -> str:
+    """Why a job ends before all is done.
 
     Args:
         failed: Who is out of service.
-        lines: That are not painted to the end.
+        left: The names of the lines that are not painted to the end, or how much of which areas is not covered.
         conduct: How the job was carried out.
         undone: Whether the others cannot do the rest.
     """
@@ -46,7 +43,7 @@ def why_not_painted(failed: Sequence[SharedRobot], lines: Sequence[str], conduct
     told = f"nobody has ordered another to take over within {conduct.ordered_within_s:g} s"
     if undone:
         told = "the others cannot do the rest"
-    return f"{why}; {told}; not painted to the end: {', '.join(lines)}"
+    return f"{why}; {told}; not finished: {', '.join(left)}"
 
 
 def why_not_done(crew: Sequence[SharedRobot]) -> str:

@@ -18,8 +18,8 @@ from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulat
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.sharing.errand import Errand, ErrandStatus
 from touchline.services.runs.sharing.joint_paint import Work
-from touchline.services.runs.sharing.rest import Errand
 from touchline.services.runs.simulation import Outcome
 
 SLICE_TICKS: Final = 10
@@ -45,7 +45,7 @@ class TeamMember:
         ended_s: When it was last under way, sim time.
         works, outcomes: Of tasks that are over.
         telemetry: What it tells, if that is to be hashed or recorded.
-        listener: Told all that it tells, by its name, if anybody listens.
+        listener: ErrandStatus all that it tells, by its name, if anybody listens.
     """
 
     name: str
@@ -88,6 +88,11 @@ class TeamMember:
     def progress_m(self) -> float:
         """How far it has reported to be; infinite once it is done."""
         return math.inf if self.onboard.state == TraversalStatus.DONE else self.furthest_m
+
+    @property
+    def told(self) -> list[ErrandStatus]:
+        """How far it is with its task, if it has one."""
+        return [] if self.task is None else [ErrandStatus(self.task, self.onboard.painted, self.progress_m)]
 
     @property
     def pose(self) -> tuple[float, float, float]:

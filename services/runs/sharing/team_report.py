@@ -10,7 +10,6 @@ from touchline.schemas.template import Template
 from touchline.services.runs.reports import area_report_figures, paint_figures, plan_figures, traversal_figures
 from touchline.services.runs.sharing.joint_ground import JointGround
 from touchline.services.runs.sharing.joint_paint import JointPaint
-from touchline.services.runs.sharing.rest import length_m
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_simulation import TeamOutcome
 from touchline.services.runs.simulation import Outcome
@@ -34,13 +33,13 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
     return {
         "success": not reason,
         "reason": reason,
-        "plan": job.figures(),
+        "plan": _plan_figures(job, outcome.work),
         "traversal": {
             "total_time_s": outcome.total_time_s,
             "wall_time_s": outcome.wall_time_s,
             "real_time_factor": outcome.total_time_s / outcome.wall_time_s,
             "closest_bodies_m": outcome.apart_m,
-            "left_out_m": outcome.left_out_m,
+            **outcome.left_out.figures,
         },
         kind: judged,
         "orders": [order.figures() for order in outcome.orders],
@@ -52,6 +51,11 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
 def _kind(job: SharedJob) -> tuple[str, str]:
     """The name of the figures of what is done, and of that itself."""
     return ("area", "work") if job.template.areas else ("paint", "paint")
+
+
+def _plan_figures(job: SharedJob, work: JointPaint | JointGround) -> dict[str, Any]:
+    """Of the plan; what of areas is covered by what all were to drive in the end."""
+    return {**job.figures(), **({"coverage_pct": work.planned_pct} if isinstance(work, JointGround) else {})}
 
 
 def _seconds(report: TraversalReport) -> float:
@@ -81,10 +85,10 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
         **_work_figures(own),
         "taken_over": [
             {
-                "segments": [segment.id for segment in each.report.segments],
+                **({} if each.area else {"segments": [segment.id for segment in each.report.segments]}),
                 "reason": each.reason,
                 "traversal": traversal_figures(each.report, outcome.wall_time_s),
-                "paint": paint_figures(each.report),
+                **_work_figures(each),
             }
             for each in after
         ],
@@ -119,18 +123,15 @@ def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGro
     lacks = (run.recording or {}).get("problem", "")
     recorded = f"the recording is not complete: {lacks}" if lacks else ""
     reason = recorded if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}"
-    if job.template.areas:  # what one leaves is not taken over
-        failed = [f"robot {robot.name}: {robot.out}" for robot in run.robots if robot.out and not robot.done]
-        reason = "; ".join([*failed, reason] if reason else failed)
     return {
         "success": not reason,
         "reason": reason,
-        "plan": job.figures(),
+        "plan": _plan_figures(job, work),
         "traversal": {
             "total_time_s": max((_seconds(report) for report in reports), default=0.0),
             "wall_time_s": run.wall_time_s,
             "closest_bodies_m": run.gap.closest_m if math.isfinite(run.gap.closest_m) else None,
-            "left_out_m": length_m(run.left_out),
+            **run.left_out.figures,
         },
         kind: judged,
         "orders": run.orders,

@@ -1,0 +1,132 @@
+"""Two robots on one template, over many seeds: one is paused, or fails and the other one takes over.
+
+    python -m benchmarks.shared [pan | soccer-11] [--runs 20] [--seed 1] [--workers 2] [--coverage PERCENT]
+
+`pan` is 30 m by 20 m and covered by two clay rollers, `soccer-11` painted by two line markers. In every run with a
+seed one of both, at a random time, (a) is paused for 30 s, (b) fails, and 20 s later the other one takes over what it
+has left. Prints a row for each run and the extremes of all. Ends with exit code 1 if bodies came nearer than 0.5 m, a
+body left the field, or a job failed.
+"""
+
+import argparse
+import random
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from typing import Any, Final
+
+import shapely
+
+from benchmarks.coverage import template_of
+from touchline.schemas.catalogue import load_template, load_vehicle
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.services.runs.sharing.shared_areas import share_areas
+from touchline.services.runs.sharing.shared_job import APART_M, SharedJob, share_job
+from touchline.services.runs.sharing.shared_simulation import names_of, simulate_shared
+from touchline.services.runs.sharing.team_order import TeamOrder
+from touchline.services.runs.sharing.team_report import team_figures
+
+ROBOTS: Final = 2
+PAUSE_S: Final = 30.0
+ORDERED_AFTER_S: Final = 20.0
+Row = dict[str, Any]
+
+
+def pan_job(coverage_pct: float) -> SharedJob:
+    """Two clay rollers on a pan, of which so much is aimed at; 0: as much as by default."""
+    template = template_of("pan", shapely.box(0.0, 0.0, 30.0, 20.0))
+    options = PlanOptions(coverage_pct=coverage_pct)
+    return share_areas(template, options, load_vehicle("clay-roller"), [None] * ROBOTS)
+
+
+def pitch_job(_coverage_pct: float) -> SharedJob:
+    """Two line markers on a soccer pitch."""
+    return share_job(load_template("soccer-11", {}), PlanOptions(), Setup().vehicle, [None] * ROBOTS)
+
+
+JOBS: Final[dict[str, Callable[[float], SharedJob]]] = {"pan": pan_job, "soccer-11": pitch_job}
+
+
+def paused(job: SharedJob, seed: int) -> Row:
+    """One run in which one is paused."""
+    at_s, robot = _drawn(job, seed)
+    return _row(job, seed, [TeamOrder(at_s, robot, "pause"), TeamOrder(at_s + PAUSE_S, robot, "resume")])
+
+
+def failed(job: SharedJob, seed: int) -> Row:
+    """One run in which one fails, and the other one takes over."""
+    at_s, robot = _drawn(job, seed)
+    return _row(job, seed, [TeamOrder(at_s, robot, "fail"), TeamOrder(at_s + ORDERED_AFTER_S, robot, "take-over")])
+
+
+def _drawn(job: SharedJob, seed: int) -> tuple[float, int]:
+    """When, in sim time, and to which robot it happens."""
+    chance = random.Random(seed)
+    return chance.uniform(5.0, job.table.end_s), chance.randrange(ROBOTS)
+
+
+def _row(job: SharedJob, seed: int, orders: Sequence[TeamOrder]) -> Row:
+    setup, begun = Setup(vehicle=job.vehicle), time.process_time()
+    outcome = simulate_shared(job, [setup.with_seed(seed + number) for number in range(ROBOTS)], orders)
+    told = team_figures(job, outcome, names_of(ROBOTS))
+    area, paint, traversal = told.get("area", {}), told.get("paint", {}), told["traversal"]
+    return {
+        "seed": seed,
+        "at_s": orders[0].at_s,
+        "total_s": traversal["total_time_s"],
+        "apart_m": traversal["closest_bodies_m"],
+        "coverage_pct": (area or paint)["coverage_pct"],
+        **{name: traversal[name] for name in ("left_out_m", "left_out_m2") if name in traversal},
+        **({"outside_m": area["body_outside_m"], "missed_most_m2": _inside_m2(area)} if area else {}),
+        **({"twice_m2": paint["double_paint_m2"], "wet": paint["wet_crossings"]} if paint else {}),
+        "processor_s": time.process_time() - begun,
+        "reason": told["reason"],
+    }
+
+
+def _inside_m2(area: dict[str, Any]) -> float:
+    """The largest missed patch but for the margin along the edges, which is the largest of all."""
+    return max((patch["area_m2"] for patch in area["missed"][1:]), default=0.0)
+
+
+def _text(value: float | int | str) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _print(title: str, rows: Sequence[Row]) -> None:
+    print(f"\n{title}")
+    for row in rows:
+        print("  ", *(f"{name} {_text(value)}" for name, value in row.items()))
+    for name in (name for name, value in rows[0].items() if isinstance(value, float)):
+        values = sorted(row[name] for row in rows)
+        print(f"   {name}: {values[0]:.4f} to {values[-1]:.4f}, median {values[len(values) // 2]:.4f}")
+
+
+def main(arguments: Sequence[str] = ()) -> None:
+    """Run all and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("job", nargs="?", default="pan", choices=tuple(JOBS))
+    parser.add_argument("--runs", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--coverage", type=float, default=0.0, help="of the pan, as of touchline plan")
+    asked = parser.parse_args(arguments)
+    job, seeds = JOBS[asked.job](asked.coverage), range(asked.seed, asked.seed + asked.runs)
+    print(f"{asked.job}, {ROBOTS} robots: planned {job.table.end_s:.0f} s, in {job.planning_time_s:.0f} s")
+    ways = {f"paused for {PAUSE_S:g} s": paused, f"failed, taken over after {ORDERED_AFTER_S:g} s": failed}
+    found = list[Row]()
+    with ProcessPoolExecutor(asked.workers, get_context("spawn")) as pool:
+        for title, way in ways.items():
+            rows = list(pool.map(partial(way, job), seeds))
+            _print(title, rows)
+            found += rows
+    if any(row["reason"] or row["apart_m"] < APART_M or row.get("outside_m", 0.0) > 0.0 for row in found):
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,23 @@
+"""A pose that the options of a plan give."""
+
+from typing import Final
+
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
+
+POSE_MAX: Final = 20_000.0
+"""A pose further out than this (m) is a mistake."""
+
+
+def pose_of(name: str, given: Floats) -> PathPose | None:
+    """The pose of a plan's option, or None if it is left empty.
+
+    Raises:
+        PlanningError: It is no pose on a field.
+    """
+    if not len(given):
+        return None
+    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
+    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
+        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
+    return pose
