@@ -6,6 +6,7 @@ import subprocess
 import sys
 from textwrap import dedent
 
+from touchline.schemas import topics
 from touchline.services.system.shutdown import Stop, until_stopped
 from touchline.services.system.temporary_system import LocalSystem
 
@@ -29,7 +30,7 @@ def test_waiting_for_services_that_compile_can_be_ended():
             return self
 
     asked = []
-    system = LocalSystem((Silent(),), None, {})
+    system = LocalSystem((Silent(),), None, {}, (topics.ROBOT_SIM,))
     assert system.wait_until_ready(print, lambda: not asked.append(1)) is False
     assert len(asked) == 1
 

@@ -106,6 +106,12 @@ def test_no_transition_with_cusps_is_longer_than_the_reference() -> None:
         assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.0002
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12, 1e-10])
+def test_no_loop_leads_to_what_is_beside_the_start_by_a_rounding_error(off: float) -> None:
+    goal = CurveEnd(PathPose(off, -off, off), 0.3)
+    assert Steering(1.0, 2.0).between(CurveEnd(PathPose(0.0, 0.0, 0.0), 0.3), goal) == ()
+
+
 @given(end_pairs())
 @settings(max_examples=400)
 def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:

@@ -207,7 +207,7 @@ def test_over_the_bus(bus_config, tmp_path):
             assert not answer.success and "nothing to resume" in answer.message
             assert ask(robot, topics.LOAD, trajectory=bus_rig.PLAN).success
             assert ask(robot, topics.START).success
-            while robot._emulator.onboard.status.arc_length_m < 1.5:
+            while robot._emulator.onboard.status.arc_length_m < 0.95:
                 robot.turn()
             first = robot._emulator
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:

@@ -16,6 +16,9 @@ from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN
 
 # A turn on the spot by no more than this is none.
 ROUNDING_RAD = 1e-12
+# A goal that is no further off (m) and turned by no more (rad) is where the start is: to what is beside it by a rounding
+# error a loop would lead.
+SAME = 1e-9
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
@@ -90,6 +93,8 @@ class Steering:
     def _query(self, start: CurveEnd, goal: CurveEnd) -> Query:
         """The goal as seen from the start, in units of unit sharpness."""
         z, turn = goal.pose.seen_from(start.pose)
+        if max(abs(z), abs(math.remainder(turn, math.tau))) < SAME:
+            z, turn = 0j, 0.0
         ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
         return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
