@@ -4,8 +4,8 @@
 
 `pan` is 30 m by 20 m and covered by two clay rollers, `soccer-11` painted by two line markers. In every run with a
 seed one of both, at a random time, (a) is paused for 30 s, (b) fails, and 20 s later the other one takes over what it
-has left. Prints a row for each run and the extremes of all. Ends with exit code 1 if bodies came nearer than 0.5 m, or one
-left the field. `reason` says why a job was no success: lines beside a robot that stands there cannot be painted.
+has left. Prints a row for each run and the extremes of all. Ends with exit code 1 if bodies came nearer than 0.5 m, or
+one left the field. `reason` says why a job was no success: lines beside a robot that stands there cannot be painted.
 """
 
 import argparse

@@ -16,7 +16,7 @@ from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN
 
 # A turn on the spot by no more than this is none.
 ROUNDING_RAD = 1e-12
-# A goal that is no further off (m) and turned by no more (rad) is where the start is: a loop would lead to it otherwise.
+# A goal that is no further off (m) and turned by no more (rad) is where the start is: no loop is to lead to it.
 SAME = 1e-9
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
