@@ -55,6 +55,8 @@ def main() -> None:
         code = 128 + signal.SIGINT  # Numba trips over itself when it is interrupted while it compiles
     if told and code == 128 + signal.SIGINT:
         _leave(told[-1])
+    if code == 128 + signal.SIGHUP:
+        _exit(code)  # what is left for a terminal that has gone cannot be written, which Python would exit with 120 for
     if any(thread.daemon for thread in threading.enumerate()):
         _exit(code)  # a thread that leaves a bus where somebody is frozen; cut off inside Zenoh, it would crash us
     sys.exit(code)

@@ -5,14 +5,16 @@ import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from websockets.exceptions import InvalidMessage
 from websockets.sync.client import ClientConnection, connect
 
 _MESSAGE, _TIME, _ANSWER, _PLAYBACK = 1, 2, 3, 5
 _CALL, _CONTROL = 2, 3
+_TRIES = 5
 _DATA = struct.Struct("<BIQ")
 _ORDER = struct.Struct("<BIII")
 
@@ -160,11 +162,21 @@ class ViewerClient:
 def viewer(url: str) -> Iterator[ViewerClient]:
     """A client that is connected and has been told what the server can do."""
     told = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "ping_interval": None, "close_timeout": 0.1}
-    with connect(url, **told) as socket:
+    with _connected(url, told) as socket:
         assert socket.subprotocol == "foxglove.sdk.v1"
         client = ViewerClient(socket)
         client.until(lambda: client.server)
         yield client
+
+
+def _connected(url: str, told: dict[str, Any]) -> ClientConnection:
+    """As viewers do: the server of a busy machine closes connections that it has not looked at in time."""
+    for _ in range(_TRIES - 1):
+        try:
+            return connect(url, **told)
+        except InvalidMessage:
+            sleep(0.5)
+    return connect(url, **told)
 
 
 def _typed(schema: str, name: str) -> tuple[Any, str]:

@@ -276,8 +276,9 @@ def test_the_bridge_may_die_and_its_recording_can_be_read(site: Site, painting):
 def test_the_planner_may_die(site: Site, painting):
     bus, observer, _ = painting
     told = site.kill(topics.PLANNER)
-    assert [event.code for event in told] == ["died", "restarted"]
-    assert "SIGKILL" in told[0].text
+    died, restarted = (event for event in told if event.code not in ("hangs", "turns"))  # a busy machine holds it up
+    assert (died.code, restarted.code) == ("died", "restarted")
+    assert "SIGKILL" in died.text
     before = observer.look().status.arc_length_m
     wait_until(lambda: observer.look().status.arc_length_m > before + 3.0)
     assert observer.status.state == TraversalStatus.RUNNING

@@ -33,7 +33,7 @@ def box(x, y, wide, high):
 TEMPLATE = Template(
     name="pans",
     areas=(Area(id="south", outline=box(0, 0, 11, 6)), Area(id="north", outline=box(0, 20, 11, 6))),
-    boundary=Polygon(corners=box(-6, -6, 23, 38)),
+    boundary=Polygon(corners=box(-12, -12, 35, 50)),  # with a way out from wherever the other has to stop
 )
 
 

@@ -74,6 +74,8 @@ class Steering:
         return [joined((*out_of, *path, *into)) for path in find(leaving, reaching)]
 
     def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+        if start.curvature_1pm == goal.curvature_1pm == 0.0 and _same(start.pose, goal.pose):
+            return [()]
         table = np.empty((MAX_PIECES, 4))
         count = forward_pieces(self._query(start, goal), table)
         return [self._pieces(table[:count])]
@@ -92,8 +94,6 @@ class Steering:
     def _query(self, start: CurveEnd, goal: CurveEnd) -> Query:
         """The goal as seen from the start, in units of unit sharpness."""
         z, turn = goal.pose.seen_from(start.pose)
-        if max(abs(z), abs(math.remainder(turn, math.tau))) < SAME:
-            z, turn = 0j, 0.0
         ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
         return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
@@ -147,3 +147,9 @@ def _turn(angle_rad: float) -> float:
     """The angle in (−π, π]; 0 where it is rounding error."""
     turn = math.remainder(angle_rad, math.tau)
     return turn if abs(turn) > ROUNDING_RAD else 0.0
+
+
+def _same(start: PathPose, goal: PathPose) -> bool:
+    """Whether two poses differ by rounding errors alone."""
+    z, turn = goal.seen_from(start)
+    return max(abs(z), abs(math.remainder(turn, math.tau))) < SAME
