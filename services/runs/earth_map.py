@@ -48,9 +48,10 @@ def earth_map(path: Path, robot: str | None = None) -> Json:
         PayloadError: A message in it is none of its topic.
     """
     recorded, driven = read_all_painted(path, robot), _read_driven(path)
+    several = len(recorded) > 1
     features = list[Json]()
     for name, painted in recorded.items():
-        own, several = driven.get(name, _Driven()), len(recorded) > 1
+        own = driven.get(name, _Driven())
         found = _features(painted if several else painted[-1:], own.plans if several else own.plans[-1:], own, path)
         for feature in found:
             feature["properties"] |= {"robot": name} if several else {}

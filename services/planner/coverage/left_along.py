@@ -27,16 +27,17 @@ def left_along(left: Area, pose: PathPose, length_m: float, half_width_m: float)
         shapely.box(0.0, -half_width_m, length_m, half_width_m),
         lambda points: turned(points, pose.heading_rad) + pose[:2],
     )
-    inside = as_area(left.intersection(strip))
     found = list[tuple[float, float, float]]()
-    for part in shapely.get_parts(inside)[~shapely.is_empty(shapely.get_parts(inside))]:
+    for part in shapely.get_parts(as_area(left.intersection(strip))):
+        if part.is_empty:
+            continue
         along = turned(shapely.get_coordinates(part) - pose[:2], -pose.heading_rad)[:, 0]
         found.append((float(np.min(along)), float(np.max(along)), float(part.area)))
     merged = list[tuple[float, float, float]]()
     for first, last, area_m2 in sorted(found):
         if merged and first - merged[-1][1] < GAP_M:
-            before = merged.pop()
-            merged.append((before[0], max(before[1], last), before[2] + area_m2))
+            begun, ended, before_m2 = merged.pop()
+            merged.append((begun, max(ended, last), before_m2 + area_m2))
         else:
             merged.append((first, last, area_m2))
     return [(first, last) for first, last, area_m2 in merged if area_m2 >= LEAST_M2]

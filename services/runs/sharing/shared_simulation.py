@@ -89,7 +89,7 @@ def simulate_shared(
         orders: What an operator orders meanwhile.
         progress: Told the fraction done, and who is where.
         hashed: Whether the reports shall have the hashes of the sessions; where anybody listens they have.
-        listener: ErrandStatus all that robots tell, by their names, if anybody listens.
+        listener: Told all that robots tell, by their names, if anybody listens.
 
     Raises:
         CommandRefused: A robot does not take its plan.

@@ -45,7 +45,7 @@ class TeamMember:
         ended_s: When it was last under way, sim time.
         works, outcomes: Of tasks that are over.
         telemetry: What it tells, if that is to be hashed or recorded.
-        listener: ErrandStatus all that it tells, by its name, if anybody listens.
+        listener: Told all that it tells, by its name, if anybody listens.
     """
 
     name: str
