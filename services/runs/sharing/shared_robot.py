@@ -157,6 +157,8 @@ class SharedRobot:
                 self._place = message
             elif isinstance(message, TraversalStatus) and self._is_of_errand(message):
                 self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
+                if message.state == TraversalStatus.RUNNING:
+                    self.truth.put_down()
                 self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
                 self.furthest_m = max(self.furthest_m, message.arc_length_m)
 
@@ -258,6 +260,8 @@ class SharedRobot:
         if here:
             self._since_s = self.time_s
             self.truth.begin(self.time_s, begun_s)
+        else:
+            self.truth.carry()
         self.report, self.area, self._called_off = None, None, False
         self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
         self.until_m = self.limit_m = math.inf

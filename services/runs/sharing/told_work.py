@@ -39,7 +39,8 @@ class ToldTruth:
     """What an emulated robot tells of its true way and paint on its errand.
 
     Attributes:
-        pose: Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells.
+        pose: Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells, or while it
+            is carried to where its errand begins.
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle) -> None:
@@ -47,6 +48,7 @@ class ToldTruth:
         self._vehicle = vehicle
         self._told, self._marked = bus.inbox([topics.TRUTH]), bus.inbox([topics.PAINT])
         self.pose: tuple[float, float, float] | None = None
+        self._carried = False
         self._payloads: list[bytes] = []
         self._rows: list[Floats] = []
         self._batches: list[PaintMarks] = []
@@ -56,12 +58,21 @@ class ToldTruth:
         """Take what it has told since."""
         if told := self._told.drain():
             self._payloads += [sample.payload for sample in told]
-            self.pose = pose_of(decode(Odometry, told[-1].payload))
+            if not self._carried:
+                self.pose = pose_of(decode(Odometry, told[-1].payload))
         if len(self._payloads) >= _AT_ONCE:
             self._look_into()
         for _, marks in self._marked.messages():
             if isinstance(marks, PaintMarks) and _seconds(marks) > self._since_s:
                 self._batches.append(marks)
+
+    def carry(self) -> None:
+        """It is carried from where it was; nobody is in its way meanwhile."""
+        self.pose, self._carried = None, True
+
+    def put_down(self) -> None:
+        """It is where its errand begins."""
+        self._carried = False
 
     def begin(self, now_s: float, shared_s: float) -> None:
         """Another errand begins: now by its own clock, and by one that all share."""
