@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.said import messages, record, sent, stamp
-from tests.meeting import caught_up
+from tests.meeting import caught_up, eventually
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused
@@ -99,12 +99,15 @@ def bridge(bus: Bus, folder: Path, arguments: str = "", before: str = "") -> Ite
     code = BRIDGE.format(arguments=arguments, folder=str(folder))
     command = [sys.executable, "-c", f"from pathlib import Path\n{before}\n{code}"]
     process = subprocess.Popen(command, cwd=ROOT, env=environment(bus.config))
+    presence = bus.presence()
     try:
         assert not bus.wait_for({topics.BRIDGE}, 100.0)
         yield process
     finally:
         process.kill()
         process.wait()
+        # Else the next one would be believed to be there while this one's token is still seen.
+        assert eventually(lambda: (presence.poll(), topics.BRIDGE not in presence.alive())[1])
 
 
 def contents(path: Path) -> list[tuple[str, bytes]]:
