@@ -99,6 +99,7 @@ def simulate(
     """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.payload_recorder import PayloadRecorder
+    from touchline.services.runs.places import cores
     from touchline.services.runs.team.team_figures import team_figures
     from touchline.services.runs.team.team_run import TeamRun
 
@@ -108,7 +109,8 @@ def simulate(
         warm_up(say, Setup(vehicle=chosen.vehicle, onboard=chosen.onboard))
         begun = time.perf_counter()
         with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
-            run = TeamRun(chosen, hashed=hashed, listener=recorder.hear if record is not None else None)
+            listener = recorder.hear if record is not None else None
+            run = TeamRun(chosen, hashed=hashed, listener=listener, threads=cores())
             run.run(advance)
         figures = team_figures(run, time.perf_counter() - begun) | recorder.as_figure()
     deliver(f"Team of {len(run.names)}", figures, report, as_json)

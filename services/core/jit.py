@@ -24,6 +24,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.typing.templates import make_concrete_template
 
 _PACKAGE = __name__.partition(".")[0]
@@ -65,6 +66,12 @@ class _Cache(FunctionCache):
     class can be imported, and would not notice a change of its kernels.
     """
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """As Numba's, which also loads all that compiling takes: a third of a process's start, mostly for nothing."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():  # type: ignore[no-untyped-call]
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+
     def save_overload(self, sig: Any, data: Any) -> None:
         if any(map(_foreign, sig)):
             return
@@ -104,9 +111,16 @@ class Kernel(CPUDispatcher):
     every constant that it is called with, as a type of its own: half of the robot's first start.
     """
 
-    def __init__(self, function: Callable[..., Any], *, counting: bool = True) -> None:
-        """Nothing is compiled before the first call; `counting` references to arrays, or only borrowing them."""
-        super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy", "_nrt": counting})
+    def __init__(self, function: Callable[..., Any], *, counting: bool = True, locked: bool = True) -> None:
+        """Nothing is compiled before the first call.
+
+        Args:
+            function: In the part of Python that Numba compiles.
+            counting: Whether references to arrays are counted, or arrays only borrowed.
+            locked: Whether other threads of Python wait while it runs.
+        """
+        options = {"nopython": True, "nogil": not locked, "error_model": "numpy", "_nrt": counting}
+        super().__init__(function, targetoptions=options)
         self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
         self._parts: dict[tuple[Any, ...], Any] = {}
         self._codes: dict[Any, Callable[..., Any]] = {}
@@ -180,6 +194,11 @@ def borrowing(function: Callable[..., Any]) -> Any:
     what they do.
     """
     return Kernel(function, counting=False)
+
+
+def unlocked(function: Callable[..., Any]) -> Any:
+    """As `kernel`, for a long function that changes only what belongs to its caller: other threads go on meanwhile."""
+    return Kernel(function, locked=False)
 
 
 class KernelOfClass(Kernel):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
+from touchline.services.core.jit import kernel, unlocked
 from touchline.services.core.records import Record
 from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.computer import Nominal, Onboard
@@ -224,7 +224,7 @@ def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Co
     return True
 
 
-@kernel
+@unlocked
 def run_guided_ticks(
     progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: GuidedCourse, books: Books
 ) -> None:
@@ -247,7 +247,7 @@ def run_guided_ticks(
             return
 
 
-@kernel
+@unlocked
 def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, books: Books) -> None:
     """Run ticks until the last is done, the valve has switched, one is not nominal, or the follower must be asked.
 

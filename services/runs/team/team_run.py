@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Final
@@ -79,13 +80,16 @@ class TeamRun:
         ticks: So far.
     """
 
-    def __init__(self, team: TeamScenario, *, hashed: bool = False, listener: TeamListener | None = None) -> None:
+    def __init__(
+        self, team: TeamScenario, *, hashed: bool = False, listener: TeamListener | None = None, threads: int = 1
+    ) -> None:
         """Everybody at its start.
 
         Args:
             team: The scenario.
             hashed: Whether the hashes of the sessions are to be worked out.
             listener: Told all that would be told over the bus, if anybody listens.
+            threads: That drive robots, each some of them, unless anybody listens: most of a tick is one kernel.
 
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
@@ -107,6 +111,8 @@ class TeamRun:
         self.contacts = BodyContacts(len(self.names), self.body_radius_m)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = self._first_tick = 0
+        several = min(threads, len(self.names)) if listener is None else 1  # who listens hears one robot after another
+        self._shares = [range(first, len(self.names), several) for first in range(several)]
         self.guide: TeamGuide
         if team.avoid == "cells":
             self.guide = CellGuide(team, self.area, self.robots, listener)
@@ -126,21 +132,25 @@ class TeamRun:
             CommandRefused: A robot does not find out where it stands.
             PlanningError: There is no way to a goal.
         """
+        with ThreadPoolExecutor(len(self._shares)) as threads:
+            self._run(threads, progress)
+
+    def _run(self, threads: Executor, progress: Progress) -> None:
         guide, wanted = self.guide, 100.0 * self.team.duration_s
         while guide.task is None:
-            self._drive(guide.step_ticks)
+            self._drive(threads, guide.step_ticks)
             self._talk()
             self._check_not_lost()
         self.trace.driven_m[:] = 0.0
         while not guide.finished(self.ticks):
-            self._drive(guide.step_ticks)
+            self._drive(threads, guide.step_ticks)
             self._talk()
             since = self.ticks - self._first_tick
             progress(since / wanted, f"{len(self.names)} robots, {since / 100:.0f} s")
         self.trace.ended_s = (self.ticks - self._first_tick) / 100.0
         for robot in self.robots.values():
             robot.end()
-        self._drive(SETTLE_TICKS)
+        self._drive(threads, SETTLE_TICKS)
 
     def _talk(self) -> None:
         """The guide hears and tells robots; what is so then is noted, if it has thought their goals over."""
@@ -159,15 +169,12 @@ class TeamRun:
                 f"{lost[0]} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
             )
 
-    def _drive(self, ticks: int) -> None:
+    def _drive(self, threads: Executor, ticks: int) -> None:
         """Let ticks pass for all; who touches another has its bumper pressed from then on, unless nobody cares."""
         before = self.places()
         places = np.zeros((ticks, len(self.names), 2))
-        for k, name in enumerate(self.names):
-            if self._is_frozen(name):
-                places[:, k] = before[k]
-            else:
-                self.robots[name].drive(ticks, places[:, k])
+        places[:] = before
+        list(threads.map(lambda share: self._drive_some(share, places), self._shares))
         self.ticks += ticks
         steps = np.diff(np.concatenate((before[None], places)), axis=0)
         self.trace.driven_m += np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
@@ -180,6 +187,12 @@ class TeamRun:
             return
         for k in sorted(touched):
             self.robots[self.names[k]].touch()
+
+    def _drive_some(self, share: Iterable[int], places: Floats) -> None:
+        """Between two exchanges robots have nothing to do with each other: they may drive in any order."""
+        for k in share:
+            if not self._is_frozen(self.names[k]):
+                self.robots[self.names[k]].drive(len(places), places[:, k])
 
     def places(self) -> Floats:
         """(n, 2) where the robots truly are (m)."""
