@@ -24,7 +24,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 from numba.core.typing.templates import make_concrete_template
 
 _PACKAGE = __name__.partition(".")[0]
@@ -70,7 +70,7 @@ class _Cache(FunctionCache):
         """As Numba's, which also loads all that compiling takes: a third of a process's start, mostly for nothing."""
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():  # type: ignore[no-untyped-call]
-            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            return self._load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         if any(map(_foreign, sig)):
