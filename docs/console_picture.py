@@ -97,9 +97,6 @@ def _text(match: re.Match[str]) -> str:
 
 
 if __name__ == "__main__":
-    if "--fleet" in sys.argv:
-        taking = take_as_it_is("v")
-    else:
-        taking = take_as_it_is() if "--watch" in sys.argv else take()
-    picture = asyncio.run(taking)
+    keys = {"--watch": (), "--fleet": ("v",)}.get(sys.argv[-1])
+    picture = asyncio.run(take() if keys is None else take_as_it_is(*keys))
     Path(sys.argv[1]).write_text(with_dots(without_webfont(picture)), encoding="utf-8")
