@@ -1,4 +1,4 @@
-"""Panel lines on a drive to a pose: while the operator aims, under way, and on arrival."""
+"""Panel lines on a drive without lines: to a pose, while the operator aims, under way, and on arrival; in a team."""
 
 from __future__ import annotations
 
@@ -104,5 +104,14 @@ def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> lis
         *lines,
         row("driven", bar(driven, width, theme.SKY), f" {format.percent(driven):>6}"),
         row("left", format.length(left_m), (f"   {format.duration(status.remaining_s)}", theme.MUTED)),
+        row("speed", format.number(status.speed_mps, 2, "m/s")),
+    ]
+
+
+def guided_lines(status: TraversalStatus) -> list[Content]:
+    """What is known of a robot that drives where its team's coordinator tells it."""
+    return [
+        row("guided", "by the team's coordinator"),
+        row("time", format.duration(status.elapsed_s)),
         row("speed", format.number(status.speed_mps, 2, "m/s")),
     ]

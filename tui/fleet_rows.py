@@ -101,7 +101,7 @@ def _row(name: str, state: ConsoleState, answer: RollReply | None, here: Console
         badge=_badge(state),
         doubtful=not state.robot_alive or state.robot_stale,
         battery=battery if battery is not None and math.isfinite(battery) else None,
-        progress=_progress(state),
+        progress=state.share_done,
         speed_mps=status.speed_mps if status is not None and state.busy else None,
         off_m=robot.spread.long_m if robot.spread is not None else None,
         alert=alert,
@@ -122,14 +122,6 @@ def _badge(state: ConsoleState) -> theme.Badge:
 
 def _seen(state: ConsoleState) -> bool:
     return state.robot_node.seen
-
-
-def _progress(state: ConsoleState) -> float | None:
-    status = state.robot.status
-    if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
-        return None
-    share = status.coverage_pct / 100 if status.painted_ids else state.robot.driven_fraction
-    return share if share is not None and math.isfinite(share) else None
 
 
 def _trouble(state: ConsoleState, answer: RollReply | None) -> tuple[Trouble, str]:

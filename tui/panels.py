@@ -16,7 +16,7 @@ from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, remedy
-from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines
+from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines, guided_lines
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.panel_rows import bar as _bar
@@ -97,6 +97,8 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
         lines = []
     elif status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
         lines = _plan_lines(state)
+    elif state.guided:
+        lines = guided_lines(status)
     elif state.loaded.drives:
         lines = drive_lines(state, status, width)
     else:

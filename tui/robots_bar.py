@@ -43,9 +43,9 @@ def _fitting(names: Iterable[str], shown: dict[str, Content], width: int) -> Ite
 def _robot(name: str, state: ConsoleState, selected: bool) -> Content:
     known = badge(state)
     text, color = f"{known.mark} {known.text}", known.color
-    status = state.robot.status
-    if status is not None and state.traversal in _WORKING and not state.robot_stale:
-        text += f" {format.percent(status.coverage_pct / 100)}"
+    done = state.share_done
+    if done is not None and state.traversal in _WORKING and not state.robot_stale:
+        text += f" {format.percent(done)}"
     stop = state.orders.stop.line(state.now_s, known.text if state.robot_alive else "")
     loud = stop is not None and stop.loud
     if stop is not None and stop.loud:

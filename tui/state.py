@@ -156,6 +156,20 @@ class ConsoleState:
         return self.traversal in BUSY_STATES
 
     @property
+    def share_done(self) -> float | None:
+        """Covered share 0…1 of the job under way, or driven share of a drive; None of neither."""
+        status = self.robot.status
+        if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
+            return None
+        share = status.coverage_pct / 100 if status.painted_ids else self.robot.driven_fraction
+        return share if share is not None and math.isfinite(share) else None
+
+    @property
+    def guided(self) -> bool:
+        """Whether a team's coordinator guides the robot, which then drives no path."""
+        return self.busy and self.robot.status is not None and self.robot.status.segment_count == 0
+
+    @property
     def real_time_factor(self) -> float | None:
         """Sim seconds per wall second, as the robot measures it."""
         return self.robot_node.number("real_time_factor") if self.robot_alive else None

@@ -22,6 +22,7 @@ from touchline.services.bus import Bus
 from touchline.services.cli.display import progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
+from touchline.services.cli.job_bus import job_bus
 from touchline.services.cli.job_terminal import Terminal, watch_system
 from touchline.services.cli.number_list import numbers_of
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
@@ -31,6 +32,7 @@ from touchline.services.cli.sweep_output import SweepOutput
 from touchline.services.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
 from touchline.services.cli.workers_choice import WorkersChoice
 from touchline.services.runs.writing import check_recordable
+from touchline.services.system.running_system import only_one
 from touchline.services.system.temporary_system import ProcessOptions, local_system
 
 _TASK_S: Final = 120.0
@@ -129,7 +131,10 @@ def run(
     report: ReportOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive a team over Zenoh: coordinator, emulated robots and, to record, bridge as processes, in lockstep."""
+    """Drive a team over Zenoh: coordinator, emulated robots and, to record, bridge as processes, in lockstep.
+
+    They are on a bus of their own, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
+    """
     from touchline.services.fleet.starts import free_area, starts
     from touchline.services.runs.team.team_on_bus import TeamOnBus
 
@@ -146,7 +151,8 @@ def run(
             recordings=record.parent if record else None,
             coordinator=["--team", str(file), "--lockstep"],
         )
-        with local_system(setups, options=options) as system:
+        config = job_bus(list(setups))
+        with only_one(config), local_system(setups, config, options) as system:
             advance(0.0, "Starting")
             system.wait_until_ready(say)
             buses = {bus.namespace: bus for bus in system.buses}

@@ -1,6 +1,5 @@
 """Several robots on one template: the option, what is refused, and the job from template to figures."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,11 +14,9 @@ from touchline.schemas.messages import Event, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import BusConfig
-from touchline.services.bus.config import CONFIG_VARIABLE, ENDPOINT_VARIABLE
-from touchline.services.bus.ports import free_port
 from touchline.services.cli.display import print_event, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
+from touchline.services.cli.job_bus import job_bus
 from touchline.services.cli.job_terminal import Terminal, watch_team
 from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.sharing.team_order import TeamOrder
@@ -127,7 +124,7 @@ def run_team(template: Template, setup: Setup, options: PlanOptions, robots: int
     setups = {f"r{number + 1}": setup.with_seed(setup.scenario.seed + number) for number in range(robots)}
     with progress_bar("Touchline") as advance:
         job = _shared(template, options, setup.vehicle, robots, advance)
-        config = _team_bus(list(setups))
+        config = job_bus(list(setups))
         recordings = pace.record.parent if pace.record else None  # plans are made here
         processes = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=recordings)
         with only_one(config), local_system(setups, config, processes) as system:
@@ -164,13 +161,6 @@ def _shared(
     if vehicle.tool.covers:
         return share_areas(template, options, vehicle, starts, advance)
     return share_job(template, options, vehicle, starts, advance)
-
-
-def _team_bus(robots: Sequence[str]) -> BusConfig:
-    """The bus that the environment names, or else a private one, so that any number of jobs can run at once."""
-    if ENDPOINT_VARIABLE in os.environ or CONFIG_VARIABLE in os.environ:
-        return BusConfig.from_environment(robots)
-    return BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of(*robots)
 
 
 def simulate_team(

@@ -164,14 +164,15 @@ def local_system(
         config: The bus to use; by default a private one, so that several jobs can run at once.
         options: How its processes are started.
         join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
-            supervisor minds processes and tells how it is.
+            supervisor minds processes and tells how it is, and on a bus that was given its robots are there again
+            another time: what their journals say, such as an emergency stop, is kept for that.
     """
-    private = config is None
+    lasting = config is not None and join_as == topics.SUPERVISOR
     config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
     recordings = (options.recordings or Path()).absolute()
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         state = Path(folder)
-        children = _robot_children(robots, options, state, private=private)
+        children = _robot_children(robots, options, state, lasting=lasting)
         if topics.PLANNER not in options.without:
             children.append(Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S))
         if topics.BRIDGE not in options.without:
@@ -197,15 +198,15 @@ def local_system(
 
 
 def _robot_children(
-    robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, private: bool
+    robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, lasting: bool
 ) -> list[Child]:
-    """The robots' process, or processes; nobody comes back to a private bus, so journals are kept there."""
+    """The robots' process, or processes; robots of one job end with it, and so do their journals."""
     groups = [{name: setup} for name, setup in robots.items()] if options.apart else [dict(robots)]
     children = []
     for number, group in enumerate(groups):
         path = folder / f"robots-{number}.json"
         path.write_text(Fleet.of(group).model_dump_json(), encoding="utf-8")
-        journal = ["--journal", str(folder)] if private else []
+        journal = [] if lasting else ["--journal", str(folder)]
         alone = next(iter(group)) if len(groups) > 1 else ""
         command = ["robot-sim", "--robots", str(path), *options.robot_sim, *journal]
         children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))

@@ -17,6 +17,7 @@ from touchline.tui.app import ConsoleApp
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.map_view import MapView
+from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.robots import Robots
 from touchline.tui.robots_bar import RobotsBar, robots_line
@@ -29,7 +30,8 @@ def robot(x_m: float, state: int = m.TraversalStatus.RUNNING) -> FakeLink:
     """A robot that drives there."""
     link = FakeLink()
     link.incoming += [NodeChanged(name, True) for name in topics.SERVING]
-    status = m.TraversalStatus(state=state, coverage_pct=40.0)
+    line = {"painted_ids": ("a",), "painted_fraction": (0.4,)}
+    status = m.TraversalStatus(state=state, segment_count=1, coverage_pct=40.0, **line)
     where = scenes.odometry(x_m, 0.0, 0.0)
     link.incoming += [received(topics.ODOMETRY, where), received(topics.STATUS, status)]
     return link
@@ -66,6 +68,16 @@ async def test_all_robots_are_on_the_map_and_in_their_row_by_name(size):
         assert row.index("r1 ") < row.index("club/r2 ") < row.index("r3 ")
         assert row.count("RUNNING 40 %") == 3
         assert "Other robot" in plain(app, KeyBar)
+
+
+async def test_a_robot_that_a_coordinator_guides_has_no_lines_and_covers_nothing():
+    guided = robot(0.0)
+    guided.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING, elapsed_s=25.0)))
+    async with three(a1=guided) as (app, _, _, _):
+        assert "a1  ► RUNNING  " in plain(app, RobotsBar)
+        shown = plain(app, StatusPanel)
+        assert "guided   by the team's coordinator" in shown and "0:25" in shown
+        assert "covered" not in shown and "line" not in shown
 
 
 async def test_one_robot_alone_has_no_row_and_no_key_for_others():
