@@ -146,7 +146,7 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
             assert not refused.success
             # Robots that still load their kernels do not answer their coordinator in time: it is asked again.
             assert eventually(lambda: guided(bus, CORNERS))
-            assert eventually(lambda: status.now.arrived == 3), status.now
+            assert eventually(lambda: status.now.arrived == 3, 200.0), status.now
             assert eventually(lambda: status.report.finished), status.report
             assert (status.report.robots, status.report.missing) == (("a", "b", "c"), ())
             with robots(config, tmp_path, "late"):
@@ -154,7 +154,7 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
                 deploy = TeamTaskRequest(request_id="2", task_json='{"kind": "deploy"}')
                 assert bus.call(topics.TEAM_TASK, deploy, 60.0).success
                 assert status.report.task == "goals"
-                assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25), status.now
+                assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25, 200.0), status.now
                 paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
                 assert paused.success, paused.message
             assert "may drive" in remove(bus, "a").message
