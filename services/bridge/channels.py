@@ -1,7 +1,7 @@
 """Channel metadata of a recording in rosbag2's format: topic names, schemas, type hashes and QoS."""
 
 from collections.abc import Collection, Iterable
-from functools import cache
+from functools import cache, lru_cache
 
 from touchline.schemas.cdr import full_definition, type_hash
 from touchline.schemas.messages.base import Message
@@ -9,6 +9,8 @@ from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, VIEWING_BY_NAM
 from touchline.services.bridge.recorded import RecordingKind
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
+_PATHS_KEPT = 10_000
+"""A recording's messages have few topics, and each of them is asked for its own."""
 
 
 def topic_path(namespace: str, topic: Topic) -> str:
@@ -53,6 +55,7 @@ def recorded_paths(path: str) -> tuple[str, ...]:
     return (present_path(path), *(f"{namespace}/{name}" for name in former))
 
 
+@lru_cache(maxsize=_PATHS_KEPT)
 def _found(path: str) -> tuple[str, str]:
     """(the namespace with its slashes, the topic's name, present or former; "" if there is none) of a recorded path."""
     parts = path.strip("/").split("/")

@@ -32,12 +32,12 @@ def fields_of(node: object) -> Mapping[str, object] | None:
     if isinstance(node, dict):
         return node
     kind: Any = type(node)
-    names = _field_names(kind)
+    names = field_names(kind)
     return None if names is None else {name: getattr(node, name) for name in names}
 
 
 @cache
-def _field_names(kind: type[Any]) -> tuple[str, ...] | None:
+def field_names(kind: type[Any]) -> tuple[str, ...] | None:
     """Of the fields of a decoded message; None if it is none."""
     if not is_dataclass(kind):
         return None

@@ -2,12 +2,12 @@
 
 import math
 import re
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from touchline.services.bridge.decoding import decoder, fields_of
+from touchline.services.bridge.decoding import decoder, field_names, fields_of
 from touchline.services.bridge.recorded import Damage, Recorded
 from touchline.services.bridge.schema_change import SchemaChange
 from touchline.services.bridge.units import unit_of
@@ -16,18 +16,40 @@ _LONGEST_SHOWN = 80
 _PLAIN = frozenset((float, int, str, bool))
 
 
+class _Words(str):
+    """Text that is shown as it stands, in place of a value."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 class Unequal(NamedTuple):
     """A field that is not equal: its path, both values, and the size of the difference (inf: no number)."""
 
     field: str
-    left: str
-    right: str
+    left_value: object
+    right_value: object
     size: float
+
+    @property
+    def left(self) -> str:
+        """The first value as text."""
+        return _shown(self.left_value)
+
+    @property
+    def right(self) -> str:
+        """The second value as text."""
+        return _shown(self.right_value)
 
     @property
     def unit(self) -> str:
         """Of the values; empty if they have none."""
         return unit_of(self.field)
+
+
+_NOTHING = _Words("nothing")
 
 
 def unequal_fields(left: Recorded, right: Recorded, change: SchemaChange) -> list[Unequal]:
@@ -38,47 +60,66 @@ def unequal_fields(left: Recorded, right: Recorded, change: SchemaChange) -> lis
     try:
         one, other = decode_left(left.payload), decode_right(right.payload)
     except Damage as damage:
-        return [] if left.payload == right.payload else [Unequal("payload", str(damage), "", math.inf)]
-    return list(_walk("", one, other, change.left_only | change.right_only))
+        return [] if left.payload == right.payload else [Unequal("payload", _Words(damage), _Words(), math.inf)]
+    found: list[Unequal] = []
+    _walk("", one, other, change.left_only | change.right_only, found)
+    return found
 
 
 def _as_bytes(left: bytes, right: bytes) -> Unequal:
     first = next((i for i, (one, other) in enumerate(zip(left, right, strict=False)) if one != other), -1)
     place = f"byte {first}" if first >= 0 else "length"
-    return Unequal(f"payload ({place})", f"{len(left)} bytes", f"{len(right)} bytes", math.inf)
+    return Unequal(f"payload ({place})", _Words(f"{len(left)} bytes"), _Words(f"{len(right)} bytes"), math.inf)
 
 
-def _walk(path: str, left: object, right: object, single: frozenset[str]) -> Iterator[Unequal]:
-    if _plainly_equal(left, right):
+def _walk(path: str, left: object, right: object, single: frozenset[str], found: list[Unequal]) -> None:
+    """Add what differs from a place on; `single` are fields that the schemas say only one side has."""
+    kind: Any = type(left)
+    names = field_names(kind)
+    if names is not None and kind is type(right):
+        for name in names:
+            one, other = getattr(left, name), getattr(right, name)
+            if not _plainly_equal(one, other):
+                _walk(f"{path}.{name}" if path else name, one, other, single, found)
+        return
+    if type(left) is float and type(right) is float:
+        _add_numbers(path, left, right, found)
         return
     ours, theirs = fields_of(left), fields_of(right)
     if ours is not None and theirs is not None:
-        for name in ours:
-            if name in theirs and _plainly_equal(ours[name], theirs[name]):
-                continue
-            place = f"{path}.{name}" if path else name
-            if name in theirs:
-                yield from _walk(place, ours[name], theirs[name], single)
-            elif not _of_schema(place, single):
-                yield Unequal(place, _shown(ours[name]), "nothing", math.inf)
-        for name in theirs:
-            place = f"{path}.{name}" if path else name
-            if name not in ours and not _of_schema(place, single):
-                yield Unequal(place, "nothing", _shown(theirs[name]), math.inf)
+        _add_of_other_schemas(path, (ours, theirs), single, found)
+    elif isinstance(left, np.ndarray) and isinstance(right, np.ndarray) and len(left) == len(right):
+        places = (left != right).nonzero()[0]
+        for place, one, other in zip(places.tolist(), left[places].tolist(), right[places].tolist(), strict=True):
+            _walk(f"{path}[{place}]", one, other, single, found)
     elif isinstance(left, (list, tuple, np.ndarray)) and isinstance(right, (list, tuple, np.ndarray)):
         if len(left) != len(right):
-            yield Unequal(f"{path} (length)", str(len(left)), str(len(right)), math.inf)
+            found.append(Unequal(f"{path} (length)", len(left), len(right), math.inf))
             return
-        if isinstance(left, np.ndarray) and isinstance(right, np.ndarray):
-            places = np.flatnonzero(left != right)
-        else:
-            places = np.arange(len(left))
-        for index in map(int, places):
-            yield from _walk(f"{path}[{index}]", left[index], right[index], single)
+        for place, (one, other) in enumerate(zip(left, right, strict=True)):
+            if not _plainly_equal(one, other):
+                _walk(f"{path}[{place}]", one, other, single, found)
     elif _is_number(left) and _is_number(right) and (_is_float(left) or _is_float(right)):
-        yield from _numbers(path, float(left), float(right))  # type: ignore[arg-type]
+        _add_numbers(path, float(left), float(right), found)  # type: ignore[arg-type]
     elif left != right:
-        yield Unequal(path, _shown(left), _shown(right), math.inf)
+        found.append(Unequal(path, left, right, math.inf))
+
+
+def _add_of_other_schemas(
+    path: str, both: tuple[Mapping[str, object], Mapping[str, object]], single: frozenset[str], found: list[Unequal]
+) -> None:
+    """Add what differs of fields by name, of which only one side may have some."""
+    ours, theirs = both
+    for name in ours:
+        place = f"{path}.{name}" if path else name
+        if name in theirs:
+            _walk(place, ours[name], theirs[name], single, found)
+        elif not _of_schema(place, single):
+            found.append(Unequal(place, ours[name], _NOTHING, math.inf))
+    for name in theirs:
+        place = f"{path}.{name}" if path else name
+        if name not in ours and not _of_schema(place, single):
+            found.append(Unequal(place, _NOTHING, theirs[name], math.inf))
 
 
 def _plainly_equal(left: object, right: object) -> bool:
@@ -100,11 +141,12 @@ def _is_float(value: object) -> bool:
     return isinstance(value, (float, np.floating))
 
 
-def _numbers(path: str, left: float, right: float) -> Iterator[Unequal]:
-    if left == right or (math.isnan(left) and math.isnan(right)):
-        return
+def _add_numbers(path: str, left: float, right: float, found: list[Unequal]) -> None:
     size = abs(left - right)
-    yield Unequal(path, repr(left), repr(right), math.inf if math.isnan(size) else size)
+    if size > 0.0:
+        found.append(Unequal(path, left, right, size))
+    elif left != right and not (math.isnan(left) and math.isnan(right)):
+        found.append(Unequal(path, left, right, math.inf))
 
 
 def _shown(value: object) -> str:

@@ -11,12 +11,14 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from touchline.schemas.messages import Header, Time
+from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, VIEWING, Topic
 from touchline.services.bridge.channels import channel_metadata, kind_of, topic_path
 from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
@@ -109,7 +111,12 @@ class _Robot(RobotTime):
 
 def is_stamped(topic: Topic) -> bool:
     """Whether the topic's messages begin with a sim-time stamp (a header, or the clock itself)."""
-    first = next(iter(topic.type.model_fields.values()), None)
+    return _begins_with_stamp(topic.type)
+
+
+@cache
+def _begins_with_stamp(kind: type[Message]) -> bool:
+    first = next(iter(kind.model_fields.values()), None)
     return first is not None and first.annotation in (Header, Time)
 
 

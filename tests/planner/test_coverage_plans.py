@@ -78,17 +78,17 @@ def test_what_cannot_be_covered_is_refused_with_the_remedy() -> None:
 
 
 def test_a_strip_in_which_the_machine_cannot_turn_is_driven_both_sides() -> None:
-    strip = shapely.box(0.0, 0.0, 30.0, 4.4)
+    strip = shapely.box(0.0, 0.0, 20.0, 4.4)
     route = cover(asked(strip, coverage_pct=80.0))
     check(route, strip)
     assert covered_pct(route, route.reachable) >= 80.0
 
 
 def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
-    field, wall = shapely.box(0.0, 0.0, 36.0, 18.0), shapely.box(20.0, -1.0, 21.0, 19.0)
+    field, wall = shapely.box(0.0, 0.0, 28.0, 13.0), shapely.box(15.0, -1.0, 16.0, 14.0)
     route = cover(asked(field, wall, coverage_pct=80.0))
     check(route, field.difference(wall))
-    near = route.reachable.intersection(shapely.box(0.0, 0.0, 20.0, 18.0))
+    near = route.reachable.intersection(shapely.box(0.0, 0.0, 15.0, 13.0))
     assert covered_pct(route, near) >= 80.0
     assert "m² are left out: the way there is too narrow" in route.remarks[-1]
 

@@ -10,6 +10,7 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.runs.sharing import shared_simulation
 from touchline.services.runs.sharing.shared_job import APART_M, share_job
 from touchline.services.runs.sharing.shared_simulation import simulate_shared
 from touchline.services.runs.sharing.team_order import TeamOrder
@@ -37,9 +38,13 @@ def carried_out(job, seed=1, orders=()):
     return simulate_shared(job, [Setup().with_seed(seed + number) for number in range(2)], orders)
 
 
-def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job):
-    one = plan(TEMPLATE, Vehicle())
-    both = carried_out(job)
+@pytest.fixture(scope="module")
+def undisturbed(job):
+    return carried_out(job)
+
+
+def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job, undisturbed):
+    one, both = plan(TEMPLATE, Vehicle()), undisturbed
     assert both.reason == "" and both.total_time_s < 0.75 * one.report.total_time_s
     assert both.total_time_s == pytest.approx(job.table.end_s, rel=0.05)
     assert both.work.metrics.verdict.accepted and both.work.metrics.coverage_pct > 99.8
@@ -49,8 +54,8 @@ def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job):
     assert sum(len(own.report.segments) for (own,) in both.robots) == len(GRID)
 
 
-def test_the_same_again_is_the_same_to_the_bit(job):
-    first, second = carried_out(job), carried_out(job)
+def test_the_same_again_is_the_same_to_the_bit(job, undisturbed):
+    first, second = undisturbed, carried_out(job)
     assert [own.report for (own,) in first.robots] == [own.report for (own,) in second.robots]
     assert first.work == second.work
 
@@ -83,9 +88,11 @@ def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_ca
     assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.05 * TEMPLATE.line_width_m
 
 
-def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(job):
+def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(monkeypatch, job):
+    monkeypatch.setattr(shared_simulation, "PATIENCE_S", 45.0)
     both = carried_out(job, orders=[TeamOrder(6.0, 0, "fail")])
-    assert "robot r1: out of service" in both.reason and "robot r2: given up by the simulation" in both.reason
+    assert "robot r1: out of service" in both.reason
+    assert "robot r2: given up by the simulation after 45 s" in both.reason
     assert both.apart_m >= APART_M and len(both.robots[1]) == 1
 
 

@@ -117,8 +117,8 @@ def check_recording(
         while followed:
             process += 1
             messages = RobotMessages(path, robot, process)
-            one = SessionCheck(robot, process, made_by, not others if exact is None else exact)
-            one.diff.told, one.cut = told, bool(summary.problem)
+            one = SessionCheck(robot, process, made_by, not others if exact is None else exact, diff=SessionDiff(told))
+            one.cut = bool(summary.problem)
             if one.cut:
                 one.notes.append(f"compared as far as the recording goes: {summary.problem}")
             if others and not one.exact:

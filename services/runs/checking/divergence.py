@@ -75,9 +75,9 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
     )
 )
 """Events of the process round the robot, which are no part of what is rebuilt."""
-_LATE: Final = (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE)
+_LATE: Final = frozenset(each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE))
 """Their stamps tell when they were measured; when they arrive matters, too."""
-_STANDING: Final = (topics.STATUS, topics.TRUE_COVERAGE)
+_STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))
 _HASH: Final = "session_hash"
 """Of a report: it follows from all the rest."""
 _SIDES: Final = ("the recording", "today")
@@ -157,6 +157,7 @@ class SessionDiff:
         topics: By name in the topic table.
         time: The robot's when the session begins.
         schemas: By name of a topic, what is different in how it is recorded today.
+        wanted: Names of the topics that are compared.
     """
 
     told: Collection[str] = frozenset(PART_OF)
@@ -167,9 +168,14 @@ class SessionDiff:
     topics: dict[str, TopicCheck] = field(default_factory=dict)
     time: RobotTime = field(default_factory=RobotTime)
     schemas: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    wanted: frozenset[str] = field(init=False)
     _going: dict[str, Alignment] = field(default_factory=dict)
     _kept: MetricKeeper = field(default_factory=MetricKeeper)
     _newest_ns: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """See the class."""
+        self.wanted = frozenset(PART_OF.keys() & self.told)
 
     def recorded(self, topic: Topic, message: Recorded) -> None:
         """Take a message of the recording."""
@@ -182,7 +188,7 @@ class SessionDiff:
         """Take what is said today."""
         for topic, payload in payloads:
             if topic.name in self.told and is_stamped(topic):
-                self.time.hear(stamp_ns(payload), topic == topics.CLOCK)
+                self.time.hear(stamp_ns(payload), topic is topics.CLOCK)
             if topic.name in self.wanted and self._counts(topic, payload):
                 at_ns = stamp_ns(payload) if is_stamped(topic) else 0
                 self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, kind_of(topic.type)))
@@ -217,7 +223,7 @@ class SessionDiff:
 
     def _counted(self, topic: Topic, payloads: Payloads) -> Payloads:
         """Those that count."""
-        by_stamp = is_stamped(topic) and topic != topics.EVENTS and topic not in _STANDING
+        by_stamp = is_stamped(topic) and topic is not topics.EVENTS and topic.name not in _STANDING
         if by_stamp and _stamps_ns(payloads).min(initial=self.from_ns) >= self.from_ns:
             return payloads
         each = payloads.each()
@@ -236,11 +242,6 @@ class SessionDiff:
             alignment.end(1)
             self._decide(topics.TOPIC_BY_NAME[name], alignment)
 
-    @property
-    def wanted(self) -> Collection[str]:
-        """Names of the topics that are compared."""
-        return PART_OF.keys() & self.told
-
     @staticmethod
     def kind_of(topic: Topic) -> RecordingKind:
         """How today's payloads of a topic are read."""
@@ -256,16 +257,18 @@ class SessionDiff:
         """Whether a message is of the robot, and not of the process round it, or from before all."""
         if is_stamped(topic):
             at_ns = stamp_ns(payload)
-            if at_ns < self.from_ns or (topic in _STANDING and at_ns <= self.ordered_ns):
+            if at_ns < self.from_ns or (topic.name in _STANDING and at_ns <= self.ordered_ns):
                 return False
-        if topic != topics.EVENTS:
+        if topic is not topics.EVENTS:
             return True
         event = decode(Event, payload)
         return event.source == topics.ROBOT_SIM and event.code not in TOLD_FROM_OUTSIDE
 
     def _add(self, topic: Topic, side: int, message: Recorded) -> None:
-        alignment = self._going.setdefault(topic.name, Alignment())
-        self.topics.setdefault(topic.name, TopicCheck())
+        alignment = self._going.get(topic.name)
+        if alignment is None:
+            alignment = self._going[topic.name] = Alignment()
+            self.topics.setdefault(topic.name, TopicCheck())
         self._kept.take(topic, side, message.payload)
         alignment.add(side, message)
         self._decide(topic, alignment)
@@ -286,7 +289,7 @@ class SessionDiff:
                 _keep(check, Divergence(todays.publish_time_ns / 1e9, topic.name, "", "no message", "one"))
 
     def _compare(self, topic: Topic, check: TopicCheck, ours: Recorded, todays: Recorded) -> None:
-        if topic in _LATE and ours.log_time_ns != todays.log_time_ns:
+        if topic.name in _LATE and ours.log_time_ns != todays.log_time_ns:
             check.different += 1
             then_s, now_s = ours.log_time_ns / 1e9, todays.log_time_ns / 1e9
             late = (f"{then_s:.2f}", f"{now_s:.2f}", "s")

@@ -144,7 +144,7 @@ class _Finder:
             return
         if self.from_ns is None and is_stamped(topic):
             self.from_ns = message.publish_time_ns
-        if topic == topics.CLOCK:
+        if topic is topics.CLOCK:
             self.last_tick = max(self.last_tick, message.publish_time_ns // TICK_NS)
         if (taker := self._takers.get(topic.name)) is None:
             return

@@ -21,6 +21,7 @@ _OF_REPORT: Final = (
 )
 _DIGITS: Final = (2, 3, 4, 6)
 """Behind the point."""
+_KEPT: Final = (topics.REPORT.name, topics.STATUS.name)
 _OF_STATUS: Final = (("duration", "elapsed_s"), ("coverage", "coverage_pct"))
 
 
@@ -65,7 +66,7 @@ class MetricKeeper:
 
     def take(self, topic: Topic, side: int, payload: bytes) -> None:
         """Take a message; side 0 is the recording, 1 is today."""
-        if topic in (topics.REPORT, topics.STATUS):
+        if topic.name in _KEPT:
             self._last[topic.name, side] = payload
 
     @property
