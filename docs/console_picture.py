@@ -1,8 +1,8 @@
 """Takes the console's picture on a real run: `touchline up` first, then `python docs/console_picture.py OUT.svg`.
 
-Plans and starts the soccer pitch, waits until most of it is painted, and saves what the console shows; with `--fleet`
-the screen of all robots that are on the bus, whatever they do. Braille is drawn as dots, because few fonts in browsers
-have it.
+Plans and starts the soccer pitch, waits until most of it is painted, and saves what the console shows; with `--watch`
+what it shows of a robot or a replay that is on the bus, with `--fleet` the screen of all robots, whatever they do.
+Braille is drawn as dots, because few fonts in browsers have it.
 """
 
 from __future__ import annotations
@@ -42,14 +42,15 @@ async def take() -> str:
     return picture
 
 
-async def take_fleet() -> str:
-    """The screen of all robots as SVG, five seconds after it was opened."""
-    with open_links(BusConfig.from_environment(), topics.CONSOLE, everyone=True) as links:
+async def take_as_it_is(*keys: str) -> str:
+    """The console as SVG: five seconds after it was opened, and five more after keys were pressed, if any."""
+    with open_links(BusConfig.from_environment(), topics.CONSOLE, everyone=bool(keys)) as links:
         app = ConsoleApp(links)
         async with app.run_test(size=SIZE) as pilot:
             await pilot.pause(5.0)
-            await pilot.press("v")
-            await pilot.pause(5.0)
+            if keys:
+                await pilot.press(*keys)
+                await pilot.pause(5.0)
             return app.export_screenshot(title="touchline tui")
 
 
@@ -96,5 +97,6 @@ def _text(match: re.Match[str]) -> str:
 
 
 if __name__ == "__main__":
-    picture = asyncio.run(take_fleet() if "--fleet" in sys.argv else take())
+    keys = {"--watch": (), "--fleet": ("v",)}.get(sys.argv[-1])
+    picture = asyncio.run(take() if keys is None else take_as_it_is(*keys))
     Path(sys.argv[1]).write_text(with_dots(without_webfont(picture)), encoding="utf-8")

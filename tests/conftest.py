@@ -10,6 +10,7 @@ from hypothesis.internal.conjecture import providers
 
 from touchline.services.bus import BusConfig
 from touchline.services.bus.ports import free_port
+from touchline.services.system.priority import USUAL, run_at
 
 # The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
 # so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.
@@ -29,6 +30,30 @@ def pytest_collection_finish() -> None:
     """What has been loaded by then stays to the end."""
     gc.collect()
     gc.freeze()
+
+
+# What processes and screens take is time on the wall, which tests that only reckon beside them can spare.
+_RECKONING = {
+    "checking",
+    "core",
+    "drawings",
+    "fleet",
+    "onboard",
+    "planner",
+    "robot_sim",
+    "schemas",
+    "sharing",
+    "study",
+    "team",
+}
+_LATER = 15
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let the processes of other tests go before one that only reckons; only root may come back from that."""
+    if os.geteuid() == 0:
+        run_at(_LATER if _RECKONING & set(item.path.parts) else USUAL)
 
 
 # Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.

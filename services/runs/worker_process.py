@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -46,6 +47,7 @@ class WorkerProcess:
         """
         process = self._context.Process(target=_serve, args=(self._theirs, work, shared), daemon=True)
         self._process = process
+        resource_tracker.ensure_running()  # which the first process starts otherwise, and unblocks signals for it
         with undisturbed():
             process.start()
         self._theirs.close()
@@ -85,6 +87,8 @@ class WorkerProcess:
         self._theirs.close()
         if self._process is None or self._process.pid is None:
             return
+        if self.task is None:  # it does not hear signals before it serves, and has nothing to lose
+            self._process.kill()
         self._process.terminate()
         self._process.join(_ENDING_S)
         if self._process.exitcode is None:  # it is frozen

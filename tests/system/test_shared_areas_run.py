@@ -13,6 +13,7 @@ from touchline.schemas.messages import CommandRequest, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, Polygon, Template
 from touchline.services.cli.choices import load_vehicle
+from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.sharing import shared_bus_run
 from touchline.services.runs.sharing.conduct import Conduct
@@ -85,7 +86,10 @@ def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_an
         operator.kill = lambda: os.killpg(pid, signal.SIGKILL)
         conduct = Conduct(20.0, take_over_after_s=0.5, record=record)
         run = shared_bus_run.SharedBusRun(system.buses, job, conduct, operator)
-        run.run()
+        try:
+            run.run()
+        except JobFailed as failed:
+            pytest.fail(f"{failed}; {operator.said}")
     told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
     json.dumps(told)
     assert told["area"]["accepted"], told["reason"]

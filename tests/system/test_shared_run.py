@@ -230,8 +230,8 @@ class Site:
     def said(self):
         return " ".join(self.log.read_text().split())
 
-    def wait_for(self, text):
-        wait_until(lambda: text in self.said)
+    def wait_for(self, text, times=1):
+        assert eventually(lambda: self.said.count(text) >= times, 200.0), self.said
 
     def order(self, what, robot):
         return touchline_here("order", what, "--robot", robot, config=self.config)
@@ -280,7 +280,7 @@ def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_dr
         wait_until(lambda: asked(topics.RESET))  # right after a stop it is refused
         team.wait_for("r2 is in service again")
         assert asked(topics.RESUME) and asked(topics.ESTOP)
-        wait_until(lambda: team.said.count("r2 is out of service") == 2)
+        team.wait_for("r2 is out of service", times=2)
         assert "r1 is in service" in team.order("take-over", "r1").stderr
         assert team.order("remove", "r2").returncode == 0
         done = team.order("take-over", "r2")

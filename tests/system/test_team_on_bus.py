@@ -31,6 +31,7 @@ from touchline.services.bridge.channels import robots_among
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
+from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.team.recorded_team import read_team
 
 pytestmark = pytest.mark.xdist_group("team-on-bus")
@@ -39,8 +40,8 @@ RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 
 def test_over_the_bus_a_process_for_each_robot_has_the_bytes_of_the_simulation(tmp_path: Path) -> None:
     """One process for all has them, too: below."""
-    recording = tmp_path / "team.mcap"
-    simulated = figures(touchline_here("fleet", "simulate", *RUN, "--hash"))["hash"]["robots"]
+    recording, one = tmp_path / "team.mcap", tmp_path / "simulated.mcap"
+    simulated = figures(touchline_here("fleet", "simulate", *RUN, "--hash", "--record", str(one)))["hash"]["robots"]
     done = figures(touchline("fleet", "run", *RUN, "--processes", "--record", str(recording)))
     assert done["success"], done["reason"]
     assert done["hash"]["robots"] == simulated
@@ -48,6 +49,9 @@ def test_over_the_bus_a_process_for_each_robot_has_the_bytes_of_the_simulation(t
     reader = RecordingReader(recording)
     names = set(robots_among(message.topic for message in reader.messages()))
     assert names == {"tb1", "tb2", topics.TEAM_NAMESPACE}
+    alike = touchline_here("compare", str(one), str(recording))
+    assert alike.returncode == 0, alike.stdout
+    assert [each.passed for each in check_recording(one)] == [True, True]
 
 
 def test_robots_that_touch_have_their_bumpers_pressed_at_the_same_tick_over_the_bus(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import random
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,12 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.replay_run import ReplayRun
+from touchline.schemas.team import TeamScenario
 from touchline.services.bridge.replay_service import Playback, run_replay
 from touchline.services.bridge.replay_source import ReplaySource
 from touchline.services.bus import BusConfig
+from touchline.services.runs.payload_recorder import PayloadRecorder
+from touchline.services.runs.team.team_run import TeamRun
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.link import BusLink, open_links
 from touchline.tui.panels import StatusPanel
@@ -39,13 +43,15 @@ def received(topic: topics.Topic, message: m.Message, run: ReplayRun = RUN) -> R
     return Received(topic.name, message, run.publisher_id.hex())
 
 
-def live(until_s: float, *, replayed: bool) -> ConsoleState:
-    """What a console knows that has heard every message of the session until then."""
+def live(until_s: float, *, replayed: bool, session: Path = SESSION, robot: str = "") -> ConsoleState:
+    """What a console knows that has heard every message of the session, or of one of its robots, until then."""
     state, paint = ConsoleState(), PaintHistory()
     state.apply(NodeChanged(topics.REPLAY if replayed else topics.ROBOT_SIM, True), 0.0)
-    for cue in ReplaySource(SESSION).from_start():
+    for cue in ReplaySource(session).from_start():
         if cue.at_s > until_s:
             break
+        if robot and cue.namespace != robot:
+            continue
         publisher = RUN.publisher_id.hex() if replayed else "robot"
         state.apply(Received(cue.topic.name, decode(cue.topic.type, cue.payload), publisher), 0.0)
         if cue.topic is topics.PLAN:
@@ -98,21 +104,27 @@ class Console:
         return status
 
 
-@pytest.fixture
-def replay(bus_config: BusConfig) -> Iterator[Console]:
-    """A console with a paused replay of the session."""
+@contextmanager
+def watched(session: Path, config: BusConfig) -> Iterator[dict[str, Console]]:
+    """A console for each robot of a paused replay."""
     over = threading.Event()
     playback = Playback(speed=-1.0, paused=True, stay=True)
-    thread = threading.Thread(target=run_replay, args=(SESSION, playback, bus_config), kwargs={"stop": over.is_set})
+    thread = threading.Thread(target=run_replay, args=(session, playback, config), kwargs={"stop": over.is_set})
     thread.start()
     try:
-        with open_links(bus_config, topics.CONSOLE) as links:
-            ((_, link),) = links.found()
-            assert isinstance(link, BusLink)
-            yield Console(link)
+        with open_links(config, topics.CONSOLE) as links:
+            yield {name: Console(link) for name, link in links.found() if isinstance(link, BusLink)}
     finally:
         over.set()
         thread.join()
+
+
+@pytest.fixture
+def replay(bus_config: BusConfig) -> Iterator[Console]:
+    """A console with a paused replay of the session."""
+    with watched(SESSION, bus_config) as consoles:
+        (console,) = consoles.values()
+        yield console
 
 
 def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(replay: Console) -> None:
@@ -136,6 +148,27 @@ def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(re
         settled = time.monotonic() + 0.2
         replay.until(lambda _, settled=settled: time.monotonic() > settled)
         assert known(replay.state) == known(live(time_s, replayed=True)), time_s
+
+
+def test_robots_of_one_recording_are_sought_together(bus_config: BusConfig, tmp_path: Path) -> None:
+    session, team = tmp_path / "team.mcap", TeamScenario(robots=2, duration_s=4.0)
+    with PayloadRecorder(session, (*team.names, topics.TEAM_NAMESPACE)) as recorder:
+        TeamRun(team, listener=recorder.hear).run()
+    with watched(session, bus_config.of(*team.names)) as consoles:
+        assert set(consoles) == set(team.names)
+        for each in consoles.values():
+            each.until(lambda state: state.replayed and state.replay.status is not None)
+        one, other = (consoles[name] for name in team.names)
+        for jumps, time_s in enumerate((3.0, 1.5), start=1):
+            one.seek(time_s)  # whichever is told, all of the recording is there
+            other.until(lambda state, jumps=jumps: state.replay.status.jumps == state.replay.run.jumps == jumps)
+            for name, each in consoles.items():
+                settled = time.monotonic() + 0.2
+                each.until(lambda _, settled=settled: time.monotonic() > settled)
+                assert each.state.replay.status.now_s == time_s
+                told = live(time_s, replayed=True, session=session, robot=name)
+                assert known(each.state) == known(told), (name, time_s)
+                assert each.state.robot.pose is not None
 
 
 def test_what_was_sent_before_a_jump_is_dropped_whenever_it_comes() -> None:

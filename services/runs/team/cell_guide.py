@@ -69,16 +69,17 @@ class CellGuide:
 
     def talk(self, tick: int, awake: Collection[str]) -> bool:
         """See `TeamGuide`."""
-        onboard = {name: robot.emulator.onboard for name, robot in self._robots.items() if name in awake}
-        said = {name: each.whereabouts for name, each in onboard.items()}
+        robots = {name: robot for name, robot in self._robots.items() if name in awake}
+        said = {name: each.emulator.onboard.whereabouts for name, each in robots.items()}
         try:
             told = self._exchange.at(tick, {name: each for name, each in said.items() if each is not None})
         except SegmentsMeet as error:
             told = {}
             self._pause_all(str(error))
-        for name, messages in told.items():
-            for message in messages if name in onboard else ():
-                onboard[name].take_guidance(message)
+        hearing = {} if self.finished(tick) else robots  # they are to brake then, as over the bus
+        for name in told.keys() & hearing:
+            for message in answers(told[name], tick):
+                robots[name].take_guidance(message)
         self._books.count(len(said), sum(map(len, told.values())))
         self._tell(tick, told, awake)
         hub = self._coordination.hub

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.messages import Guidance, TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.robot_sim import tick_log
@@ -61,6 +61,10 @@ class TeamRobot:
         self.emulator.begin_guided()
         if self.telemetry is not None:
             self._tell(self.telemetry.begin([]))
+
+    def take_guidance(self, told: Guidance) -> None:
+        """Take what the coordinator tells; it is one of the robot's orders, if anybody listens to these."""
+        (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(told)
 
     def touch(self) -> None:
         """Have its bumper pressed from the next tick on, as over the bus."""
