@@ -68,7 +68,7 @@ class SessionDigest:
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
         """Add payloads in order of publication; others than the hashed ones are ignored."""
         for topic, payload in said:
-            self.add_of(topic, [len(payload)], payload)
+            self.add_of(topic, (len(payload),), payload)
 
     def add_of(self, topic: Topic, sizes: Sequence[int], data: bytes) -> None:
         """Add payloads of one topic in order: `data` are all of them, one after another."""
@@ -77,12 +77,16 @@ class SessionDigest:
             return
         waiting.sizes.extend(sizes)
         waiting.data.extend(data)
-        while len(waiting.sizes) >= _BATCH:
-            self._hashed.add(topic.name)
-            batch = waiting.sizes[:_BATCH]
-            end = sum(batch)
-            self._take(self._digests[topic.name], batch, waiting.data[:end])
-            del waiting.sizes[:_BATCH], waiting.data[:end]
+        if (whole := len(waiting.sizes) // _BATCH * _BATCH) == 0:
+            return
+        self._hashed.add(topic.name)
+        end = 0
+        with memoryview(waiting.data) as view:
+            for first in range(0, whole, _BATCH):
+                batch = waiting.sizes[first : first + _BATCH]
+                begin, end = end, end + sum(batch)
+                self._take(self._digests[topic.name], batch, view[begin:end])
+        del waiting.sizes[:whole], waiting.data[:end]
 
     def copy(self) -> "SessionDigest":
         """An independent copy of the digest as it is now."""
@@ -102,6 +106,6 @@ class SessionDigest:
         return session.hexdigest()
 
     @staticmethod
-    def _take(digest: "hashlib.blake2b", sizes: list[int], data: bytearray) -> None:
+    def _take(digest: "hashlib.blake2b", sizes: list[int], data: bytearray | memoryview) -> None:
         digest.update(struct.pack(f"<{len(sizes)}I", *sizes))
         digest.update(data)

@@ -60,6 +60,12 @@ class FixedLayout:
         self._template = bytes(_HEADER + self._body)
         self.size = len(self._template)
         self._runs = self._contiguous_runs()
+        begins = [*(offset for _, offset, _, _ in self._runs), self.size]
+        self._head = self._template[: begins[0]]
+        self._pieces = [
+            (packer.pack, slice(first, stop), self._template[offset + packer.size : begin])
+            for (packer, offset, first, stop), begin in zip(self._runs, begins[1:], strict=True)
+        ]
 
     def _align(self, size: int) -> None:
         self._body += bytes(-len(self._body) % size)
@@ -145,10 +151,10 @@ class FixedLayout:
 
     def pack(self, *values: float) -> bytes:
         """The payload with ``values`` as its numbers, in the order of :attr:`leaves`."""
-        buffer = bytearray(self._template)
-        for packer, offset, start, stop in self._runs:
-            packer.pack_into(buffer, offset, *values[start:stop])
-        return bytes(buffer)
+        pieces = [self._head]
+        for pack, part, constant in self._pieces:
+            pieces += pack(*values[part]), constant
+        return b"".join(pieces)
 
     def unpack(self, payload: bytes) -> tuple[float, ...]:
         """The numbers of ``payload``, in the order of :attr:`leaves`.

@@ -85,14 +85,16 @@ class BufferedCell(NamedTuple):
             (b, 3)
         """
         there: Floats = self.half_planes[np.abs(self.half_planes[:, :2]).sum(axis=1) > 0.0]
-        if not all(self._holds(end) for end in segment.reshape(2, 2)):
+        x1, y1, x2, y2 = segment.tolist()
+        if not (self._holds(complex(x1, y1)) and self._holds(complex(x2, y2))):
             return there
         touched: Floats = there[(self.corners @ there[:, :2].T).max(axis=0) >= there[:, 2] - _TOUCHES_M]
         return touched
 
-    def _holds(self, point: Floats) -> bool:
-        """Whether a point (m) is in the polygon."""
-        return len(self.corners) > 0 and float(np.hypot(*(self.nearest(point, point) - point))) <= _TOUCHES_M
+    def _holds(self, point: complex) -> bool:
+        """Whether a point, x + iy (m), is in the polygon."""
+        corners = self.corners
+        return len(corners) > 0 and abs(nearest_in(corners, len(corners), point) - point) <= _TOUCHES_M
 
     def excess_m(self, segment: Floats) -> float:
         """How far a segment (4,), or any part of it, is outside; negative inside, by the least distance to a side."""

@@ -203,6 +203,11 @@ class Onboard:
             return None
         return job.course
 
+    @property
+    def steady(self) -> bool:
+        """Whether it is guided, and as long as ticks are nominal nothing that it tells changes but its motion."""
+        return self._log.empty and self.guided_course(self._estimator.times.tick) is not None
+
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""
         self._traversal.driven(tick)

@@ -165,6 +165,10 @@ class Consistency(NamedTuple):
     recoveries: int = 0
 
 
+CONSISTENCY_COUNTS: Final = 10
+"""From this field of `Consistency` on they are counts."""
+
+
 class Status(NamedTuple):
     """Where the traversal stands, as the onboard executive sees it; states are those of `TraversalStatus`."""
 

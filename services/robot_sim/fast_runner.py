@@ -22,8 +22,9 @@ from touchline.services.onboard.computer import Nominal, Onboard
 from touchline.services.onboard.computer_state import Computer, ReceivedFix
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
-from touchline.services.onboard.estimation.filter import speed_now_mps
-from touchline.services.onboard.executive.guided_tick import GuidedCourse, guide
+from touchline.services.onboard.estimation.filter import position_sigma, speed_now_mps
+from touchline.services.onboard.estimation.report import enter_report
+from touchline.services.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
 from touchline.services.onboard.interface import (
     ACTUATORS,
 )
@@ -189,9 +190,26 @@ def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, com
     twist = row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH]
     twist[0], twist[1] = P[model.SPEED, model.SPEED], P[model.SPEED, model.YAW_RATE]
     twist[2], twist[3] = P[model.YAW_RATE, model.SPEED], P[model.YAW_RATE, model.YAW_RATE]
+    if tick % tick_log.ESTIMATOR_TICKS == 0:
+        heading_sigma_rad = math.sqrt(P[model.HEADING, model.HEADING])
+        enter_report(
+            computer[0].filter.counters,
+            position_sigma(P),
+            heading_sigma_rad,
+            row[tick_log.CONSISTENCY : tick_log.ELAPSED_S],
+        )
     row[tick_log.FIXES] = fixes
     if fixes > 0:
         copy(transport.arrivals[0], row[tick_log.REPORT :])
+
+
+@kernel
+def _keep_guided(row: Floats, tick: int, computer: Computer, course: GuidedCourse) -> None:
+    """Keep what only a guided robot tells of a tick, in its row of the log."""
+    row[tick_log.ELAPSED_S] = computer[0].clock.elapsed_s
+    if tick % tick_log.WHEREABOUTS_TICKS == 0:
+        stop = stopping_point(computer, course)
+        row[tick_log.STOP], row[tick_log.STOP + 1] = stop.real, stop.imag
 
 
 @kernel
@@ -242,6 +260,8 @@ def run_guided_ticks(
         if not _perceive(progress, hardware, computer, course) or not guide(computer, course):
             return
         _enter(progress, hardware, computer, books)
+        if len(books.rows) > 0:
+            _keep_guided(books.rows[at.tick - at.first_tick], at.tick, computer, course)
         at.stage = WHOLE
         if ledger.points + 2 * MOST_RUNS > len(books.paint.points) or ledger.stretches > 0:
             return
@@ -342,8 +362,8 @@ class FastRunner:
 
     def _hardware(self, last_tick: int) -> Hardware:
         """The robot's, ready for ticks up to the last."""
-        emulator, first = self._emulator, self._emulator.tick_count
-        self._progress.reset(tick=first, stage=WHOLE, last_tick=last_tick, first_tick=first + 1)
+        emulator, progress, first = self._emulator, self._progress, self._emulator.tick_count
+        progress.tick, progress.first_tick, progress.last_tick, progress.stage = first, first + 1, last_tick, WHOLE
         effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
         return Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh)
 

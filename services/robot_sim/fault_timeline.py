@@ -91,6 +91,11 @@ class FaultTimeline:
         """The last tick before something begins or ends."""
         return int(min(self._next_change, _NEVER)) - 1
 
+    @property
+    def no_events(self) -> bool:
+        """Whether nothing began or ended since the last `take_events`."""
+        return not self._events
+
     def take_events(self) -> list[OnboardEvent]:
         """What began and ended since the last call."""
         events, self._events = self._events, []

@@ -9,9 +9,10 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.frames import MAP_FRAME
 from touchline.schemas.topics import Topic
-from touchline.services.onboard.interface import CameraSample
+from touchline.services.onboard.interface import CameraSample, Status
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
@@ -87,14 +88,52 @@ def positions(sensors: Sensors) -> list[Payload]:
 
 def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:
     """What a guided robot tells its coordinator."""
-    _, *values = (getattr(said, name) for name in type(said).model_fields)
-    return layouts.WHEREABOUTS.pack(*time, *values)
+    place = said.x_m, said.y_m, said.stop_x_m, said.stop_y_m
+    return layouts.WHEREABOUTS.pack(*time, said.stamp_s, said.aligned, *place, said.adopted, said.decided)
 
 
-def battery(time: Stamp, emulator: Emulator) -> bytes:
-    """The battery, its voltage linear in its charge."""
-    state, capacity_wh = emulator.world.state, emulator.vehicle.body.battery_wh
-    left_wh, power_w = state.battery_wh, state.power_w
+def status(time: Stamp, said: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
+    """Where the traversal stands, all of it as the onboard computer believes."""
+    painted = onboard.painted
+    layout = layouts.status(said.reason, said.segment_id, painted.ids)
+    return topics.STATUS, layout.pack(
+        *time,
+        said.state,
+        said.segment_index,
+        said.segment_count,
+        said.arc_length_m,
+        said.total_length_m,
+        painted.coverage_pct,
+        *painted.fractions,
+        speed_mps,
+        said.elapsed_s,
+        said.remaining_s,
+        onboard.lateral_error_m,
+        onboard.spraying,
+    )
+
+
+def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:
+    """What is truly painted, and whether paint flows."""
+    ledger, account = emulator.ledger, emulator.account
+    if account is None:
+        ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
+    else:
+        account.take(ledger)
+        ids, coverage_pct, fractions = account.ids, account.standing.coverage_pct, account.fractions
+    layout = layouts.true_coverage(ids)
+    return topics.TRUE_COVERAGE, layout.pack(*time, coverage_pct, *fractions, ledger.lateral_m, flowing)
+
+
+def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> bytes:
+    """The battery, its voltage linear in its charge.
+
+    Args:
+        time: Of the message.
+        left_wh: In it.
+        power_w: Taken from it.
+        capacity_wh: Full.
+    """
     share = left_wh / capacity_wh
     voltage: float = voltage_of(share)
     return layouts.BATTERY.pack(

@@ -14,10 +14,18 @@ from touchline.schemas.layout import Payloads, Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
-from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG, TICKS_PER_S
+from touchline.services.onboard.interface import (
+    ACCEL,
+    ANGLES,
+    CONSISTENCY_COUNTS,
+    GYRO,
+    MAG,
+    TICKS_PER_S,
+    Consistency,
+)
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.odometry_packer import NO_STAMP, STAMP, OdometryPacker, stamps
-from touchline.services.robot_sim.packing import Payload, camera_pose, gnss, stamp
+from touchline.services.robot_sim.packing import Payload, battery, camera_pose, gnss, stamp
 from touchline.services.robot_sim.sensors import camera
 from touchline.services.robot_sim.sensors.gnss import unpack
 from touchline.services.robot_sim.tick_log import Rows, period
@@ -29,6 +37,8 @@ _NO_VECTOR: Final = (0.0, 0.0, 0.0)
 _NO_COVARIANCE: Final = (0.0,) * 9
 _NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
+_BATTERY_TICKS: Final = period(topics.BATTERY)
+_COUNTS: Final = tick_log.CONSISTENCY + CONSISTENCY_COUNTS
 _GYRO: Final = slice(tick_log.READINGS + GYRO, tick_log.READINGS + GYRO + 3)
 _ACCEL: Final = slice(tick_log.READINGS + ACCEL, tick_log.READINGS + MAG)
 _FIELD: Final = slice(tick_log.READINGS + MAG, tick_log.READINGS + ANGLES)
@@ -78,7 +88,11 @@ class Samples:
         still = command.pack(*NO_STAMP, *(0.0,) * count)
         self._command = Records(command, still, STAMP | {"values[0]": count}, most)
         self._odometry = OdometryPacker(most)
-        self._history, self._sprays = history, vehicle.tool.paints
+        still = layouts.ESTIMATOR.pack(*NO_STAMP, *Consistency())
+        counts = len(Consistency._fields) - CONSISTENCY_COUNTS
+        figures = {"innovation_east_m": CONSISTENCY_COUNTS, "fixes": counts}
+        self._estimator = Records(layouts.ESTIMATOR, still, STAMP | figures, most)
+        self._history, self._sprays, self._battery_wh = history, vehicle.tool.paints, vehicle.body.battery_wh
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
@@ -93,6 +107,8 @@ class Samples:
             *self._of_sensors(rows),
             *self._of_positions(rows, positions),
             *self._of_odometry(rows),
+            self._of_estimator(rows),
+            self._of_battery(rows),
             *([self._of_sprayer(rows)] if self._sprays else ()),
         ]
 
@@ -143,12 +159,24 @@ class Samples:
 
     def _of_odometry(self, rows: Rows) -> list[Series]:
         """The estimates and the truths, in the ticks in which they are due."""
-        at = range(-round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS, len(rows), tick_log.ODOMETRY_TICKS)
+        at = _due(rows, tick_log.ODOMETRY_TICKS)
         due = rows[at.start :: at.step]
         return [
             Series(topics.ODOMETRY, at, self._odometry.estimates(due)),
             Series(topics.TRUTH, at, self._odometry.truths(due)),
         ]
+
+    def _of_estimator(self, rows: Rows) -> Series:
+        """What the estimator says about itself, in the ticks in which it is due."""
+        at = _due(rows, tick_log.ESTIMATOR_TICKS)
+        due = rows[at.start :: at.step]
+        figures, counts = due[:, tick_log.CONSISTENCY : _COUNTS], due[:, _COUNTS : tick_log.ELAPSED_S]
+        return Series(topics.ESTIMATOR, at, self._estimator.pack(*stamps(due, tick_log.TICK), figures, counts))
+
+    def _of_battery(self, rows: Rows) -> Series:
+        """The battery, in the ticks in which it is due."""
+        at = _due(rows, _BATTERY_TICKS)
+        return Series(topics.BATTERY, at, Payloads.of([battery_state(rows[row], self._battery_wh) for row in at]))
 
     def _of_sprayer(self, rows: Rows) -> Series:
         """Its state, where that is another one than before, or it is time."""
@@ -159,11 +187,22 @@ class Samples:
         return Series(topics.SPRAYER, at, Payloads.of([sprayer_state(rows[row]) for row in at]))
 
 
+def battery_state(row: Floats, capacity_wh: float) -> bytes:
+    """CDR of `battery_state` of a tick's row; the battery holds `capacity_wh`."""
+    left_wh, power_w = row[tick_log.BATTERY_WH : tick_log.POWER_W + 1].tolist()
+    return battery(stamp(round(row[tick_log.TICK])), left_wh, power_w, capacity_wh)
+
+
 def sprayer_state(row: Floats) -> bytes:
     """CDR of `sprayer/state` of a tick's row."""
     valve, is_open, disc, down, flow, tank_l = row[tick_log.SPRAYER : tick_log.TANK_L + 1].tolist()
     time = stamp(round(row[tick_log.TICK]))
     return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
+
+
+def _due(rows: Rows, ticks: int) -> range:
+    """Which rows are due, of those that follow one another, if every tick that is a multiple of `ticks` is."""
+    return range(-round(rows[0, tick_log.TICK]) % ticks, len(rows), ticks)
 
 
 def _diagonal(variance: float) -> tuple[float, ...]:

@@ -18,28 +18,35 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
-from touchline.services.onboard.interface import OnboardEvent, Status
+from touchline.services.onboard import Onboard
+from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent, Status
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.order_log import ObeyedOrder
-from touchline.services.robot_sim.packing import Payload, Stamp, battery, header, positions, stamp, whereabouts
+from touchline.services.robot_sim.packing import (
+    Payload,
+    Stamp,
+    header,
+    positions,
+    stamp,
+    status,
+    true_coverage,
+    whereabouts,
+)
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
-from touchline.services.robot_sim.samples import Placed, Samples, Series, sprayer_state
-from touchline.services.robot_sim.tick_log import Rows, period
+from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, sprayer_state
+from touchline.services.robot_sim.tick_log import WHEREABOUTS_TICKS, Rows, period
 from touchline.services.robot_sim.world.world import held
 
-_ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
-WHEREABOUTS_TICKS: Final = period(topics.WHEREABOUTS)
 _CLOCK_TICKS: Final = period(topics.CLOCK)
 _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
-_BATTERY_TICKS: Final = period(topics.BATTERY)
 _AREA_TICKS: Final = period(topics.AREA)
-MOST_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
+MOST_TICKS: Final = math.gcd(WHEREABOUTS_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS)
 """Most ticks between two looks at what is told at a lower rate."""
 _MOST_HELD: Final = 32 * MOST_TICKS
 """Most ticks that can be told at once."""
@@ -127,6 +134,13 @@ class Figures(NamedTuple):
         )
 
 
+class _Steady(NamedTuple):
+    """What a guided robot told when it was last looked at; in nominal ticks since then only its motion is new."""
+
+    status: Status
+    whereabouts: m.Whereabouts
+
+
 class Telemetry:
     """Turns the emulator's state into payloads.
 
@@ -150,6 +164,7 @@ class Telemetry:
         self._positions: list[Placed] = []
         self._low_rate: list[Placed] = []
         self._state = -1
+        self._steady: _Steady | None = None
         self.digest = SessionDigest()
         self.final: Reports | None = None
 
@@ -198,24 +213,25 @@ class Telemetry:
         emulator = self._emulator
         tick = emulator.tick_count
         time = stamp(tick)
-        self._held += count
+        first, self._held = self._held, self._held + count
         last = self._held - 1
         row = self._log[last]
+        if self._steady is not None and (
+            due_before := range(first + (last - tick - first) % MOST_TICKS, last, MOST_TICKS)
+        ):
+            self._hold_steady(self._steady, due_before)
         if row[tick_log.TICK] != tick:
             self._note(row)
             self._positions += [(last, payload) for payload in positions(emulator.sensors)]
         due: list[Payload] = []
-        if tick % _ESTIMATOR_TICKS == 0:
-            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*time, *emulator.onboard.consistency)))
         if tick % WHEREABOUTS_TICKS == 0 and (said := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, said)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
-        if tick % _BATTERY_TICKS == 0:
-            due.append((topics.BATTERY, battery(time, emulator)))
         due += [*self._orders(), *self._events()]
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
-            due += self._standing(time, float(row[tick_log.SPEED]))
+            flowing = bool(row[tick_log.FLOW_LPS] > 0.0)
+            due += self._stands(time, emulator.onboard.status, float(row[tick_log.SPEED]), flowing=flowing)
         if emulator.settled:
             due += self._paint(time)
         if tick % _AREA_TICKS == 0 or emulator.settled:
@@ -223,6 +239,22 @@ class Telemetry:
         if tick % _CLOCK_TICKS == 0:
             due.append((topics.CLOCK, layouts.CLOCK.pack(*time)))
         self._low_rate += [(last, payload) for payload in due]
+
+    def _hold_steady(self, steady: _Steady, rows: range) -> None:
+        """Hold what is due in nominal ticks of a guided robot, which are in these rows of the log, one or more."""
+        said = steady.whereabouts
+        orders = self._orders()  # commands come between stretches
+        for at, row in zip(rows, self._log[rows.start : rows.stop : rows.step].tolist(), strict=True):
+            tick = round(row[tick_log.TICK])
+            time = stamp(tick)
+            place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
+            values = tick / TICKS_PER_S, said.aligned, *place, said.adopted, said.decided
+            there = topics.WHEREABOUTS, layouts.WHEREABOUTS.pack(*time, *values)
+            status_then = steady.status._replace(elapsed_s=row[tick_log.ELAPSED_S])
+            told = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
+            clock = topics.CLOCK, layouts.CLOCK.pack(*time)
+            self._low_rate += [(at, each) for each in (there, *orders, *told, clock)]
+            orders = []
 
     def told(self) -> list[Payload]:
         """What is held, tick by tick; with the reports, if the traversal has ended."""
@@ -261,8 +293,20 @@ class Telemetry:
         return _payloads_of(reports)
 
     def until_due(self, most: int) -> int:
-        """Number of ticks (at most `most`) until the next low-rate message is due."""
-        return min(most, MOST_TICKS - self._emulator.tick_count % MOST_TICKS)
+        """Number of ticks (at most `most`) after which `hold` has to be called at the latest.
+
+        That is when the next low-rate message is due, but for a guided robot all that is new in these until something
+        happens is in the log.
+        """
+        emulator = self._emulator
+        self._steady, onboard = None, emulator.onboard
+        nothing_new = emulator.faults.no_events and not emulator.ledger.points
+        if nothing_new and isinstance(onboard, Onboard) and onboard.steady:
+            said = onboard.whereabouts
+            assert said is not None, "it is guided"
+            self._steady = _Steady(onboard.status, said)
+            return min(most, len(self._log) - self._held)
+        return min(most, MOST_TICKS - emulator.tick_count % MOST_TICKS)
 
     def _note(self, row: NDArray[np.float64]) -> None:
         """Fill in the emulator's last tick."""
@@ -275,6 +319,8 @@ class Telemetry:
         row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate
         row[tick_log.COVARIANCE : tick_log.TWIST_COVARIANCE] = covariance
         row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
+        if tick % tick_log.ESTIMATOR_TICKS == 0:
+            row[tick_log.CONSISTENCY : tick_log.ELAPSED_S] = emulator.onboard.consistency
 
     def news(self) -> list[Payload]:
         """What a command has changed: events, the status and the truth beside it."""
@@ -286,7 +332,7 @@ class Telemetry:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(tick_log.COLUMNS)
         self._note(row)
-        told = [(topics.BATTERY, battery(stamp(self._emulator.tick_count), self._emulator))]
+        told = [(topics.BATTERY, battery_state(row, self._emulator.vehicle.body.battery_wh))]
         if self._emulator.vehicle.tool.paints:
             told.insert(0, (topics.SPRAYER, sprayer_state(row)))
         self.digest.add(told)
@@ -300,41 +346,14 @@ class Telemetry:
 
     def standing(self) -> list[Payload]:
         """Where the traversal stands, as the robot believes and in truth; not entered in the digest."""
-        return self._standing(stamp(self._emulator.tick_count), self._emulator.onboard.estimate.speed_mps)
+        emulator = self._emulator
+        onboard, flowing = emulator.onboard, emulator.world.state.flow_lps > 0.0
+        return self._stands(stamp(emulator.tick_count), onboard.status, onboard.estimate.speed_mps, flowing=flowing)
 
-    def _standing(self, time: Stamp, speed_mps: float) -> list[Payload]:
-        return [self._status(time, speed_mps), self._true_coverage(time)]
-
-    def _status(self, time: Stamp, speed_mps: float) -> Payload:
-        """All of it is the onboard computer's own."""
-        emulator, status, painted = self._emulator, self._emulator.onboard.status, self._emulator.onboard.painted
-        self._state = status.state
-        layout = layouts.status(status.reason, status.segment_id, painted.ids)
-        return topics.STATUS, layout.pack(
-            *time,
-            status.state,
-            status.segment_index,
-            status.segment_count,
-            status.arc_length_m,
-            status.total_length_m,
-            painted.coverage_pct,
-            *painted.fractions,
-            speed_mps,
-            status.elapsed_s,
-            status.remaining_s,
-            emulator.onboard.lateral_error_m,
-            emulator.onboard.spraying,
-        )
-
-    def _true_coverage(self, time: Stamp) -> Payload:
-        ledger, account = self._emulator.ledger, self._emulator.account
-        if account is None:
-            ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
-        else:
-            account.take(ledger)
-            ids, coverage_pct, fractions = account.ids, account.standing.coverage_pct, account.fractions
-        layout = layouts.true_coverage(ids)
-        return topics.TRUE_COVERAGE, layout.pack(*time, coverage_pct, *fractions, ledger.lateral_m, self._flowing)
+    def _stands(self, time: Stamp, said: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
+        self._state = said.state
+        told = status(time, said, speed_mps, self._emulator.onboard)
+        return [told, true_coverage(time, self._emulator, flowing=flowing)]
 
     def _area(self, time: Stamp) -> list[Payload]:
         account = self._emulator.account
@@ -391,10 +410,6 @@ class Telemetry:
 
     def _orders(self) -> list[Payload]:
         return [_order(order) for order in self._emulator.orders.take()]
-
-    @property
-    def _flowing(self) -> bool:
-        return self._emulator.world.state.flow_lps > 0.0
 
     def _line(self, marks: Marks) -> str:
         """Id of the line that marks belong to, "" for none."""

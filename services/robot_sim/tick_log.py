@@ -26,8 +26,14 @@ COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
 TRUTH: Final = TWIST_COVARIANCE + 4  # east, north, heading, speed, yaw rate
 SPRAYER: Final = TRUTH + 5  # valve commanded, open, disc commanded, down (0 or 1 each), flow [l/s]
+FLOW_LPS: Final = SPRAYER + 4
 TANK_L: Final = SPRAYER + 5
-FIXES: Final = TANK_L + 1  # position reports that arrived: 0 or 1
+BATTERY_WH: Final = TANK_L + 1
+POWER_W: Final = BATTERY_WH + 1
+CONSISTENCY: Final = POWER_W + 1  # as `Consistency`, every ESTIMATOR_TICKS
+ELAPSED_S: Final = CONSISTENCY + len(interface.Consistency._fields)  # in the traversal: nominal ticks when guided only
+STOP: Final = ELAPSED_S + 1  # east, north of where it would stand: as ELAPSED_S, every WHEREABOUTS_TICKS
+FIXES: Final = STOP + 2  # position reports that arrived: 0 or 1
 REPORT: Final = FIXES + 1  # it, as in `position_report`
 COLUMNS: Final = REPORT + position_report.COLUMNS
 
@@ -41,6 +47,8 @@ def period(topic: Topic) -> int:
 
 ODOMETRY_TICKS: Final = period(topics.ODOMETRY)
 """Estimate and truth are told every so many ticks."""
+ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
+WHEREABOUTS_TICKS: Final = period(topics.WHEREABOUTS)
 
 
 @kernel
@@ -51,7 +59,7 @@ def note(
     readings: NDArray[np.float64],
     command: HeldCommand,
 ) -> None:
-    """Fill in a tick, but for the estimate and the position report; every sample counts as one of this tick.
+    """Fill in a tick, but for what the onboard computer knows and the position report; every sample is of this tick.
 
     Args:
         row: (COLUMNS,) filled: SI units, map frame, but readings in the body's.
@@ -70,5 +78,6 @@ def note(
     row[TRUTH + 3], row[TRUTH + 4] = state.speed_mps, state.yaw_rate_radps
     row[SPRAYER], row[SPRAYER + 1] = 1.0 if command.valve else 0.0, 1.0 if state.valve_open else 0.0
     row[SPRAYER + 2], row[SPRAYER + 3] = 1.0 if command.disc else 0.0, 1.0 if state.disc_down else 0.0
-    row[SPRAYER + 4], row[TANK_L] = state.flow_lps, state.tank_l
+    row[FLOW_LPS], row[TANK_L] = state.flow_lps, state.tank_l
+    row[BATTERY_WH], row[POWER_W] = state.battery_wh, state.power_w
     row[FIXES] = 0.0

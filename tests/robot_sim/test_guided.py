@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 
 import numpy as np
 import pytest
 
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.faults import ImuBias
 from touchline.schemas.messages import Guidance, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
@@ -131,25 +133,36 @@ def test_what_it_says_is_where_it_would_stop() -> None:
 
 
 def test_ticks_run_fast_are_the_ticks_run_one_by_one() -> None:
-    digests = []
+    """Whole stretches between updates, some of which a fault or a command breaks off."""
+    digests, told = [], []
     for fast in (True, False):
         robot = aligned(guided())
-        telemetry, runner = Telemetry(robot), FastRunner(robot)
-        for update in range(12):
+        telemetry, runner, said = Telemetry(robot), FastRunner(robot), list[tuple[str, bytes]]()
+        telemetry.begin([])
+        for update in range(16):
             tell(robot, 1 + update, 2.5, 1.2 + 0.05 * update)
-            for _ in range(4):
+            if update == 6:
+                robot.inject_fault(ImuBias(kind="imu-bias", start_s=0.13, duration_s=0.05, gyro_radps=0.01))
+                telemetry.news()
+            elif update == 9:
+                robot.pause()
+                telemetry.news()
+            elif update == 11:
+                robot.resume()
+                telemetry.news()
+            done = 0
+            while done < 40:
+                count = 1
                 if fast:
-                    done = 0
-                    while done < 10:
-                        count = runner.step(telemetry.until_due(10 - done), telemetry.rows)
-                        telemetry.hold(count)
-                        done += count
+                    count = runner.step(telemetry.until_due(40 - done), telemetry.rows)
                 else:
-                    for _ in range(10):
-                        robot.tick()
-                        telemetry.hold(1)
-                telemetry.only_hashed()
+                    robot.tick()
+                telemetry.hold(count)
+                done += count
+            said += [(topic.name, payload) for topic, payload in telemetry.told()]
         digests.append(telemetry.digest.hexdigest())
+        told.append(sorted(said, key=itemgetter(0)))
+    assert told[0] == told[1]
     assert digests[0] == digests[1]
 
 

@@ -4,9 +4,6 @@ import pytest
 
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import battery, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 
@@ -36,10 +33,7 @@ def test_the_fix_and_its_status_go_together():
 
 
 def test_a_battery_that_is_half_empty():
-    emulator = Emulator(Vehicle(), Scenario(noise="none"))
-    emulator.world.state.battery_wh = 340.0
-    emulator.world.state.power_w = 75.0
-    message = decode(BatteryState, battery((1, 0), emulator))
+    message = decode(BatteryState, battery((1, 0), left_wh=340.0, power_w=75.0, capacity_wh=680.0))
     assert message.percentage == pytest.approx(0.5)
     assert message.voltage == pytest.approx(37.5)
     assert message.current == pytest.approx(-2.0), "negative while it gives: 75 W at 37.5 V"

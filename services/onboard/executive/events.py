@@ -22,6 +22,11 @@ class EventLog:
         """Add an event."""
         self._events.append(OnboardEvent(severity, code, text))
 
+    @property
+    def empty(self) -> bool:
+        """Whether nothing has happened since the last `take`."""
+        return not self._events
+
     def take(self) -> list[OnboardEvent]:
         """The events since the last call, oldest first."""
         events, self._events = self._events, []

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
@@ -79,8 +81,13 @@ class GuidedDrive:
     def _stopping_segment(self) -> Segment:
         """Where the robot is, and where it would stand if it braked now, x + iy (m)."""
         x = self._estimator.state
-        stop = stopping_point(self._computer.array, self.course)
-        return complex(x[m.EAST], x[m.NORTH]), complex(stop)
+        return complex(x[m.EAST], x[m.NORTH]), self._stop(self._computer.array, self.course)
+
+    @cached_property
+    def _stop(self) -> Callable[..., complex]:
+        """`stopping_point`, without a look at the types of its arguments, which are always the same."""
+        code: Callable[..., complex] = stopping_point.for_types_of((self._computer.array, self.course))
+        return code
 
     @property
     def whereabouts(self) -> Whereabouts:

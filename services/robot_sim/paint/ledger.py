@@ -175,6 +175,8 @@ class PaintLedger:
     @property
     def fractions(self) -> list[float]:
         """Per target, the share of its length over which paint lies."""
+        if not self.targets:
+            return []
         shares: list[float] = np.minimum(1.0, self.covered_by_target_m / self._lengths).tolist()
         return shares
 
@@ -205,8 +207,10 @@ class PaintLedger:
     @property
     def lateral_m(self) -> float:
         """The last painted nozzle position against its line [m]; left positive; 0 before any or far from all."""
-        last = self._points[self.points - 1]
-        return float(last[p.POINT_LATERAL]) if self.points and last[p.POINT_TARGET] >= 0.0 else 0.0
+        if not (points := self.points):
+            return 0.0
+        last = self._points[points - 1]
+        return float(last[p.POINT_LATERAL]) if last[p.POINT_TARGET] >= 0.0 else 0.0
 
     def deviation(self) -> Deviation:
         """Every painted tick's nozzle against its line."""
@@ -273,7 +277,7 @@ class PaintLedger:
     def take_marks(self) -> list[Marks]:
         """The settled paint since the last call, cut where it passes from one line to another."""
         first, self._taken = self._taken, max(self.settled - 1, 0)
-        return self._cut(first)
+        return self._cut(first) if self.points else []
 
     def all_marks(self) -> list[Marks]:
         """Everything painted and settled, stroke by stroke, cut where it passes from one line to another."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from types import SimpleNamespace
-from typing import Final, cast
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +93,6 @@ def _consistency(ticks: EstimatedTicks, at: NDArray[np.int64]) -> list[bytes]:
     for tick, sigmas, *counted in zip(
         (ticks.first_tick + at).tolist(), ticks.rows[at, SIGMAS:].tolist(), *columns, strict=True
     ):
-        counters = cast("FilterCounters", SimpleNamespace(**dict(zip(COUNTED, counted, strict=True))))
+        counters = FilterCounters(**dict(zip(COUNTED, counted, strict=True)))
         found.append(layouts.ESTIMATOR.pack(*stamp(tick), *report(counters, *sigmas)))
     return found
