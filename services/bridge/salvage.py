@@ -104,9 +104,15 @@ class _Copy:
         self._channels: dict[tuple[str, RecordingKind], int] = {}
         self._messages = 0
         self._last_ns = 0
+        self._waiting: Recorded | None = None
 
     def add(self, message: Recorded) -> None:
-        """Copy a message."""
+        """Copy a message, once another one follows or none."""
+        if self._waiting is not None:
+            self._write(self._waiting)
+        self._waiting = message
+
+    def _write(self, message: Recorded) -> None:
         channel = self._channels.get((message.topic, message.kind))
         if channel is None:
             channel = self._channel(message.topic, message.kind)
@@ -118,12 +124,16 @@ class _Copy:
     def finish(self, path: Path) -> Salvaged:
         """Copy what is beside the messages, and complete the file."""
         held = self._summary
-        found = Salvaged(path, self._messages, 0, list(held.losses), held.ending)
-        for topic, described in held.topics.items():
-            if (topic, described.kind) not in self._channels:
-                self._channel(topic, described.kind)
+        if self._waiting is not None:
+            # Channels without messages are told before the last message: a chunk is not written for channels alone,
+            # and they would be in the summary and not in the data.
+            for topic, described in held.topics.items():
+                if (topic, described.kind) not in self._channels:
+                    self._channel(topic, described.kind)
+            self._write(self._waiting)
         self._begin()
         self._writer.flush()  # type: ignore[no-untyped-call]
+        found = Salvaged(path, self._messages, 0, list(held.losses), held.ending)
         if held.ending:
             found.ending = f"{held.ending}; the last message is of {self._last_ns / 1e9:.3f} s"
         if held.cut_bytes:

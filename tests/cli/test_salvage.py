@@ -1,12 +1,14 @@
 """``touchline salvage`` writes a sound file of whatever can be read, and says what cannot."""
 
 import json
+from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.records import SummaryOffset
+from mcap.records import Channel, DataEnd, McapRecord, SummaryOffset
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from typer.testing import CliRunner
@@ -20,6 +22,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import String
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader, read_summary
+from touchline.services.bridge.recorder import CHUNK_BYTES
 from touchline.services.bridge.salvage import salvage
 
 SAID = [("/a", number * 10**9, encode(String(data="x" * 400))) for number in range(1, 21)]
@@ -52,6 +55,25 @@ def test_every_group_that_the_salvaged_file_refers_to_is_there(tmp_path: Path) -
         offsets = [found for found in StreamReader(stream).records if isinstance(found, SummaryOffset)]
     assert Opcode.ATTACHMENT_INDEX in {offset.group_opcode for offset in offsets}
     assert all(offset.group_length > 0 for offset in offsets)
+
+
+def test_channels_without_messages_are_in_the_data_wherever_the_last_chunk_ends(tmp_path: Path) -> None:
+    source, out = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    with source.open("wb") as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start("ros2", "somebody")
+        _, told = (writer.register_channel(topic, "cdr", 0) for topic in ("/silent", "/told"))
+        for number in range(3):
+            writer.add_message(told, number, bytes(CHUNK_BYTES), number)  # a chunk each
+        writer.finish()
+    assert salvage(source, out).messages == 3
+    with out.open("rb") as file:
+        in_data = {record.topic for record in _until_data_end(StreamReader(file)) if isinstance(record, Channel)}
+    assert in_data == {"/silent", "/told"} == set(read_summary(out).topics)
+
+
+def _until_data_end(reader: StreamReader) -> Iterator[McapRecord]:
+    return takewhile(lambda record: not isinstance(record, DataEnd), reader.records)
 
 
 def test_what_is_lost_is_told_with_its_place_and_time(tmp_path: Path) -> None:
