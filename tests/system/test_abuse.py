@@ -15,8 +15,6 @@ from touchline.schemas.messages import GetDiagnosticsRequest, PlanRequest
 from touchline.schemas.setup import Setup
 from touchline.services.system.temporary_system import LocalSystem, local_system
 
-pytestmark = pytest.mark.xdist_group("abused")  # by one worker, so that one system is started
-
 NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""

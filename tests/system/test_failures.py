@@ -46,8 +46,6 @@ THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12,
 
 LINK_TIMEOUT_S = 0.4
 
-one_system = pytest.mark.xdist_group("failures")  # in one worker, so that it is started once
-
 
 def wait_until(condition: Callable[[], bool], timeout_s: float = 200.0) -> None:
     deadline = time.monotonic() + timeout_s
@@ -157,7 +155,6 @@ def painting(site: Site) -> Iterator[tuple[Bus, Observer, Path]]:
         yield bus, observer, recording
 
 
-@one_system
 def test_what_is_up_is_known_to_all_and_nothing_starts_twice(site: Site):
     services = {topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE}
     assert not site.bus.wait_for({*services, topics.SUPERVISOR}, 60.0)
@@ -175,7 +172,6 @@ def test_what_is_up_is_known_to_all_and_nothing_starts_twice(site: Site):
     assert "painted" not in status.stdout
 
 
-@one_system
 def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the_whole_job(site: Site):
     recording = site.folder / "whole job.mcap"
     with Bus.open(topics.OPERATOR, site.bus.config) as bus:
@@ -225,7 +221,6 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         assert np.array_equal(here.x_m, there.x_m) and np.array_equal(here.y_m, there.y_m), "nothing is missing"
 
 
-@one_system
 def test_the_robot_stops_by_itself_when_operator_and_planner_are_gone(
     site: Site, bus_config: BusConfig, tmp_path: Path
 ):
@@ -255,7 +250,6 @@ def test_the_robot_stops_by_itself_when_operator_and_planner_are_gone(
         robot.wait()
 
 
-@one_system
 def test_the_bridge_may_die_and_its_recording_can_be_read(site: Site, painting):
     _, observer, recording = painting
     before_s = observer.look().time_s
@@ -272,7 +266,6 @@ def test_the_bridge_may_die_and_its_recording_can_be_read(site: Site, painting):
     wait_until(lambda: observer.look().status.arc_length_m > driven + 3.0)
 
 
-@one_system
 def test_the_planner_may_die(site: Site, painting):
     bus, observer, _ = painting
     told = site.kill(topics.PLANNER)
@@ -285,7 +278,6 @@ def test_the_planner_may_die(site: Site, painting):
     assert planned(bus, LONG_LINE).path.segments
 
 
-@one_system
 def test_an_emergency_stop_outlives_the_process_that_was_told(site: Site, painting):
     bus, _, _ = painting
     assert bus.call(topics.ESTOP, CommandRequest(request_id=new_id())).success
@@ -300,7 +292,6 @@ def test_an_emergency_stop_outlives_the_process_that_was_told(site: Site, painti
     wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
 
 
-@one_system
 def test_services_end_with_a_killed_supervisor(site: Site):
     presence = site.bus.presence()
     wait_until(lambda: (presence.poll(), presence.alive())[1] >= {*topics.SERVING, topics.TELEMETRY})

@@ -50,8 +50,6 @@ FLEET = """{"robots": [
 ROBOTS = ("r1", "club/r2", "r3")
 PACE = 8.0
 
-pytestmark = pytest.mark.xdist_group("robots")  # by one worker, so that each system of three is started once
-
 
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:

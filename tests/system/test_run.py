@@ -32,8 +32,6 @@ COURT = """{"name": "court", "line_width_m": 0.05, "segments": [
     {"id": "bow", "arc": {"start": [1, 0], "center": [3, 0], "sweep_angle": -3.141592653589793}}]}"""
 """A small one: a whole tennis court is painted in test_cli.py."""
 
-one_system = pytest.mark.xdist_group("runs")  # in one worker, so that it is started once
-
 
 @pytest.fixture(scope="module")
 def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[BusConfig, Path]]:
@@ -63,7 +61,6 @@ def square(robots: tuple[BusConfig, Path]) -> tuple[dict[str, Any], Path]:
     return painted(robots, "tt2", "study-square", "--record", str(recording)), recording
 
 
-@one_system
 def test_the_report_has_every_figure(square):
     report, _ = square
     assert report["success"]
@@ -79,7 +76,6 @@ def test_the_report_has_every_figure(square):
     assert report["recording"]["lost"] == 0
 
 
-@one_system
 def test_everything_that_was_said_is_in_the_recording(square):
     report, recording = square
     counts: dict[str, int] = {}
@@ -95,7 +91,6 @@ def test_everything_that_was_said_is_in_the_recording(square):
     assert counts["/tt2/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
 
 
-@one_system
 def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
     court = str(robots[1] / "court.json")
     report = painted(robots, "exact", court)
@@ -107,7 +102,6 @@ def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
     assert report["bus"]["lost"] == 0
 
 
-@one_system
 def test_with_noise_a_court_is_painted_to_two_centimetres(robots):
     """By pure pursuit; the demo does so by MPC (test_cli.py)."""
     recording = str(robots[1] / "court.mcap")

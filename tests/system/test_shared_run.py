@@ -39,8 +39,6 @@ from touchline.services.runs.sharing.team_report import bus_figures
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, watched
 
-pytestmark = pytest.mark.xdist_group("shared-run")  # by one worker, so that one system is started for three jobs
-
 GRID = {
     **{f"row-{k}": ((0.0, 3.0 * k), (6.0, 3.0 * k)) for k in range(4)},
     "middle": ((3.0, 9.0), (3.0, 0.0)),
@@ -199,7 +197,8 @@ class Site:
         self.config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
         template, self.report, self.log = folder / "grid.json", folder / "report.json", folder / "run.log"
         template.write_text(TEMPLATE.to_json())
-        options = ("--robots", "2", "--speed", "20", "--report", str(self.report), *arguments)
+        # So slowly that a robot can be met amid a line.
+        options = ("--robots", "2", "--speed", "4", "--report", str(self.report), *arguments)
         self.run = start_touchline("run", str(template), *options, config=self.config, log=self.log)
 
     def paints(self, robot, coverage_pct):
@@ -260,7 +259,11 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
     team = site("--take-over-after", "1")
     team.kill_amid_a_line("r1")
     code, told = team.end()
-    assert code == 1 and "not accepted" in told["reason"], team.said
+    assert code == 1, team.said
+    if "nothing left that can be reached" in team.said:  # it stands in the way of all that is left of its line
+        assert "not finished: row-" in told["reason"]
+        return
+    assert "not accepted" in told["reason"], team.said
     assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
     assert 0.0 < told["traversal"]["left_out_m"] < 4.0
     assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline, touchline_here
 from touchline.schemas import topics
@@ -34,7 +32,6 @@ from touchline.services.bus.ports import free_port
 from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.team.recorded_team import read_team
 
-pytestmark = pytest.mark.xdist_group("team-on-bus")
 RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 
 

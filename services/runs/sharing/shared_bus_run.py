@@ -167,6 +167,8 @@ class SharedBusRun:
             if robot.out != self._said[robot.name]:
                 self._said[robot.name] = robot.out
                 self._tell_of(robot)
+        for robot in self.robots:  # who has made way is seen where it was then or later: after it has said so
+            robot.see()
         poses = {robot.name: robot.truth.pose for robot in self.robots if not robot.gone}
         known = {name: np.array([pose]) for name, pose in poses.items() if pose is not None}
         for name in self.gap.look(known):

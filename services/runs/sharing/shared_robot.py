@@ -151,7 +151,6 @@ class SharedRobot:
                 self.report = message if self.errand is not None else self.report
             elif isinstance(message, AreaReport):
                 self.area = message if self.errand is not None else self.area
-        self.truth.listen()
         for _, message in self._latest.messages():
             if isinstance(message, Odometry):
                 self._place = message
@@ -161,6 +160,12 @@ class SharedRobot:
                     self.truth.put_down()
                 self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
                 self.furthest_m = max(self.furthest_m, message.arc_length_m)
+        self.see()
+
+    def see(self) -> None:
+        """Take where it has told since that it truly is."""
+        if not self.lost:
+            self.truth.listen()
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:
         """Not what was told before it, nor what is told once it was cleared away."""
