@@ -182,7 +182,7 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         wait_until(lambda: observer.look().status.coverage_pct > 45.0 and observer.sprayer.valve_open)
         slowly = SetSpeedRequest(request_id=new_id(), factor=1.0)  # a busy machine may take long to kill it
         assert bus.call(topics.SET_SPEED, slowly).success
-        before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        before = bus.call(topics.GET_PAINT, GetPaintRequest(), 60.0).strokes
         site.kill(topics.ROBOT_SIM)
         again = Observer(bus)
         wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
@@ -191,7 +191,7 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         load = LoadRequest(request_id=new_id(), trajectory=plan, template_json=THREE_LINES, resume=True)
         answer = bus.call(topics.LOAD, load, 60.0)
         assert "to go on at" in answer.message, answer.message
-        restored = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        restored = bus.call(topics.GET_PAINT, GetPaintRequest(), 60.0).strokes
         assert restored[: len(before) - 1] == tuple(
             mark.model_copy(update={"header": restored[0].header}) for mark in before[:-1]
         )
@@ -202,7 +202,7 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         wait_until(lambda: bool(heard.extend(message for _, message in reports.messages()) or heard))
         report = heard[-1]
         assert isinstance(report, TraversalReport)
-        strokes = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        strokes = bus.call(topics.GET_PAINT, GetPaintRequest(), 60.0).strokes
         tank_l = observer.look().sprayer.tank_l
         bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=new_id()))
     assert report.success
