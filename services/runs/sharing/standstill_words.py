@@ -1,5 +1,6 @@
 """What is said where robots of a shared job over the bus do not go on: who, why, and what can be done."""
 
+import math
 import time
 from collections.abc import Sequence
 
@@ -49,4 +50,10 @@ def why_not_finished(failed: Sequence[SharedRobot], left: Sequence[str], conduct
 def why_not_done(crew: Sequence[SharedRobot]) -> str:
     """What those say that are not done."""
     waiting = (robot for robot in crew if not robot.done)
-    return "; ".join(f"{each.name}: {each.status.reason or 'no reason given'}" for each in waiting)
+    return "; ".join(f"{each.name}: {each.out or each.status.reason or _where(each)}" for each in waiting)
+
+
+def _where(robot: SharedRobot) -> str:
+    """Where on its way a robot stands that gives no reason, and how far it was told that it may drive."""
+    until = f"{robot.until_m:.1f} m" if math.isfinite(robot.until_m) else "its end"
+    return f"stands at {robot.furthest_m:.1f} m of its way, and may drive to {until}"
