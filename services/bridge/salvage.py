@@ -107,7 +107,7 @@ class _Copy:
         self._waiting: Recorded | None = None
 
     def add(self, message: Recorded) -> None:
-        """Copy a message, once another one follows or none."""
+        """Copy a message; the last one is held until `finish`."""
         if self._waiting is not None:
             self._write(self._waiting)
         self._waiting = message

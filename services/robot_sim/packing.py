@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 from touchline.schemas import messages as m
@@ -88,8 +89,12 @@ def positions(sensors: Sensors) -> list[Payload]:
 
 def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:
     """What a guided robot tells its coordinator."""
-    place = said.x_m, said.y_m, said.stop_x_m, said.stop_y_m
-    return layouts.WHEREABOUTS.pack(*time, said.stamp_s, said.aligned, *place, said.adopted, said.decided)
+    return whereabouts_at(time, said, said.stamp_s, (said.x_m, said.y_m, said.stop_x_m, said.stop_y_m))
+
+
+def whereabouts_at(time: Stamp, said: m.Whereabouts, stamp_s: float, place: Sequence[float]) -> bytes:
+    """As `whereabouts`, at another time of the robot's computer and place: x, y, and those where it would stand (m)."""
+    return layouts.WHEREABOUTS.pack(*time, stamp_s, said.aligned, *place, said.adopted, said.decided)
 
 
 def status(time: Stamp, said: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:

@@ -34,6 +34,7 @@ from touchline.services.robot_sim.packing import (
     status,
     true_coverage,
     whereabouts,
+    whereabouts_at,
 )
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
@@ -248,8 +249,7 @@ class Telemetry:
             tick = round(row[tick_log.TICK])
             time = stamp(tick)
             place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
-            values = tick / TICKS_PER_S, said.aligned, *place, said.adopted, said.decided
-            there = topics.WHEREABOUTS, layouts.WHEREABOUTS.pack(*time, *values)
+            there = topics.WHEREABOUTS, whereabouts_at(time, said, tick / TICKS_PER_S, place)
             status_then = steady.status._replace(elapsed_s=row[tick_log.ELAPSED_S])
             told = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
             clock = topics.CLOCK, layouts.CLOCK.pack(*time)

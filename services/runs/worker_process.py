@@ -87,11 +87,10 @@ class WorkerProcess:
         self._theirs.close()
         if self._process is None or self._process.pid is None:
             return
-        if self.task is None:  # it does not hear signals before it serves, and has nothing to lose
-            self._process.kill()
-        self._process.terminate()
-        self._process.join(_ENDING_S)
-        if self._process.exitcode is None:  # it is frozen
+        if self.task is not None:
+            self._process.terminate()
+            self._process.join(_ENDING_S)
+        if self._process.exitcode is None:  # it is frozen, or does not hear signals yet, as it does not serve
             self._process.kill()
             self._process.join()
 

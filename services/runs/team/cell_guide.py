@@ -77,9 +77,9 @@ class CellGuide:
             told = {}
             self._pause_all(str(error))
         hearing = {} if self.finished(tick) else robots  # they are to brake then, as over the bus
-        for name in told.keys() & hearing:
-            for message in answers(told[name], tick):
-                robots[name].take_guidance(message)
+        for name, messages in told.items():
+            for message in answers(messages, tick) if name in hearing else ():
+                hearing[name].take_guidance(message)
         self._books.count(len(said), sum(map(len, told.values())))
         self._tell(tick, told, awake)
         hub = self._coordination.hub

@@ -89,7 +89,7 @@ class TeamRun:
             team: The scenario.
             hashed: Whether the hashes of the sessions are to be worked out.
             listener: Told all that would be told over the bus, if anybody listens.
-            threads: That drive robots, each some of them, unless anybody listens: most of a tick is one kernel.
+            threads: That drive robots, each some of them, unless anybody listens; kernels run side by side.
 
         Raises:
             SpecError: The scenario cannot be, such as too small an area.
@@ -172,8 +172,7 @@ class TeamRun:
     def _drive(self, threads: Executor, ticks: int) -> None:
         """Let ticks pass for all; who touches another has its bumper pressed from then on, unless nobody cares."""
         before = self.places()
-        places = np.zeros((ticks, len(self.names), 2))
-        places[:] = before
+        places = np.repeat(before[None], ticks, axis=0)
         list(threads.map(lambda share: self._drive_some(share, places), self._shares))
         self.ticks += ticks
         steps = np.diff(np.concatenate((before[None], places)), axis=0)
