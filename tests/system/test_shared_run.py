@@ -56,9 +56,16 @@ SLOWLY = 2.0
 
 
 class Silent:
+    """Says nothing, and knows what it was told should the test fail."""
+
+    def __init__(self):
+        self.told = []
+
     def stage(self, text): ...
     def progress(self, fraction, text): ...
-    def event(self, severity, text): ...
+    def event(self, severity, text):
+        self.told.append(text)
+
     def check(self): ...
 
 
@@ -92,7 +99,11 @@ def begun(system, job, conduct, watcher) -> Iterator[SharedBusRun]:
         for bus in buses:
             assert eventually(lambda bus=bus: is_ready(bus))
         run = watcher.run = SharedBusRun(buses, job, conduct, watcher)
-        yield run
+        try:
+            yield run
+        except BaseException as error:
+            error.add_note(f"it was told {watcher.told}")
+            raise
 
 
 def is_ready(bus) -> bool:
@@ -129,6 +140,7 @@ class Killer(Silent):
     """Kills a robot amid a line, with what publishes for it."""
 
     def __init__(self, system, name):
+        super().__init__()
         self.system, self.name, self.slowed, self.killed = system, name, False, False
         self.orders = threading.Thread(target=self.give_orders)
 
@@ -143,6 +155,7 @@ class Killer(Silent):
             self.killed = True
 
     def event(self, severity, text):
+        super().event(severity, text)
         if f"{self.name} is out of service" in text:
             self.orders.start()
 
@@ -163,7 +176,7 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     with begun(system, job, Conduct(20.0), operator) as run:
         run.run()
         operator.orders.join()
-    assert "r1 is in service" in operator.answers[0].message
+    assert "r1 is in service" in operator.answers[0].message, operator.told
     assert [answer.success for answer in operator.answers] == [False, True, True]
     assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [
         ("r1", "take-over", False),

@@ -7,8 +7,6 @@ import time
 from collections.abc import Sequence
 from typing import Any, Final
 
-import numpy as np
-
 from touchline.schemas import topics
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse, Event, Trajectory
@@ -23,6 +21,7 @@ from touchline.services.runs.sharing.left_work import LeftWork
 from touchline.services.runs.sharing.rest import Mate, none_left, painted_before, rest_of
 from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
+from touchline.services.runs.sharing.sightings import together
 from touchline.services.runs.sharing.standstill_words import (
     out_of_service,
     paused_since,
@@ -167,11 +166,10 @@ class SharedBusRun:
             if robot.out != self._said[robot.name]:
                 self._said[robot.name] = robot.out
                 self._tell_of(robot)
-        for robot in self.robots:  # who has made way is seen where it was then or later: after it has said so
-            robot.see()
-        poses = {robot.name: robot.truth.pose for robot in self.robots if not robot.gone}
-        known = {name: np.array([pose]) for name, pose in poses.items() if pose is not None}
-        for name in self.gap.look(known):
+        there = [robot for robot in self.robots if not robot.gone]
+        seen = {robot.name: robot.truth.sightings for robot in there}
+        poses = together(seen, {robot.name for robot in there if robot.stands}, time.time())
+        for name in self.gap.look(poses) if poses else ():
             self._watcher.event(Event.ERROR, f"{name} touches another robot")
             next(robot for robot in self.robots if robot.name == name).touch()
 

@@ -40,6 +40,8 @@ _LOAD_S: Final = 30.0
 """A load is refused for as long as the robot is coming to rest: a second of sim time."""
 _AT_M: Final = 0.1
 """A robot that stands is held if it has come so near to where it may drive."""
+_TRUTH_WITHIN_S: Final = 0.05
+"""What it tells of its truth is no older than that when it tells its status."""
 _UNDER_WAY: Final = (TraversalStatus.READY, TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 _ABLE: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE)
 
@@ -109,6 +111,12 @@ class SharedRobot:
         return held and abs(self.status.speed_mps) < RESTING_MPS
 
     @property
+    def stands(self) -> bool:
+        """Whether nothing else is to be heard of where it truly is: it does not drive, and all of that was heard."""
+        driven = self.status.state != TraversalStatus.RUNNING and self.truth.time_s > self.time_s - _TRUTH_WITHIN_S
+        return self.lost or driven
+
+    @property
     def place(self) -> Standing:
         """Where it believes to be, or did when it was last heard."""
         return Standing(self.name, pose_of(self._place))
@@ -160,12 +168,7 @@ class SharedRobot:
                     self.truth.put_down()
                 self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
                 self.furthest_m = max(self.furthest_m, message.arc_length_m)
-        self.see()
-
-    def see(self) -> None:
-        """Take where it has told since that it truly is."""
-        if not self.lost:
-            self.truth.listen()
+        self.truth.listen()
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:
         """Not what was told before it, nor what is told once it was cleared away."""

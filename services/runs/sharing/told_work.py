@@ -8,23 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
-from touchline.schemas.cdr import decode
 from touchline.schemas.layout import Payloads
 from touchline.schemas.messages import Odometry, PaintMarks
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
+from touchline.services.bus.inbox import Sample
 from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.tick_log import period
 from touchline.services.runs.recorded_paint import joined
 from touchline.services.runs.sharing.joint_paint import Work, ledger_of
+from touchline.services.runs.sharing.sightings import Sightings
 
 Floats = NDArray[np.float64]
 
-_AT_ONCE: Final = 512
-"""Payloads that are looked into together."""
 _BATCH_S: Final = period(topics.PAINT) / TICKS_PER_S
 """Paint is told of within so long."""
 _PLACES: Final = {
@@ -39,17 +38,16 @@ class ToldTruth:
     """What an emulated robot tells of its true way and paint on its errand.
 
     Attributes:
-        pose: Where it truly was when it was last heard: x (m), y (m), heading (rad); None if nobody tells, or while it
-            is carried to where its errand begins.
+        sightings: Where it truly was.
+        time_s: Sim time of the last of that, on its own clock.
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle) -> None:
         """Listen; nothing is told yet."""
         self._vehicle = vehicle
         self._told, self._marked = bus.inbox([topics.TRUTH]), bus.inbox([topics.PAINT])
-        self.pose: tuple[float, float, float] | None = None
+        self.sightings, self.time_s = Sightings(), -math.inf
         self._carried = False
-        self._payloads: list[bytes] = []
         self._rows: list[Floats] = []
         self._batches: list[PaintMarks] = []
         self._since_s, self._ahead_s = -math.inf, 0.0
@@ -57,18 +55,20 @@ class ToldTruth:
     def listen(self) -> None:
         """Take what it has told since."""
         if told := self._told.drain():
-            self._payloads += [sample.payload for sample in told]
+            rows = _way(told)
+            self._rows.append(rows)
+            self.time_s = float(rows[-1, 0])
             if not self._carried:
-                self.pose = pose_of(decode(Odometry, told[-1].payload))
-        if len(self._payloads) >= _AT_ONCE:
-            self._look_into()
+                sent_s = [1e-9 * sample.source_time_ns for sample in told]
+                self.sightings.add(np.column_stack((sent_s, rows[:, 1:])))
         for _, marks in self._marked.messages():
             if isinstance(marks, PaintMarks) and _seconds(marks) > self._since_s:
                 self._batches.append(marks)
 
     def carry(self) -> None:
         """It is carried from where it was; nobody is in its way meanwhile."""
-        self.pose, self._carried = None, True
+        self._carried = True
+        self.sightings.forget()
 
     def put_down(self) -> None:
         """It is where its errand begins."""
@@ -89,19 +89,17 @@ class ToldTruth:
             template: What it was to do.
             strokes: All its paint.
         """
-        self._look_into()
         self._rows = [np.concatenate((np.zeros((0, 4)), *self._rows))]
         way = self._rows[0][self._rows[0][:, 0] > self._since_s]
         return told_work(template, self._vehicle, strokes, self._batches, way, self._ahead_s)
 
-    def _look_into(self) -> None:
-        """Find out times and poses, of many messages at once."""
-        if not self._payloads:
-            return
-        sec, nanosec, at, turned = layouts.ODOMETRY.columns(Payloads.of(self._payloads), _PLACES)
-        self._payloads = []
-        heading = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
-        self._rows.append(np.column_stack((sec[:, 0] + 1e-9 * nanosec[:, 0], at, heading)))
+
+def _way(told: Sequence[Sample]) -> Floats:
+    """(n, 4) sim time (s), x (m), y (m), heading (rad) of what was told, looked into all at once."""
+    payloads = Payloads.of([sample.payload for sample in told])
+    sec, nanosec, at, turned = layouts.ODOMETRY.columns(payloads, _PLACES)
+    heading = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
+    return np.column_stack((sec[:, 0] + 1e-9 * nanosec[:, 0], at, heading))
 
 
 def pose_of(place: Odometry) -> tuple[float, float, float]:
