@@ -21,10 +21,9 @@ _LARGEST_CHECKED_BYTES = 256 * 1024
 
 
 class _Skeleton(NamedTuple):
-    """What makes a payload one of its type: the bits that matter, their values, and where nanoseconds are."""
+    """What makes a payload one of its type: the bytes that matter, from where to where, and where nanoseconds are."""
 
-    mask: int
-    bits: int
+    kept: tuple[tuple[int, int, bytes], ...]
     nanoseconds: tuple[int, ...]
 
 
@@ -45,13 +44,15 @@ class Wellformed:
     def problem(self, payload: bytes) -> str:
         """Why ``payload`` is no message of the type; empty if it is one."""
         known = self._known.get(len(payload))
-        if known is not None and int.from_bytes(payload, "little") & known.mask == known.bits:
-            for at in known.nanoseconds:
-                if _COUNT.unpack_from(payload, at)[0] >= _SECOND_NS:
-                    break
-            else:
-                return ""
-        return self._decoded(payload)
+        if known is None:
+            return self._decoded(payload)
+        for begin, end, kept in known.kept:
+            if payload[begin:end] != kept:
+                return self._decoded(payload)
+        for at in known.nanoseconds:
+            if _COUNT.unpack_from(payload, at)[0] >= _SECOND_NS:
+                return self._decoded(payload)
+        return ""
 
     def _decoded(self, payload: bytes) -> str:
         try:
@@ -74,14 +75,13 @@ class _Walk:
     def __init__(self, payload: bytes) -> None:
         self._payload = payload
         self._at = _HEADER_BYTES
-        self._mask = bytearray(len(payload))
-        self._mask[:2] = b"\xff\xff"  # the other two bytes of the header are options, which nobody reads
+        self._kept = [(0, 2)]  # the other two bytes of the header are options, which nobody reads
         self._nanoseconds: list[int] = []
 
     def skeleton(self, ros_type: str) -> _Skeleton:
         self._message(ros_type)
-        mask = int.from_bytes(self._mask, "little")
-        return _Skeleton(mask, int.from_bytes(self._payload, "little") & mask, tuple(self._nanoseconds))
+        kept = tuple((begin, end, self._payload[begin:end]) for begin, end in self._kept)
+        return _Skeleton(kept, tuple(self._nanoseconds))
 
     def _message(self, ros_type: str) -> None:
         for name, (node, detail) in typestore().fielddefs[ros_type][1]:
@@ -127,7 +127,11 @@ class _Walk:
         return count
 
     def _keep(self, size: int) -> None:
-        self._mask[self._at : self._at + size] = b"\xff" * size
+        begin, end = self._kept[-1]
+        if end == self._at:
+            self._kept[-1] = begin, end + size
+        elif size:
+            self._kept.append((self._at, self._at + size))
         self._at += size
 
     def _align(self, size: int) -> None:

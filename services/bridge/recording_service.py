@@ -137,7 +137,10 @@ class BridgeService:
         namespaces = [end.bus.namespace for end in self._ends]
         recorder = Recorder(path, namespaces, topics.RECORDED, self._existing, continues)
         self._continues, self._limits = list(continues), limits
-        inboxes = [end.bus.inbox(topics.RECORDED) for end in self._ends]
+        inboxes = []
+        for end in self._ends:  # of many robots this takes seconds
+            self._breathe()
+            inboxes.append(end.bus.inbox(topics.RECORDED))
         self._session = RecordingSession(recorder, inboxes, limits, continues)
         self._note_parts(self._session)
         self._account()
@@ -228,8 +231,11 @@ class BridgeService:
             self._going.forget()
 
     def _report_health(self) -> None:
+        due = [(number, end) for number, end in enumerate(self._ends) if end.health.due]
+        if not due:
+            return
         level, message, values = self._health()
-        for number, end in enumerate(self._ends):
+        for number, end in due:
             figures = self._gateways[number].figures() if self._gateways else {}
             if self._viewers is not None:
                 figures |= self._viewers.figures(end.bus.namespace)

@@ -108,13 +108,18 @@ class Sequencer:
     def _learn_of_a_setting(self, batch: Sequence[Arrived]) -> None:
         """Find out whether clocks were set back in a batch, and how far: the busiest publisher tells best."""
         settings = len(self._corrections_ns) - 1
-        last = {key: heard.source_ns for key, heard in self._heard.items() if heard.settings == settings}
+        last = dict[tuple[str, bytes], int]()
         found: list[int] = []
         for message in batch:
             key, source_ns = (message.topic.name, message.publisher), message.source_time_ns
-            if source_ns and source_ns < last.get(key, 0):
-                found.append(last[key] - source_ns)
-            last[key] = source_ns or last.get(key, 0)
+            if not source_ns:
+                continue
+            if (last_ns := last.get(key)) is None:
+                heard = self._heard.get(key)
+                last_ns = heard.source_ns if heard is not None and heard.settings == settings else 0
+            if source_ns < last_ns:
+                found.append(last_ns - source_ns)
+            last[key] = source_ns
         if found:
             self._corrections_ns.append(self._corrections_ns[-1] + max(found))
 
@@ -131,18 +136,18 @@ class Sequencer:
         if not source_ns:
             return self._latest_ns
         key = message.topic.name, message.publisher
-        before = self._heard.pop(key, None)  # taken out and put back: the dict's order is that of hearing
+        before = self._heard.get(key)
         settings = len(self._corrections_ns) - 1
         if before is None:
             if self._before_the_setting(source_ns):
                 settings -= 1
             place_ns = source_ns + self._corrections_ns[settings]
+            if len(self._heard) >= _MOST_PUBLISHERS:
+                del self._heard[min(self._heard, key=lambda each: self._heard[each].place_ns)]
         else:
             if source_ns >= before.source_ns:
                 settings = before.settings
             place_ns = max(source_ns + self._corrections_ns[settings], before.place_ns)
-            if len(self._heard) >= _MOST_PUBLISHERS:
-                del self._heard[next(iter(self._heard))]
         self._heard[key] = _Heard(source_ns, settings, place_ns)
         self._latest_ns = max(self._latest_ns, place_ns)
         return place_ns

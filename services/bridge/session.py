@@ -1,10 +1,12 @@
 """An active recording: moves messages from the inboxes to the file."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
+from touchline.schemas.topics import RECORDED, Topic
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
 from touchline.services.bridge.parts import next_part
@@ -16,10 +18,13 @@ from touchline.services.bus.last_sent import LastSent
 
 #: What was recorded longer ago than this survives kill -9.
 FLUSH_PERIOD_S = 0.25
-#: Messages of a topic that are recorded before the service looks at anything else: a tenth of a second's work in all.
+#: Messages of the most frequent topic, of all robots together, that are recorded before the service looks at anything
+#: else: a tenth of a second's work in all. Of the others it is as many as are sent in the same time, so that what is
+#: recorded late is recorded in order without much that is held for that.
 _AT_ONCE = 512
-#: So many times it takes to record all that can have been waiting.
-MOST_ROUNDS = MOST_WAITING // _AT_ONCE + 1
+#: So many times it takes at most to record all that can have been waiting.
+MOST_ROUNDS = MOST_WAITING
+_FASTEST_HZ = max(topic.rate_hz for topic in RECORDED)
 
 
 class SessionInbox(Protocol):
@@ -37,8 +42,8 @@ class SessionInbox(Protocol):
     def cut(self) -> Collection[str]:
         """Names of the topics of which the last `drain` left some, or may have."""
 
-    def drain(self, most: int) -> Sequence[Arrived]:
-        """The messages that wait, of each topic the first `most`."""
+    def drain(self, most: Callable[[Topic], int]) -> Sequence[Arrived]:
+        """The messages that wait, of each topic the first, as many as `most` says."""
 
     def told(self, sent: LastSent) -> int:
         """Take a publisher's word of what it has sent; returns how many messages more are missing than was known."""
@@ -73,6 +78,7 @@ class RecordingSession:
         self._done_gaps = 0
         self._problem = ""
         self._inboxes = inboxes
+        self._most = max(_AT_ONCE // len(inboxes), 1)
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
         self.behind = False
@@ -147,11 +153,15 @@ class RecordingSession:
 
     def _take(self) -> bool:
         """Record what has arrived, or a part of it: then it is `behind`. Returns whether anything had."""
-        batch = [message for inbox in self._inboxes for message in inbox.drain(_AT_ONCE)]
+        batch = [message for inbox in self._inboxes for message in inbox.drain(self._most_of)]
         cut = {(inbox.namespace, name) for inbox in self._inboxes for name in inbox.cut}
         self._write(self._sequencer.take(batch, cut))
         self.behind = bool(cut)
         return bool(batch)
+
+    def _most_of(self, topic: Topic) -> int:
+        """How many messages of this topic of a robot are taken at once."""
+        return math.ceil(self._most * (topic.rate_hz / _FASTEST_HZ or 1.0))
 
     def told(self, namespace: str, sent: Iterable[LastSent]) -> None:
         """Count what is missing of what a robot's publishers say they have sent; all that arrived has been recorded."""

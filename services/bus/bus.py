@@ -146,6 +146,9 @@ class Bus:
         gossip. Until :meth:`leave_former`, inboxes go on with what arrives by the former session, and requests that
         came by it can be answered. Of latched topics late joiners get nothing before the next message.
 
+        Args:
+            stop: Called often; waiting for a router that is not there ends when this says so.
+
         Raises:
             TouchlineError: The bus cannot be joined; nothing has changed.
             KeyboardInterrupt: ``stop()`` said so first.
@@ -153,6 +156,7 @@ class Bus:
         self.leave_former()
         session = join(self.config, self.node, lambda: bool(stop()), self._patience_s)
         for bus in (self, *self._others):
+            stop()
             bus._move(session)
 
     def _move(self, session: zenoh.Session) -> None:

@@ -10,6 +10,7 @@ from touchline.schemas.messages import (
     Clock,
     DiagnosticArray,
     DiagnosticStatus,
+    GetDiagnosticsRequest,
     GetDiagnosticsResponse,
     Header,
     KeyValue,
@@ -17,6 +18,7 @@ from touchline.schemas.messages import (
 )
 from touchline.services.bus import last_sent
 from touchline.services.bus.bus import Bus
+from touchline.services.bus.calls import ServedCall
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
 _ANSWERS_AT_ONCE = 8
@@ -39,6 +41,14 @@ class HealthReporter:
         self._clock = bus.inbox([topics.CLOCK], keep="latest")
         self._now = Time()
         self._due = 0.0
+        self._asked: ServedCall[GetDiagnosticsRequest, GetDiagnosticsResponse] | None = None
+
+    @property
+    def due(self) -> bool:
+        """Whether somebody asks, or it is time to publish: else `poll` has nothing to do."""
+        if self._asked is None:
+            self._asked = self._server.poll()
+        return self._asked is not None or time.monotonic() >= self._due
 
     def poll(
         self,
@@ -55,7 +65,8 @@ class HealthReporter:
         publishes now.
         """
         for _ in range(_ANSWERS_AT_ONCE):
-            if (call := self._server.poll()) is None:
+            call, self._asked = self._asked or self._server.poll(), None
+            if call is None:
                 break
             settle()
             asked = {**values, last_sent.KEY: last_sent.as_text(self._bus.sent())}
