@@ -129,11 +129,16 @@ class Onboard:
         return guided is not None and guided.receive(told)
 
     @property
+    def guided(self) -> bool:
+        """Whether a coordinator guides the robot, emergency-stopped or not."""
+        over = self._traversal.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
+        return self._traversal.guided is not None and not over
+
+    @property
     def whereabouts(self) -> Whereabouts | None:
         """What a guided robot tells its coordinator; None if it is not guided."""
         guided = self._traversal.guided
-        over = self._traversal.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
-        return guided.whereabouts if guided is not None and not over else None
+        return guided.whereabouts if guided is not None and self.guided else None
 
     def start(self) -> None:
         """Begin the traversal."""

@@ -31,11 +31,15 @@ class GuidedLink:
     Args:
         bus: Of the robot.
         emulator: The robot.
+
+    Attributes:
+        holds: Whether sim time had to wait for an answer when that was last asked.
     """
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
         self._inbox = bus.inbox([topics.GUIDANCE])
         self._emulator = emulator
+        self.holds = False
         self._step = 0
         self._answered_tick = -1
         self._held_since_s = math.inf
@@ -59,8 +63,8 @@ class GuidedLink:
 
     @property
     def under_way(self) -> bool:
-        """Whether the robot is guided: it tells where it is until that ends, emergency-stopped or not."""
-        return self._emulator.onboard.whereabouts is not None
+        """Whether the robot is guided: it tells where it is until that ends."""
+        return self._emulator.onboard.guided
 
     @property
     def in_step(self) -> bool:
@@ -91,6 +95,10 @@ class GuidedLink:
         Args:
             now_s: Monotonic wall time.
         """
+        self.holds = self._has_to_wait(now_s)
+        return self.holds
+
+    def _has_to_wait(self, now_s: float) -> bool:
         tick = self._emulator.tick_count
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
         if not at_gate or not self.under_way:

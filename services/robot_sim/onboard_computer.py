@@ -78,6 +78,10 @@ class OnboardComputer(Protocol):
         """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
 
     @property
+    def guided(self) -> bool:
+        """Whether a coordinator guides the robot, emergency-stopped or not."""
+
+    @property
     def whereabouts(self) -> Whereabouts | None:
         """What a guided robot tells its coordinator; None if it is not guided."""
 

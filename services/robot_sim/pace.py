@@ -23,12 +23,12 @@ class Pacer:
         now_s: Monotonic wall time.
 
     Attributes:
-        least: Fewer ticks than so many are not handed out.
+        stride: Ticks are handed out up to those that are multiples of this.
         forgiven_s: Lagging further behind than this the pace starts anew.
     """
 
     def __init__(self, factor: float, now_s: float) -> None:
-        self.factor, self.least, self.forgiven_s = factor, 1, FORGIVEN_S
+        self.factor, self.stride, self.forgiven_s = factor, 1, FORGIVEN_S
         self._anchor_s = now_s
         self._given = 0
 
@@ -44,13 +44,14 @@ class Pacer:
         """Begin to count anew: what passed until now is not to be caught up with."""
         self._anchor_s, self._given = now_s, 0
 
-    def due(self, now_s: float) -> int:
-        """Ticks that should run now; they count as run."""
+    def due(self, now_s: float, tick: int = 0) -> int:
+        """Ticks that should run now, after this one; they count as run."""
         if self.factor < 0.0:
             return UNLIMITED
         wanted = int((now_s - self._anchor_s) * self.factor / TICK_S + 1e-6)
+        wanted -= (tick + wanted - self._given) % self.stride
         ticks = wanted - self._given
-        if ticks < self.least:
+        if ticks <= 0:
             return 0
         if ticks * TICK_S > self.forgiven_s * max(self.factor, 1.0):
             self.restart(now_s)
@@ -63,17 +64,17 @@ class Pacer:
         if self.factor >= 0.0:
             self._given -= ticks
 
-    def wait_s(self, now_s: float) -> float:
-        """Wall time until the next tick is due, or some are; at most `LONGEST_SLICE_S`."""
+    def wait_s(self, now_s: float, longest_s: float = LONGEST_SLICE_S) -> float:
+        """Wall time until the next tick is due, or some are; at most `longest_s`."""
         if self.factor < 0.0:
             return 0.0
         if self.factor == 0.0:
-            return LONGEST_SLICE_S
-        due_s = self._anchor_s + (self._given + self.least) * TICK_S / self.factor
+            return longest_s
+        due_s = self._anchor_s + (self._given + self.stride) * TICK_S / self.factor
         wait_s = due_s - now_s
         if wait_s <= 0.0:
             return 0.0
-        return min(max(wait_s, SHORTEST_WAIT_S if self.factor > 1.0 else 0.0), LONGEST_SLICE_S)
+        return min(max(wait_s, SHORTEST_WAIT_S if self.factor > 1.0 else 0.0), longest_s)
 
 
 class RateMeter:

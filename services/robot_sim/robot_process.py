@@ -36,11 +36,19 @@ TIDY_S: Final = 10.0
 """How often cyclic garbage is collected while no robot has anything to do; a collection amid a job could take long."""
 IDLE_S: Final = 0.002
 """How long at most a turn sleeps while no tick is to come."""
+SHORTEST_SLICE_S: Final = 0.002
+"""Many robots that lag behind each catch up a stretch at a time: to begin on one takes a while."""
+HELD_S: Final = 0.0005
+"""How long at most a turn sleeps while sim time waits for a coordinator's answer."""
+LOOK_S: Final = 0.001
+"""So much later for every robot in a process each looks at its commands; stops are looked for all the time."""
 BESIDE_EVERY_S: Final = 0.001
 """How often at most, amid the ticks of one robot, the stops of the others are looked for."""
 ROBOTS_A_TICK: Final = 5
 """For so many robots in a process ticks are run one more at a time: it is the turns that cost, not the ticks. Stops
 are looked for less often by as much."""
+STRIDES: Final = tuple(ticks for ticks in range(1, MOST_TICKS + 1) if MOST_TICKS % ticks == 0)
+"""Ticks that are run at a time: they end where those end that can be told at once."""
 IN_STEP_FORGIVEN_S: Final = 2.0
 """Lag that a robot catches up with which waits for its coordinator, and for all others, now and then."""
 BRAKING_TICKS: Final = 300
@@ -96,15 +104,21 @@ class RobotHost:
     def __init__(self, robots: Sequence[RobotProcess]) -> None:
         """They take turns from now on."""
         self._robots = robots
-        self._slice_s = LONGEST_SLICE_S / len(robots)
+        self._due_s = [0.0] * len(robots)
+        self._slice_s = max(LONGEST_SLICE_S / len(robots), SHORTEST_SLICE_S)
+        beside = Beside(robots)
+        stride = next((each for each in STRIDES if each * ROBOTS_A_TICK >= len(robots)), STRIDES[-1])
         for robot in robots:
-            robot.beside = Beside(robots)
-            robot.take_ticks(min(1 + len(robots) // ROBOTS_A_TICK, MOST_TICKS))
+            robot.beside = beside
+            robot.take_ticks(stride)
 
     def turn(self) -> None:
-        """A turn of each robot, and sleep if nothing is due."""
-        due_s = min([robot.step(self._slice_s) for robot in self._robots])
-        time.sleep(max(0.0, due_s - time.monotonic()))
+        """A turn of each robot of which something is due, and sleep until that is so of another one."""
+        now_s = time.monotonic()
+        for number, due_s in enumerate(self._due_s):
+            if due_s <= now_s:
+                self._due_s[number] = self._robots[number].step(self._slice_s)
+        time.sleep(max(0.0, min(self._due_s) - time.monotonic()))
 
     def close(self) -> None:
         """End all runs in good order."""
@@ -138,7 +152,7 @@ class RobotProcess:
         self._reporting = ThreadPoolExecutor(1, "report")
         self._report: Future[Reports] | None = None
         self._runner = FastRunner(self._emulator)
-        self._pacer = Pacer(speed, time.monotonic())
+        self._pacer, self._stride = Pacer(speed, time.monotonic()), 1
         self._free = clock == "free"
         self._link = LinkWatch(bus, setup.onboard.link_timeout_s)
         self._rate = RateMeter()
@@ -163,9 +177,9 @@ class RobotProcess:
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._commands.take()])
 
-    def take_ticks(self, at_least: int) -> None:
-        """Run so many ticks at once, once they are due, or more."""
-        self._pacer.least = at_least
+    def take_ticks(self, stride: int) -> None:
+        """Run ticks up to every so many, once they are due."""
+        self._pacer.stride = self._stride = stride
 
     @property
     def active(self) -> bool:
@@ -193,13 +207,22 @@ class RobotProcess:
         self._tell_health()
         if self._time_passes:
             if not self._held:
-                self._run(self._pacer.due(now), now + slice_s)
+                self._run(self._pacer.due(now, self._emulator.tick_count), now + slice_s)
                 now = time.monotonic()
-                return now + self._pacer.wait_s(now)
+                return now + self._wait_s(now)
         else:
             self._pacer.restart(now)
             self._tidy(now)
-        return time.monotonic() + IDLE_S
+        return time.monotonic() + self._idle_s
+
+    def _wait_s(self, now_s: float) -> float:
+        """From now (monotonic) until the next ticks are due, or commands are to be looked at."""
+        return HELD_S if self._guided.holds else self._pacer.wait_s(now_s, max(self._idle_s, LONGEST_SLICE_S))
+
+    @property
+    def _idle_s(self) -> float:
+        """How long commands may wait: many robots take their time to look."""
+        return max(IDLE_S, LOOK_S * len(self.beside.robots))
 
     def close(self) -> None:
         """End a run in good order: valve closed and the robot braked, whatever the pace."""
@@ -232,24 +255,33 @@ class RobotProcess:
     def _begin_guided(self, lockstep_s: float) -> None:
         self._guided.begin(lockstep_s)
         self._pacer.forgiven_s = IN_STEP_FORGIVEN_S if lockstep_s else FORGIVEN_S
+        self._pacer.stride = 2 * self._stride if lockstep_s else self._stride  # nobody waits for what comes in between
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and self._time_passes:
             if self._guided.held(time.monotonic()):
                 self._pacer.give_back(ticks)
-                return
+                break
             most = min(ticks, self._guided.ticks_ahead())
             rows = self._telemetry.rows
             done = self._runner.step(self._telemetry.until_due(most), rows)
-            self._publish(self._commands.note_progress())
-            self._publish(self._telemetry.after(done))
-            self._publish(self._guided.drove(rows[:done]))
+            news = self._commands.note_progress()
+            self._telemetry.hold(done)
+            news += self._guided.drove(rows[:done])
+            if news or self._telemetry.full or self._emulator.settled:
+                self._tell_held()
+                self._publish(news)
             ticks -= done
             now = time.monotonic()
             self._answer_all_stops(now)
             if now >= until_s:
                 self._pacer.give_back(ticks)
-                return
+                break
+        self._tell_held()
+
+    def _tell_held(self) -> None:
+        """Publish what was due in the ticks since the last time, all at once."""
+        self._publish(self._telemetry.told())
 
     def _serve(self) -> None:
         for server, handler in self._others:
@@ -325,6 +357,8 @@ class RobotProcess:
         """Carry out what stops this robot; between ticks only."""
         self._stop_waits()
         waiting, self._waiting = self._waiting, []
+        if waiting:
+            self._tell_held()
         for call, handler in waiting:
             self._answer(call, handler)
 
@@ -335,6 +369,8 @@ class RobotProcess:
         if not changed and now_s < self._health_at_s:
             return
         self._health_at_s = now_s + HEALTH_EVERY_S
+        if not (changed or self._health.due):
+            return
         message = self._emulator.onboard.status.reason or "ok"
         self._health.poll(self._diagnostics(), message=message, at_once=changed)
 

@@ -120,6 +120,8 @@ class _RobotVoice:
 
     def tell_health(self, settle: Callable[[], None]) -> None:
         """Tell how this process does; `settle` comes between a question and its answer."""
+        if not self._health.due:
+            return
         figures = {"forwarded": self._bus.counters.published, "cut_off": self._cut_off}
         self._health.poll(figures, message="sending", settle=settle)
 

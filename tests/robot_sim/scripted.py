@@ -53,6 +53,10 @@ class ScriptedOnboard:
     painted = PaintBelief()
 
     @property
+    def guided(self):
+        return False
+
+    @property
     def whereabouts(self):
         return None
 

@@ -72,7 +72,7 @@ def test_changing_the_pace_all_the_time_does_not_stop_it():
 @pytest.mark.parametrize("factor", [0.5, 1.0, 5.0])
 def test_ticks_of_many_robots_come_several_at_once_and_no_fewer(factor):
     pacer = Pacer(factor, 100.0)
-    pacer.least = 7
+    pacer.stride = 7
     handed = [pacer.due(100.0 + 0.004 * index) for index in range(1, 2001)]
     assert {ticks for ticks in handed if ticks} <= set(range(7, 7 + 4 * max(round(factor), 1)))
     assert sum(handed) == pytest.approx(800 * factor, abs=8)
