@@ -1,12 +1,12 @@
 """An active recording: moves messages from the inboxes to the file."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-from touchline.schemas.topics import RECORDED, Topic
+from touchline.schemas.topics import RECORDED
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
 from touchline.services.bridge.parts import next_part
@@ -24,7 +24,13 @@ FLUSH_PERIOD_S = 0.25
 _AT_ONCE = 512
 #: So many times it takes at most to record all that can have been waiting.
 MOST_ROUNDS = MOST_WAITING
-_FASTEST_HZ = max(topic.rate_hz for topic in RECORDED)
+
+
+def _most_at_once(robots: int) -> dict[str, int]:
+    """How many messages of each topic of a robot are taken at once, by its name."""
+    fastest_hz = max(topic.rate_hz for topic in RECORDED)
+    shares = {topic.name: (topic.rate_hz or fastest_hz) / fastest_hz for topic in RECORDED}
+    return {name: math.ceil(share * max(_AT_ONCE // robots, 1)) for name, share in shares.items()}
 
 
 class SessionInbox(Protocol):
@@ -42,8 +48,8 @@ class SessionInbox(Protocol):
     def cut(self) -> Collection[str]:
         """Names of the topics of which the last `drain` left some, or may have."""
 
-    def drain(self, most: Callable[[Topic], int]) -> Sequence[Arrived]:
-        """The messages that wait, of each topic the first, as many as `most` says."""
+    def drain(self, most: Mapping[str, int]) -> Sequence[Arrived]:
+        """The messages that wait, of each topic the first, so many by its name."""
 
     def told(self, sent: LastSent) -> int:
         """Take a publisher's word of what it has sent; returns how many messages more are missing than was known."""
@@ -78,7 +84,7 @@ class RecordingSession:
         self._done_gaps = 0
         self._problem = ""
         self._inboxes = inboxes
-        self._most = max(_AT_ONCE // len(inboxes), 1)
+        self._most = _most_at_once(len(inboxes))
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
         self.behind = False
@@ -153,15 +159,11 @@ class RecordingSession:
 
     def _take(self) -> bool:
         """Record what has arrived, or a part of it: then it is `behind`. Returns whether anything had."""
-        batch = [message for inbox in self._inboxes for message in inbox.drain(self._most_of)]
+        batch = [message for inbox in self._inboxes for message in inbox.drain(self._most)]
         cut = {(inbox.namespace, name) for inbox in self._inboxes for name in inbox.cut}
         self._write(self._sequencer.take(batch, cut))
         self.behind = bool(cut)
         return bool(batch)
-
-    def _most_of(self, topic: Topic) -> int:
-        """How many messages of this topic of a robot are taken at once."""
-        return math.ceil(self._most * (topic.rate_hz / _FASTEST_HZ or 1.0))
 
     def told(self, namespace: str, sent: Iterable[LastSent]) -> None:
         """Count what is missing of what a robot's publishers say they have sent; all that arrived has been recorded."""

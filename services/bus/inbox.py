@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import repeat
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -113,7 +113,7 @@ class Inbox:
         """Take samples from the last session, when those of the former one are taken."""
         if not self._next:
             return
-        self._early = self.drain(lambda _: MOST_WAITING)
+        self._early = self.drain({topic.name: MOST_WAITING for topic, *_ in self._subscribers})
         for _, _, gaps, _ in self._subscribers:
             gaps.begin_again()
         self._subscribers = [
@@ -133,8 +133,8 @@ class Inbox:
         history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
         return ext.declare_advanced_subscriber(session, key, channel, history=history)
 
-    def drain(self, most: Callable[[Topic], int] | None = None) -> list[Sample]:
-        """Every sample that waits, in order of arrival within a topic; of each no more than `most` says, if given.
+    def drain(self, most: Mapping[str, int] | None = None) -> list[Sample]:
+        """Every sample that waits, in order of arrival within a topic; no more of a topic than `most` says by its name.
 
         Who takes samples as fast as they are sent would never come to an end without.
         """
@@ -142,7 +142,7 @@ class Inbox:
         self.cut.clear()
         for topic, form, gaps, subscriber in self._subscribers:
             receive = subscriber.try_recv
-            for _ in repeat(None) if most is None else repeat(None, most(topic)):
+            for _ in repeat(None) if most is None else repeat(None, most[topic.name]):
                 if (raw := receive()) is None:
                     break
                 sample = self._accept(topic, form, gaps, raw)

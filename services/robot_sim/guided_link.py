@@ -31,15 +31,11 @@ class GuidedLink:
     Args:
         bus: Of the robot.
         emulator: The robot.
-
-    Attributes:
-        holds: Whether sim time had to wait for an answer when that was last asked.
     """
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
         self._inbox = bus.inbox([topics.GUIDANCE])
         self._emulator = emulator
-        self.holds = False
         self._step = 0
         self._answered_tick = -1
         self._held_since_s = math.inf
@@ -95,10 +91,6 @@ class GuidedLink:
         Args:
             now_s: Monotonic wall time.
         """
-        self.holds = self._has_to_wait(now_s)
-        return self.holds
-
-    def _has_to_wait(self, now_s: float) -> bool:
         tick = self._emulator.tick_count
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
         if not at_gate or not self.under_way:

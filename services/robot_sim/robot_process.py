@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -40,8 +41,9 @@ SHORTEST_SLICE_S: Final = 0.002
 """Many robots that lag behind each catch up a stretch at a time: to begin on one takes a while."""
 HELD_S: Final = 0.0005
 """How long at most a turn sleeps while sim time waits for a coordinator's answer."""
-LOOK_S: Final = 0.001
-"""So much later for every robot in a process each looks at its commands; stops are looked for all the time."""
+LOOK_S, LATEST_LOOK_S = 0.001, 0.05
+"""So much later for every robot in a process each looks at its commands, but no later than this; stops are looked for
+by `Beside`."""
 BESIDE_EVERY_S: Final = 0.001
 """How often at most, amid the ticks of one robot, the stops of the others are looked for."""
 ROBOTS_A_TICK: Final = 5
@@ -83,18 +85,19 @@ class Beside:
 
     Attributes:
         robots: All of them.
+        at_s: When those are due again (monotonic); never for one robot, which looks for its own.
     """
 
     def __init__(self, robots: Sequence[RobotProcess]) -> None:
         self.robots = robots
-        self._every_s = BESIDE_EVERY_S * max(1.0, len(robots) / ROBOTS_A_TICK)
-        self._at_s = 0.0
+        self._every_s = BESIDE_EVERY_S * max(1.0, len(robots) / ROBOTS_A_TICK) if len(robots) > 1 else math.inf
+        self.at_s = 0.0
 
     def due(self, now_s: float) -> Sequence[RobotProcess]:
         """Whose stops are to be looked for at a wall time (s): of all, if that was a while ago, else of nobody."""
-        if now_s < self._at_s or len(self.robots) == 1:
+        if now_s < self.at_s:
             return ()
-        self._at_s = now_s + self._every_s
+        self.at_s = now_s + self._every_s
         return self.robots
 
 
@@ -106,19 +109,21 @@ class RobotHost:
         self._robots = robots
         self._due_s = [0.0] * len(robots)
         self._slice_s = max(LONGEST_SLICE_S / len(robots), SHORTEST_SLICE_S)
-        beside = Beside(robots)
+        self._beside = Beside(robots)
         stride = next((each for each in STRIDES if each * ROBOTS_A_TICK >= len(robots)), STRIDES[-1])
         for robot in robots:
-            robot.beside = beside
+            robot.beside = self._beside
             robot.take_ticks(stride)
 
     def turn(self) -> None:
-        """A turn of each robot of which something is due, and sleep until that is so of another one."""
+        """A turn of each robot of which something is due, and sleep until it is again; stops are due all the time."""
         now_s = time.monotonic()
+        for robot in self._beside.due(now_s):
+            robot.answer_stops()
         for number, due_s in enumerate(self._due_s):
             if due_s <= now_s:
                 self._due_s[number] = self._robots[number].step(self._slice_s)
-        time.sleep(max(0.0, min(self._due_s) - time.monotonic()))
+        time.sleep(max(0.0, min(self._beside.at_s, *self._due_s) - time.monotonic()))
 
     def close(self) -> None:
         """End all runs in good order."""
@@ -207,22 +212,19 @@ class RobotProcess:
         self._tell_health()
         if self._time_passes:
             if not self._held:
-                self._run(self._pacer.due(now, self._emulator.tick_count), now + slice_s)
+                waits = self._run(self._pacer.due(now, self._emulator.tick_count), now + slice_s)
                 now = time.monotonic()
-                return now + self._wait_s(now)
+                longest_s = max(self._idle_s, LONGEST_SLICE_S)
+                return now + (HELD_S if waits else self._pacer.wait_s(now, longest_s))
         else:
             self._pacer.restart(now)
             self._tidy(now)
         return time.monotonic() + self._idle_s
 
-    def _wait_s(self, now_s: float) -> float:
-        """From now (monotonic) until the next ticks are due, or commands are to be looked at."""
-        return HELD_S if self._guided.holds else self._pacer.wait_s(now_s, max(self._idle_s, LONGEST_SLICE_S))
-
     @property
     def _idle_s(self) -> float:
         """How long commands may wait: many robots take their time to look."""
-        return max(IDLE_S, LOOK_S * len(self.beside.robots))
+        return min(max(IDLE_S, LOOK_S * len(self.beside.robots)), LATEST_LOOK_S)
 
     def close(self) -> None:
         """End a run in good order: valve closed and the robot braked, whatever the pace."""
@@ -257,9 +259,11 @@ class RobotProcess:
         self._pacer.forgiven_s = IN_STEP_FORGIVEN_S if lockstep_s else FORGIVEN_S
         self._pacer.stride = 2 * self._stride if lockstep_s else self._stride  # nobody waits for what comes in between
 
-    def _run(self, ticks: int, until_s: float) -> None:
+    def _run(self, ticks: int, until_s: float) -> bool:
+        """Run ticks, until about a wall time (s); returns whether sim time waits for a coordinator's answer."""
+        waits = False
         while ticks > 0 and self._time_passes:
-            if self._guided.held(time.monotonic()):
+            if waits := self._guided.held(time.monotonic()):
                 self._pacer.give_back(ticks)
                 break
             most = min(ticks, self._guided.ticks_ahead())
@@ -278,6 +282,7 @@ class RobotProcess:
                 self._pacer.give_back(ticks)
                 break
         self._tell_held()
+        return waits
 
     def _tell_held(self) -> None:
         """Publish what was due in the ticks since the last time, all at once."""

@@ -1,7 +1,7 @@
 """A recording while it goes on: how much of it a kill can cost."""
 
 import random
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -10,7 +10,6 @@ from tests.bridge.test_sequencer import Sent
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Clock, Event, Imu, Time
-from touchline.schemas.topics import Topic
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.part_limits import PartLimits
@@ -29,7 +28,7 @@ class Waiting:
         self.rejected: dict[str, int] = {}
         self.cut: set[str] = set()
 
-    def drain(self, most: Callable[[Topic], int]) -> list[Sent]:
+    def drain(self, most: Mapping[str, int]) -> list[Sent]:
         self.said += 1
         return [Sent(topics.IMU, self.said, self.said, encode(Imu()))]
 
@@ -52,7 +51,7 @@ def test_what_was_heard_a_quarter_of_a_second_ago_is_on_the_disk(tmp_path: Path)
 class Said(Waiting):
     """Of each tick of 0.1 s: its number, in a text that does not compress, behind the clock."""
 
-    def drain(self, most: Callable[[Topic], int]) -> list[Sent]:
+    def drain(self, most: Mapping[str, int]) -> list[Sent]:
         self.said += 1
         clock = Clock(clock=Time(sec=self.said // 10, nanosec=self.said % 10 * 100_000_000))
         text = random.Random(self.said).randbytes(20_000).hex()

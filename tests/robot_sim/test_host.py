@@ -1,5 +1,6 @@
 """Several robots in one loop: nothing that one does or suffers changes another, or keeps a stop from it."""
 
+import math
 import time
 from collections import defaultdict
 from contextlib import ExitStack
@@ -103,6 +104,14 @@ def test_stops_of_all_robots_are_looked_for_amid_the_ticks_of_one(rig, monkeypat
         first.step(0.05)  # a turn of r1 alone
     here.turn_until(lambda: here.state("club/r3") == TraversalStatus.ESTOPPED)
     assert here.state("r1") == TraversalStatus.RUNNING
+
+
+def test_stops_are_looked_for_though_no_robot_has_its_turn(rig):
+    here = rig(1.0)
+    here.start("r2")
+    here.host._due_s = [math.inf] * len(ROBOTS)
+    here.ask("r2", topics.ESTOP, CommandRequest(request_id="stop"))
+    here.turn_until(lambda: here.state("r2") == TraversalStatus.ESTOPPED)
 
 
 def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their_stops(rig):

@@ -53,10 +53,12 @@ def together(seen: Mapping[str, Sightings], stand: set[str], now_s: float) -> di
         (n, 3) poses of each at the same n instants; empty if there is no such instant yet.
     """
     known = {name: each for name, each in seen.items() if len(each.rows)}
+    if not known:
+        return {}
     moving = [float(each.rows[-1, _SENT]) for name, each in known.items() if name not in stand]
     until_s = min((max(sent_s, now_s - PATIENCE_S) for sent_s in moving), default=now_s)
-    sent_s = np.unique([time_s for each in known.values() for time_s in each.rows[:, _SENT]])
-    since_s = max((float(each.rows[0, _SENT]) for each in known.values()), default=now_s)
+    sent_s = np.unique(np.concatenate([each.rows[:, _SENT] for each in known.values()]))
+    since_s = max(float(each.rows[0, _SENT]) for each in known.values())
     instants_s = sent_s[(sent_s >= since_s) & (sent_s <= until_s)]
     poses = {name: _at(each.rows, instants_s) for name, each in known.items() if len(instants_s)}
     for each in known.values():
