@@ -9,6 +9,7 @@ from pathlib import Path
 LONG = frozenset(
     (
         "coverage",
+        "fleet_recorded",
         "goals",
         "random_fields",
         "shared",

@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from touchline.schemas import topics
 
 NODES: Final = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
+_NAMED: Final = (*NODES, topics.COORDINATOR)
 _PROC: Final = Path("/proc")
 _PAGE_BYTES: Final = resource.getpagesize()
 
@@ -49,7 +50,7 @@ def processes(supervisor: int) -> dict[str, int]:
     found = {topics.SUPERVISOR: supervisor}
     for child in below.get(supervisor, []):
         words = _command(child)
-        name = next((word for word in words if word in NODES), None)
+        name = next((word for word in words if word in _NAMED), None)
         if name is None:
             continue
         found[name] = child

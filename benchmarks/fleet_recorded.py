@@ -1,0 +1,116 @@
+"""Fifty robots over Zenoh at real time, recorded, watched by a console: pace, losses, redraws and each process's share.
+
+`python -m benchmarks fleet_recorded`; TOUCHLINE_ROBOTS sets how many (50), TOUCHLINE_SECONDS the sim time (40). It is
+`touchline fleet run --record` with the fleet screen of `touchline tui` beside it, all on this machine's cores.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from benchmarks._console_terminal import Terminal
+from benchmarks._processes import cpu_s, processes
+from benchmarks._system import COMMAND
+from touchline.schemas import topics
+from touchline.schemas.messages import Clock
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bus import Bus, BusConfig, Inbox
+from touchline.services.bus.ports import free_port
+
+_START_S: Final = 120.0
+_END_S: Final = 120.0
+_LEAST_PACE: Final = 0.95
+_SETTLED_S: Final = 4.0
+"""Of sim time, until the console is there and the robots drive."""
+
+
+class Moment(NamedTuple):
+    """What had been spent when a robot's clock told this."""
+
+    sim_s: float
+    wall_s: float
+    redraws: int
+    cores_s: dict[str, float]
+
+
+def main() -> None:
+    """Run, and print how it went; exit code 1 if it failed, lost a message, or sim time fell behind."""
+    robots = int(os.environ.get("TOUCHLINE_ROBOTS", "50"))
+    duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "40"))
+    config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of("tb1")
+    with tempfile.TemporaryDirectory(prefix="touchline-bench-") as folder:
+        recording = Path(folder) / "fleet.mcap"
+        options = ("--robots", str(robots), "--duration", f"{duration_s:g}", "--speed", "1", "--record", str(recording))
+        with (Path(folder) / "said").open("w+b") as said, Bus.open(topics.OBSERVER, config) as bus:
+            environment = {**os.environ, **config.environment()}
+            command = subprocess.Popen([*COMMAND, "fleet", "run", *options], env=environment, stdout=said, stderr=said)
+            try:
+                moments = list(_watched(command, bus, config))
+                command.wait(_END_S)
+            finally:
+                command.kill()
+                command.wait()
+            said.seek(0)
+            words = said.read().decode(errors="replace").strip()
+        print(words)
+        if command.returncode != 0 or len(moments) < 2:
+            sys.exit(f"touchline fleet run ended with exit code {command.returncode}")
+        messages = sum(1 for _ in RecordingReader(recording).messages())
+        size_mb = recording.stat().st_size / 1e6
+    print(f"\n{messages:,} messages in the file, {size_mb:.0f} MB")
+    _print(*(_first_settled(moments), moments[-1]))
+
+
+def _watched(command: subprocess.Popen[bytes], bus: Bus, config: BusConfig) -> Iterator[Moment]:
+    """A moment for each second of a robot's clock, from when the console shows the fleet until the robot has gone."""
+    inbox, presence = bus.inbox([topics.CLOCK], keep="latest"), bus.presence()
+    if bus.wait_for({topics.ROBOT_SIM}, _START_S):
+        sys.exit("the robots did not come up")
+    presence.poll()
+    terminal = Terminal(config, 120, 40, everyone=True)
+    try:
+        terminal.press("v")
+        told_s = -1.0
+        while command.poll() is None and topics.ROBOT_SIM in presence.alive():
+            presence.poll()
+            if (sim_s := _told(inbox)) >= told_s + 1.0:
+                told_s = sim_s
+                spent = {topics.CONSOLE: terminal.cpu_s()}
+                for name, pid in processes(command.pid).items():
+                    with suppress(OSError, IndexError):
+                        spent[name] = cpu_s(pid)
+                yield Moment(sim_s, time.monotonic(), terminal.redraws, spent)
+            time.sleep(0.01)
+    finally:
+        terminal.leave()
+
+
+def _told(inbox: Inbox) -> float:
+    sim_s = -1.0
+    for _, message in inbox.messages():
+        if isinstance(message, Clock):
+            sim_s = message.clock.sec + 1e-9 * message.clock.nanosec
+    return sim_s
+
+
+def _first_settled(moments: list[Moment]) -> Moment:
+    return next((moment for moment in moments if moment.sim_s >= _SETTLED_S), moments[0])
+
+
+def _print(first: Moment, last: Moment) -> None:
+    wall_s = last.wall_s - first.wall_s
+    pace = (last.sim_s - first.sim_s) / wall_s
+    print(f"sim time {first.sim_s:.0f} to {last.sim_s:.0f} s: {pace:.2f} of the wall clock")
+    print(f"console: {(last.redraws - first.redraws) / wall_s:.1f} redraws a second")
+    for name, spent_s in sorted(last.cores_s.items()):
+        print(f"  {name:24} {(spent_s - first.cores_s.get(name, 0.0)) / wall_s:5.2f} of a core")
+    if pace < _LEAST_PACE:
+        sys.exit("sim time fell behind")
