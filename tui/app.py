@@ -34,6 +34,7 @@ from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.fleet_dialog import FleetDialog
 from touchline.tui.fleet_layer import NO_LAYER, layer_of
 from touchline.tui.fleet_orders import FleetOrder, census, concerned
+from touchline.tui.fleet_raster import claims_of
 from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
@@ -240,11 +241,13 @@ class ConsoleApp(App[None]):
             del self._desks[name]
 
     def _draw_team(self) -> None:
-        """Draw the cells that a coordinator has told, as long as it tells any."""
+        """Draw the cells that a coordinator has told, as long as it tells any, and what robots of shared jobs claim."""
+        layer = self.robots.layer
         if (told := self._links.team()) is not None:
-            self.robots.layer, self._team_told_s = layer_of(told), self._clock()
-        elif self._clock() - self._team_told_s > TEAM_STALE_S:
-            self.robots.layer = NO_LAYER
+            layer, self._team_told_s = layer_of(told), self._clock()
+        elif layer.cells and self._clock() - self._team_told_s > TEAM_STALE_S:
+            layer = NO_LAYER
+        self.robots.layer = layer.claiming(claims_of(self.robots))
 
     def _attend(self, now: float) -> None:
         """Listen closely to the robot in view and to those with something under way here; of others to the rest."""
