@@ -218,6 +218,7 @@ class ConsoleApp(App[None]):
                 desk.paint_due_s = now + PAINT_RETRY_S
                 state.paint.fetch_asked()
                 desk.link.fetch_paint()
+        self.robots.layer = self.robots.layer.claiming(claims_of(self.robots))
         self._go_on_starting()
         self.show_state()
 
@@ -241,13 +242,11 @@ class ConsoleApp(App[None]):
             del self._desks[name]
 
     def _draw_team(self) -> None:
-        """Draw the cells that a coordinator has told, as long as it tells any, and what robots of shared jobs claim."""
-        layer = self.robots.layer
+        """Draw the cells that a coordinator has told, as long as it tells any."""
         if (told := self._links.team()) is not None:
-            layer, self._team_told_s = layer_of(told), self._clock()
-        elif layer.cells and self._clock() - self._team_told_s > TEAM_STALE_S:
-            layer = NO_LAYER
-        self.robots.layer = layer.claiming(claims_of(self.robots))
+            self.robots.layer, self._team_told_s = layer_of(told), self._clock()
+        elif self.robots.layer.cells and self._clock() - self._team_told_s > TEAM_STALE_S:
+            self.robots.layer = NO_LAYER
 
     def _attend(self, now: float) -> None:
         """Listen closely to the robot in view and to those with something under way here; of others to the rest."""
