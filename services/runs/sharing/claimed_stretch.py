@@ -65,7 +65,8 @@ def _amid_a_straight(rows: Floats, index: NDArray[np.int64], at_the_end: NDArray
     straight = (rows[:, 3] == 0.0) & (rows[:, 6] != SPIN)
     goes_on = straight[:-1] & straight[1:] & (rows[:-1, 6] == rows[1:, 6])
     goes_on &= np.abs(np.diff(rows[:, 2])) < _STRAIGHT_ON_RAD
-    return at_the_end & np.append(goes_on, False)[index]
+    found: NDArray[np.bool_] = at_the_end & np.append(goes_on, False)[index]
+    return found
 
 
 def as_path(poses: Floats) -> NavPath:
