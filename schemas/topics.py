@@ -110,6 +110,8 @@ BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, A
 EVENTS = Topic("events", m.Event)
 #: What the robot was told to do, and when it obeyed.
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
+#: Of a robot of a shared job, from who leads that: the stretch of its path that the others keep off.
+CLAIMED = Topic("traversal/claimed", m.NavPath, latched=True, units="m", tolerance=1e-6, general=False, hashed=False)
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
@@ -155,6 +157,7 @@ TOPICS: tuple[Topic, ...] = (
     BATTERY,
     EVENTS,
     ORDERS,
+    CLAIMED,
     WHEREABOUTS,
     TRUE_WAY,
     GUIDANCE,

@@ -34,6 +34,7 @@ from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.fleet_dialog import FleetDialog
 from touchline.tui.fleet_layer import NO_LAYER, layer_of
 from touchline.tui.fleet_orders import FleetOrder, census, concerned
+from touchline.tui.fleet_raster import claims_of
 from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
@@ -217,6 +218,7 @@ class ConsoleApp(App[None]):
                 desk.paint_due_s = now + PAINT_RETRY_S
                 state.paint.fetch_asked()
                 desk.link.fetch_paint()
+        self.robots.layer = self.robots.layer.claiming(claims_of(self.robots))
         self._go_on_starting()
         self.show_state()
 
@@ -243,7 +245,7 @@ class ConsoleApp(App[None]):
         """Draw the cells that a coordinator has told, as long as it tells any."""
         if (told := self._links.team()) is not None:
             self.robots.layer, self._team_told_s = layer_of(told), self._clock()
-        elif self._clock() - self._team_told_s > TEAM_STALE_S:
+        elif self.robots.layer.cells and self._clock() - self._team_told_s > TEAM_STALE_S:
             self.robots.layer = NO_LAYER
 
     def _attend(self, now: float) -> None:

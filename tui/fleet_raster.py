@@ -1,4 +1,4 @@
-"""Rasterises the map of all robots: what the coordinator tells of them, the plan of one, marks, and names.
+"""Rasterises the map of all robots: what is told of them as a team, the plan of one, marks, and names.
 
 The less room there is, the less is drawn: bodies give way to arrows, arrows that share a cell to their number, names
 to everything else, those of robots that need an operator last.
@@ -15,7 +15,7 @@ import numpy as np
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.tui.fleet_layer import NO_LAYER, FleetLayer
+from touchline.tui.fleet_layer import NO_LAYER, FleetLayer, Line
 from touchline.tui.fleet_rows import elsewhere
 from touchline.tui.map_raster import (
     Cells,
@@ -80,7 +80,7 @@ class FleetScene:
         return looks, self.selected, self.plan_revision, id(self.layer)
 
     def bounds(self) -> tuple[float, float, float, float] | None:
-        """(x_min, y_min, x_max, y_max) in metres of the robots, their cells and goals; None without any."""
+        """(x_min, y_min, x_max, y_max) in metres of the robots, their cells, goals and claims; None without any."""
         points = [(robot.pose.x_m, robot.pose.y_m) for robot in self.robots]
         points += [goal for goal in self.layer.goals.values() if all(map(math.isfinite, goal))]
         boxes = [box for line in (self.layer.outlines(), self.layer.claimed()) if (box := line.bounds())]
@@ -112,6 +112,12 @@ def fleet_scene(robots: Robots) -> FleetScene:
     )
 
 
+def claims_of(robots: Robots) -> Mapping[str, Line]:
+    """What robots of shared jobs claim of the map of the one in view."""
+    told = {name: state.claimed for name, state in robots.states.items() if not elsewhere(state, robots.selected)}
+    return {name: line for name, line in told.items() if line is not None}
+
+
 def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | None:
     pose = state.robot.pose or state.last_pose
     if pose is None:
@@ -133,23 +139,27 @@ class FleetRaster:
     def __init__(self) -> None:
         """Nothing drawn yet."""
         self._grid, self._lines, self._way = GrowingLayer(), GrowingLayer(), GrowingLayer()
-        self._shared, self._own, self._goals = GrowingLayer(), GrowingLayer(), GrowingLayer()
+        self._shared, self._own = GrowingLayer(), GrowingLayer()
+        self._claims, self._own_claim = GrowingLayer(), GrowingLayer()
 
     def compose(self, view: Viewport, scene: FleetScene) -> Cells:
         """Draw a scene."""
         bits = np.zeros((view.rows, view.columns), dtype=np.uint8)
         inks = np.full(bits.shape, Ink.GROUND, dtype=np.uint8)
-        layer, revision = scene.layer, id(scene.layer)
-        own = hash((revision, scene.selected))
+        layer, selected = scene.layer, scene.selected
+        own = hash((id(layer), selected))
+        dash_m = DASH_DOTS * view.dot_m
         self._lines.update(view, scene.lines, scene.plan_revision[0])
         self._way.update(view, scene.way, scene.plan_revision[1])
-        self._shared.update(view, layer.outlines(besides=scene.selected), own)
-        self._own.update(view, layer.outlines(of=scene.selected), own)
-        self._goals.update(view, dashed(layer.claimed(), DASH_DOTS * view.dot_m), revision)
+        self._claims.update(view, dashed(layer.claimed(besides=selected), dash_m), own)
+        self._own_claim.update(view, dashed(layer.claimed(of=selected), dash_m), own)
+        self._shared.update(view, layer.outlines(besides=selected), own)
+        self._own.update(view, layer.outlines(of=selected), own)
         for drawn, ink in (
             (self._way, Ink.PATH),
             (self._lines, Ink.TEMPLATE),
-            (self._goals, Ink.CURRENT_PATH),
+            (self._claims, Ink.CURRENT_PATH),
+            (self._own_claim, Ink.CURRENT),
             (self._shared, Ink.LIMIT),
             (self._own, Ink.CURRENT),
         ):

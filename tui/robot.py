@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport
@@ -58,6 +61,8 @@ class Robot:
     gnss: GnssStatus | None = None
     battery: BatteryState | None = None
     sprayer: SprayerState | None = None
+    claimed: NDArray[np.float64] | None = None
+    """(n, 2) along the stretch of its path that others keep off, in metres of the map frame."""
     stopped_by: str = ""
     """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
 

@@ -23,7 +23,7 @@ class Robots:
     roll: RollCall | None = None
     """The last order that went to several of them."""
     layer: FleetLayer = NO_LAYER
-    """What a coordinator has told of them as a team."""
+    """What was told of them as a team."""
 
     @property
     def selected(self) -> ConsoleState:

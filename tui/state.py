@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import TouchlineError
@@ -16,6 +19,7 @@ from touchline.schemas.messages.replay_messages import ReplayStatus
 from touchline.schemas.messages.standard import DiagnosticArray, String
 from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.messages.viewing_messages import NavPath
 from touchline.schemas.plain_text import plain
 from touchline.schemas.replay_run import Belonging
 from touchline.schemas.scenario import Origin
@@ -154,6 +158,13 @@ class ConsoleState:
     def busy(self) -> bool:
         """Whether the robot is on a job, so that another cannot be prepared in its view."""
         return self.traversal in BUSY_STATES
+
+    @property
+    def claimed(self) -> NDArray[np.float64] | None:
+        """(n, 2) along the stretch of its path that others keep off, if it has one and who leads the job is there."""
+        leader = self.nodes.get(topics.OPERATOR)
+        told_now = self.replayed or (leader is not None and leader.alive)
+        return self.robot.claimed if told_now else None
 
     @property
     def share_done(self) -> float | None:
@@ -404,6 +415,10 @@ class ConsoleState:
         self.loaded = JobView(self.loaded.template, path or PathView.of(message, self.loaded.template))
         self.paint.request_fetch()
 
+    def _claimed(self, message: NavPath) -> None:
+        places = [(each.pose.position.x, each.pose.position.y) for each in message.poses]
+        self.robot.claimed = np.array(places) if places else None
+
     def _setup(self, message: String) -> None:
         setup = parse(Setup, message.data, "the robot's setup")
         self.vehicle, self.origin = setup.vehicle, setup.scenario.origin
@@ -428,6 +443,7 @@ _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
     topics.PAINT.name: ConsoleState._paint,
     topics.TEMPLATE.name: ConsoleState._template,
     topics.PLAN.name: ConsoleState._plan,
+    topics.CLAIMED.name: ConsoleState._claimed,
     topics.SETUP.name: ConsoleState._setup,
     topics.EVENTS.name: ConsoleState._event,
     topics.SUPERVISOR_EVENTS.name: ConsoleState._supervisor_event,

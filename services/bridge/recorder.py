@@ -19,7 +19,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from touchline.schemas.messages import Header, Time
 from touchline.schemas.messages.base import Message
-from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, VIEWING, Topic
+from touchline.schemas.topics import CLAIMED, CLOCK, DEFAULT_NAMESPACE, RECORDED, VIEWING, Topic
 from touchline.services.bridge.channels import channel_metadata, kind_of, topic_path
 from touchline.services.bridge.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.services.bridge.losses import Losses
@@ -110,8 +110,8 @@ class _Robot(RobotTime):
 
 
 def is_stamped(topic: Topic) -> bool:
-    """Whether the topic's messages begin with a sim-time stamp (a header, or the clock itself)."""
-    return _begins_with_stamp(topic.type)
+    """Whether the topic's messages begin with a sim-time stamp of the robot's (a header, or the clock itself)."""
+    return topic is not CLAIMED and _begins_with_stamp(topic.type)
 
 
 @cache

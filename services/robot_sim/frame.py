@@ -15,6 +15,7 @@ _OTHERS: Final = (
     topics.REPLAY_STATUS,
     topics.SUPERVISOR_EVENTS,
     topics.DIAGNOSTICS,
+    topics.CLAIMED,
     topics.GUIDANCE,
     topics.TEAM_SETUP,
     topics.TEAM_CELLS,

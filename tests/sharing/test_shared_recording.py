@@ -2,15 +2,18 @@
 
 import pytest
 
-from touchline.schemas.messages import PlanOptions
+from tests.sharing.stretches import nearest_m
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import NavPath, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.bridge.reader import RecordingReader
 from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.earth_map import earth_map
 from touchline.services.runs.payload_recorder import PayloadRecorder
 from touchline.services.runs.recorded_paint import read_all_painted, read_painted
-from touchline.services.runs.sharing.shared_job import share_job
+from touchline.services.runs.sharing.shared_job import APART_M, share_job
 from touchline.services.runs.sharing.shared_simulation import simulate_shared
 from touchline.services.runs.sharing.team_order import TeamOrder
 from touchline.services.runs.sharing.team_picture import draw_recorded
@@ -42,6 +45,17 @@ def test_every_session_in_it_comes_out_the_same_again(recorded):
     assert outcome.reason == "" and sorted(map(len, outcome.robots)) == [1, 2]
     checks = check_recording(path)
     assert [(check.robot, check.problem, check.first) for check in checks] == [("r1", "", None), ("r2", "", None)]
+
+
+def test_the_stretches_that_both_claim_are_in_it_and_never_near_each_other(recorded):
+    path, _ = recorded
+    claimed = {f"/{robot}/traversal/claimed": robot for robot in ("r1", "r2")}
+    told = [(claimed[each.topic], decode(NavPath, each.payload)) for each in RecordingReader(path).messages(claimed)]
+    assert nearest_m(told, Vehicle()) >= APART_M
+    for robot in claimed.values():
+        own = [path for name, path in told if name == robot]
+        assert own[0].poses and not own[-1].poses, "until it is done"
+        assert {each.header.frame_id for path in own for each in path.poses} == {"map"}
 
 
 def test_the_paint_of_each_is_in_it(recorded):

@@ -12,6 +12,7 @@ from itertools import chain
 import pytest
 
 from tests.meeting import eventually
+from tests.sharing.stretches import nearest_m
 from tests.system.commands import start_touchline, touchline_here
 from tests.system.test_failures import wait_until
 from touchline.schemas import topics
@@ -26,6 +27,7 @@ from touchline.schemas.messages import (
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig, CallError
 from touchline.services.bus.health import STARTING
 from touchline.services.bus.ports import free_port
@@ -33,7 +35,7 @@ from touchline.services.runs.bus_run import JobFailed
 from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.sharing.judged import judged
 from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
-from touchline.services.runs.sharing.shared_job import share_job
+from touchline.services.runs.sharing.shared_job import APART_M, share_job
 from touchline.services.runs.sharing.shared_robot import fresh_id
 from touchline.services.runs.sharing.team_report import bus_figures
 from touchline.services.system.diagnostics import read_health
@@ -121,9 +123,16 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
     assert "give an arc length" in system.bus.call(topics.AUTHORIZE, nan).message
     early = AuthorizeRequest(request_id="b", until_m=1.0)
     assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
-    with begun(system, job, Conduct(-1.0, record=record), Silent()) as run:
+    listening = Listening(system.buses)
+    with begun(system, job, Conduct(-1.0, record=record), listening) as run:
         run.run()
     assert run.recording["complete"], run.recording
+    assert eventually(listening.all_given_up)
+    claims = sorted(listening.claims, key=lambda told: told[0].source_time_ns)
+    assert nearest_m([(sample.namespace, claimed) for sample, claimed in claims], job.vehicle) >= APART_M
+    for robot in run.robots:
+        kept = RecordingReader(record).messages({f"/{robot.name}/{topics.CLAIMED.name}"})
+        assert [each.payload for each in kept] == [each.payload for each, _ in claims if each.namespace == robot.name]
     assert [report.success for robot in run.robots for report in robot.reports] == [True, True]
     strokes = list(chain.from_iterable(robot.strokes for robot in run.robots))
     assert {stroke.segment_id for stroke in strokes if stroke.segment_id} == set(GRID)
@@ -134,6 +143,24 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
     paint = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
+
+
+class Listening(Silent):
+    """Hears which stretches the robots claim."""
+
+    def __init__(self, buses):
+        super().__init__()
+        self.inboxes = [bus.inbox([topics.CLAIMED]) for bus in buses]
+        self.claims = []
+
+    def check(self):
+        for inbox in self.inboxes:
+            self.claims += inbox.messages()
+
+    def all_given_up(self):
+        self.check()
+        last = {sample.namespace: claimed for sample, claimed in self.claims}
+        return len(last) == len(self.inboxes) and not any(claimed.poses for claimed in last.values())
 
 
 class Killer(Silent):

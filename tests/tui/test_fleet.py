@@ -17,7 +17,7 @@ from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.order_book import Phase
 from touchline.tui.panels import LinesPanel, StatusPanel
-from touchline.tui.protocol import CallFailed
+from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.roll_call import Heard
 
 
@@ -281,3 +281,37 @@ async def test_the_cells_of_a_team_are_drawn_as_long_as_its_coordinator_tells_th
         assert scene.app.robots.layer.cells
         await scene.tick(2.0)
         assert not scene.app.robots.layer.cells
+
+
+def claimed(*places: tuple[float, float]) -> Any:
+    """The leader of a shared job tells of a robot."""
+    poses = [m.PoseStamped(pose=m.Pose(position=m.Point(x=x, y=y))) for x, y in places]
+    return received(topics.CLAIMED, m.NavPath(poses=tuple(poses)), "operator")
+
+
+@pytest.mark.parametrize(
+    "end",
+    [claimed(), NodeChanged(topics.OPERATOR, False), NodeChanged(topics.ROBOT_SIM, False)],
+    ids=["nothing is claimed", "the leader has gone", "the robot has gone"],
+)
+async def test_the_stretch_that_a_robot_claims_is_drawn_until(end: Any):
+    async with fleet_console(fleet(3), "v") as scene:
+
+        def claims() -> dict[str, Any]:
+            return {name: line.tolist() for name, line in scene.app.robots.layer.claims.items()}
+
+        for name, y_m in (("r01", 5.0), ("r02", 8.0)):
+            scene.links[name].incoming += [NodeChanged(topics.OPERATOR, True), claimed((0.0, y_m), (20.0, y_m))]
+        await scene.tick()
+        both = {"r01": [[0.0, 5.0], [20.0, 5.0]], "r02": [[0.0, 8.0], [20.0, 8.0]]}
+        assert claims() == both
+        layer = scene.app.robots.layer
+        await scene.tick(5.0, silent=())
+        assert scene.app.robots.layer is layer, "nothing is drawn anew as long as nothing else is told"
+        scene.links["r01"].incoming += [NodeChanged(topics.OPERATOR, False), NodeChanged(topics.OPERATOR, True)]
+        await scene.tick()
+        assert claims() == both, "another operator has come and gone"
+        scene.links["r01"].incoming.append(end)
+        await scene.tick()
+        await scene.tick()
+        assert claims() == {"r02": both["r02"]}

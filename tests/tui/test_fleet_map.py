@@ -97,7 +97,7 @@ def test_robots_of_another_origin_are_not_on_the_map_and_said_not_to_be():
 
 def test_cells_goals_and_claims_are_drawn_and_those_of_the_selected_robot_set_off():
     robots = some(2)
-    claims = {"r02": (SQUARE + 30.0,)}
+    claims = {"r01": np.array([[-8.0, 40.0], [40.0, 40.0]]), "r02": np.array([[-8.0, 30.0], [40.0, 30.0]])}
     cells_m = {"r01": SQUARE - 5.0, "r02": SQUARE + np.array([7.0, -5.0])}
     robots.layer = FleetLayer(cells_m, {"r01": (3.0, 3.0), "r02": (15.0, 3.0)}, claims)
     drawn, view = composed(robots, 80, 20)
@@ -110,17 +110,28 @@ def test_cells_goals_and_claims_are_drawn_and_those_of_the_selected_robot_set_of
     assert ink(17.0, -3.0) == Ink.LIMIT
     assert ink(3.0, 3.0) == Ink.GOAL
     assert ink(15.0, 3.0) == Ink.LABEL
-    assert (drawn.inks == Ink.CURRENT_PATH).any()
+
+    def along(claim: np.ndarray) -> Counter[int]:
+        """In which inks it is drawn."""
+        return Counter(ink(x_m, claim[0, 1]) for x_m in np.linspace(claim[0, 0], claim[1, 0], 200))
+
+    own, other = along(claims["r01"]), along(claims["r02"])
+    assert own[Ink.CURRENT] > 50 and not own[Ink.CURRENT_PATH]
+    assert other[Ink.CURRENT_PATH] > 50 and not other[Ink.CURRENT]
+    row = drawn.codes[drawn.inks == Ink.CURRENT_PATH]
+    assert len(set(row.tolist())) > 1, "dashed"
     robots.select("r02")
-    again, _ = composed(robots, 80, 20)
-    assert (again.inks == Ink.CURRENT).any()
-    assert not np.array_equal(again.inks, drawn.inks)
+    drawn, view = composed(robots, 80, 20)
+    assert along(claims["r02"])[Ink.CURRENT] > 50 and along(claims["r01"])[Ink.CURRENT_PATH] > 50
+    assert ink(17.0, -3.0) == Ink.CURRENT
 
 
 def test_polygons_that_are_none_are_left_out():
     broken = [np.zeros((0, 2)), np.zeros((2, 2)), np.full((3, 2), np.nan), np.zeros(3)]
     assert len(outline(broken)) == 0
     assert len(outline([*broken, SQUARE])) == 5
+    claims = {str(number): points for number, points in enumerate([*broken, SQUARE[:1]])}
+    assert len(FleetLayer(claims=claims).claimed()) == 2, "only the one of two points is a line"
     layer = FleetLayer({"r1": SQUARE}, {"r1": (np.nan, 0.0)})
     robots = some(1)
     robots.layer = layer

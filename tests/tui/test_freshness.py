@@ -73,6 +73,7 @@ def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -
         assert state.robot_freshness is Freshness.LIVE
     state.now_s += 5.0
     state.apply(received(topics.SUPERVISOR_EVENTS, m.Event(text="not the robot")), state.now_s)
+    state.apply(received(topics.CLAIMED, m.NavPath(poses=(m.PoseStamped(),))), state.now_s)
     assert state.robot_stale
 
 

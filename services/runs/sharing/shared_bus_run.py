@@ -15,6 +15,7 @@ from touchline.services.fleet.traffic.gates import authorities_m
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.sharing.body_gap import BodyGap
+from touchline.services.runs.sharing.claimed_stretch import tell_stretches
 from touchline.services.runs.sharing.conduct import Conduct
 from touchline.services.runs.sharing.errand import ErrandStatus, errands
 from touchline.services.runs.sharing.left_work import LeftWork
@@ -91,6 +92,8 @@ class SharedBusRun:
             self._give_up()
             raise
         finally:
+            for robot in self.robots:
+                robot.stretch.give_up()
             if record is not None:
                 self.recording = end_team_recording(self._recorder, record, self._watcher)
         self.wall_time_s = time.monotonic() - self.started_at
@@ -119,6 +122,13 @@ class SharedBusRun:
         for robot, arc_m in zip(self._crew, until_m, strict=True):
             if not (robot.out or robot.finished):
                 robot.authorize(min(arc_m, robot.limit_m))
+        self._claim()
+
+    def _claim(self) -> None:
+        """Tell of every robot which stretch of its path the others keep off."""
+        for robot in self.robots:
+            robot.claim()
+        tell_stretches([robot.stretch for robot in self.robots], time.monotonic())
 
     def _follow(self) -> None:
         while not self._over:
@@ -267,6 +277,7 @@ class SharedBusRun:
                 robot.keep_out()
             else:
                 robot.call_off()
+        self._claim()
         deadline = time.monotonic() + _STANDS_S
         while not all(robot.out or robot.report is not None for robot in self._crew):
             if time.monotonic() > deadline:

@@ -30,6 +30,7 @@ from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
 from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
+from touchline.services.runs.sharing.claimed_stretch import NOTHING, ClaimedStretch
 from touchline.services.runs.sharing.errand import Errand, ErrandStatus
 from touchline.services.runs.sharing.joint_paint import Work
 from touchline.services.runs.sharing.remains import Standing
@@ -63,12 +64,13 @@ class SharedRobot:
         lost: Whether its process is gone: one that comes back has no part in this job.
         gone: Whether it was carried away since.
         errand: What it is to do, as long as that is not put aside.
+        stretch: Of its path, that it has for itself.
         strokes, reports, areas, works: Of errands that were put aside.
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle, tell: Callable[[int, str], None]) -> None:
         """Listen, from before it is given anything to do; `tell` is told its events."""
-        self.bus, self._tell = bus, tell
+        self.bus, self._tell, self._vehicle = bus, tell, vehicle
         self._told = bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
         self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY], keep="latest")
         self.truth = ToldTruth(bus, vehicle)
@@ -84,6 +86,7 @@ class SharedRobot:
         self.out, self.out_at = "", 0.0
         self.lost = self.gone = False
         self.errand: Errand | None = None
+        self.stretch = ClaimedStretch(bus.publisher(topics.CLAIMED).send)
         self.strokes: list[PaintMarks] = []
         self.reports: list[TraversalReport] = []
         self.areas: list[AreaReport] = []
@@ -103,6 +106,13 @@ class SharedRobot:
     def progress_m(self) -> float:
         """How far it has reported to be; infinite once it is done."""
         return math.inf if self.finished else self.furthest_m
+
+    def claim(self) -> None:
+        """While it is on its path, it has that for itself from where it has passed to how far it may drive."""
+        if self.errand is None or self.finished or self._called_off:
+            self.stretch.claim(*NOTHING)
+        else:
+            self.stretch.claim(self.furthest_m, min(self.until_m, self.errand.path.end_m))
 
     @property
     def rests(self) -> bool:
@@ -286,6 +296,7 @@ class SharedRobot:
             else:
                 break
         self.errand = errand
+        self.stretch.take(trajectory.path.segments, self._vehicle)
 
     def conclude(self) -> None:
         """Put its errand aside, and what was painted on it.

@@ -18,6 +18,7 @@ from touchline.services.onboard.interface import TICKS_PER_S
 from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 from touchline.services.runs.sharing.body_gap import BodyGap
+from touchline.services.runs.sharing.claimed_stretch import tell_stretches
 from touchline.services.runs.sharing.errand import errands
 from touchline.services.runs.sharing.joint_ground import JointGround
 from touchline.services.runs.sharing.joint_paint import JointPaint
@@ -103,6 +104,7 @@ def simulate_shared(
     taken = [OrderTaken(order) for order in sorted(orders)]
     reason = run.drive(list(taken))
     for member in run.members:
+        member.stretch.give_up()
         member.conclude()
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
@@ -162,6 +164,15 @@ class _SharedRun:
         for member, arc_m in zip(self.crew, until_m, strict=True):
             if member.under_way or member.onboard.state == TraversalStatus.READY:
                 member.authorize(arc_m)
+        self._claim()
+
+    def _claim(self) -> None:
+        """Tell whoever listens of each robot which stretch of its path the others keep off."""
+        heard = [member for member in self.members if member.listener is not None]
+        crew = {member.name for member in self.crew}
+        for member in heard:
+            member.claim(on_the_job=member.name in crew)
+        tell_stretches([member.stretch for member in heard], self._now_s)
 
     def drive(self, orders: list[OrderTaken]) -> str:
         """Run until all are done or none comes any further; why it failed, or ""."""

@@ -9,7 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import NavPath, TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S
@@ -18,6 +20,7 @@ from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulat
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.sharing.claimed_stretch import NOTHING, ClaimedStretch
 from touchline.services.runs.sharing.errand import Errand, ErrandStatus
 from touchline.services.runs.sharing.joint_paint import Work
 from touchline.services.runs.simulation import Outcome
@@ -46,6 +49,7 @@ class TeamMember:
         works, outcomes: Of tasks that are over.
         telemetry: What it tells, if that is to be hashed or recorded.
         listener: Told all that it tells, by its name, if anybody listens.
+        stretch: Of its path, that it has for itself.
     """
 
     name: str
@@ -66,6 +70,7 @@ class TeamMember:
     def __post_init__(self) -> None:
         """With what runs it; it tells who it is."""
         self._authority_m = math.inf
+        self.stretch = ClaimedStretch(self._tell_claimed)
         if self.telemetry is not None:
             self._tell([self.telemetry.setup(), *self.telemetry.standing()])
         self._runner = FastRunner(self.emulator)
@@ -116,6 +121,7 @@ class TeamMember:
         if self.telemetry is not None:
             self._tell(self.telemetry.loaded(task.plan.trajectory, task.share))
         self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
+        self.stretch.take(task.plan.trajectory.path.segments, self.emulator.vehicle)
 
     def authorize(self, until_m: float) -> None:
         """Let it drive so far along its path, and no further than `until_m` of its own; what is new is told."""
@@ -133,6 +139,17 @@ class TeamMember:
     def _tell(self, told: list[Payload]) -> None:
         if self.listener is not None:
             self.listener(self.name, told)
+
+    def _tell_claimed(self, path: NavPath) -> None:
+        self._tell([(topics.CLAIMED, encode(path))])
+
+    def claim(self, *, on_the_job: bool) -> None:
+        """While it is on its path, it has that for itself from where it has passed to how far it may drive."""
+        ended = self.onboard.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
+        if self.task is None or ended or not on_the_job:
+            self.stretch.claim(*NOTHING)
+        else:
+            self.stretch.claim(self.furthest_m, min(self._authority_m, self.task.path.end_m))
 
     def conclude(self) -> None:
         """Put what was done aside."""
