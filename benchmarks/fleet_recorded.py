@@ -21,7 +21,6 @@ from benchmarks._processes import cpu_s, processes
 from benchmarks._system import COMMAND
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
-from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig, Inbox
 from touchline.services.bus.ports import free_port
 
@@ -47,8 +46,8 @@ def main() -> None:
     duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "40"))
     config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of("tb1")
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as folder:
-        recording = Path(folder) / "fleet.mcap"
-        options = ("--robots", str(robots), "--duration", f"{duration_s:g}", "--speed", "1", "--record", str(recording))
+        recording = str(Path(folder) / "fleet.mcap")
+        options = ("--robots", str(robots), "--duration", f"{duration_s:g}", "--speed", "1", "--record", recording)
         with (Path(folder) / "said").open("w+b") as said, Bus.open(topics.OBSERVER, config) as bus:
             environment = {**os.environ, **config.environment()}
             command = subprocess.Popen([*COMMAND, "fleet", "run", *options], env=environment, stdout=said, stderr=said)
@@ -60,13 +59,11 @@ def main() -> None:
                 command.wait()
             said.seek(0)
             words = said.read().decode(errors="replace").strip()
-        print(words)
-        if command.returncode != 0 or len(moments) < 2:
-            sys.exit(f"touchline fleet run ended with exit code {command.returncode}")
-        messages = sum(1 for _ in RecordingReader(recording).messages())
-        size_mb = recording.stat().st_size / 1e6
-    print(f"\n{messages:,} messages in the file, {size_mb:.0f} MB")
-    _print(*(_first_settled(moments), moments[-1]))
+    print(words)
+    if command.returncode != 0 or len(moments) < 2:
+        sys.exit(f"touchline fleet run ended with exit code {command.returncode}")
+    settled = next((moment for moment in moments if moment.sim_s >= _SETTLED_S), moments[0])
+    _print(settled, moments[-1])
 
 
 def _watched(command: subprocess.Popen[bytes], bus: Bus, config: BusConfig) -> Iterator[Moment]:
@@ -99,10 +96,6 @@ def _told(inbox: Inbox) -> float:
         if isinstance(message, Clock):
             sim_s = message.clock.sec + 1e-9 * message.clock.nanosec
     return sim_s
-
-
-def _first_settled(moments: list[Moment]) -> Moment:
-    return next((moment for moment in moments if moment.sim_s >= _SETTLED_S), moments[0])
 
 
 def _print(first: Moment, last: Moment) -> None:

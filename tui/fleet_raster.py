@@ -114,8 +114,8 @@ def fleet_scene(robots: Robots) -> FleetScene:
 
 def claims_of(robots: Robots) -> Mapping[str, Line]:
     """What robots of shared jobs claim of the map of the one in view."""
-    told = {name: state.claimed for name, state in robots.states.items() if not elsewhere(state, robots.selected)}
-    return {name: line for name, line in told.items() if line is not None}
+    told = ((name, state, state.claimed) for name, state in robots.states.items())
+    return {name: line for name, state, line in told if line is not None and not elsewhere(state, robots.selected)}
 
 
 def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | None:

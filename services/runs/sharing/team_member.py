@@ -121,7 +121,8 @@ class TeamMember:
         if self.telemetry is not None:
             self._tell(self.telemetry.loaded(task.plan.trajectory, task.share))
         self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
-        self.stretch.take(task.plan.trajectory.path.segments, self.emulator.vehicle)
+        if self.listener is not None:
+            self.stretch.take(task.plan.trajectory.path.segments, self.emulator.vehicle)
 
     def authorize(self, until_m: float) -> None:
         """Let it drive so far along its path, and no further than `until_m` of its own; what is new is told."""
