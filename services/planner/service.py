@@ -23,6 +23,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
+from touchline.services.bus.health import STARTING
 from touchline.services.system.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
@@ -75,27 +76,26 @@ class Planned:
 class Worker:
     """Plans one request after another in a thread of its own, so the bus is served meanwhile.
 
-    The thread never touches the bus: what it has to say waits in `said` for the main thread.
+    The thread never touches the bus: what it has to say waits in `said` for the main thread. `warm` is set once it has
+    loaded its kernels.
     """
 
     vehicle: Vehicle
     calls: "queue.SimpleQueue[Asked]" = field(default_factory=queue.SimpleQueue)
     said: "queue.SimpleQueue[Told | Planned]" = field(default_factory=queue.SimpleQueue)
+    warm: threading.Event = field(default_factory=threading.Event)
     stopping: threading.Event = field(default_factory=threading.Event)
 
-    def start(self) -> None:
+    def start(self) -> threading.Thread:
         """Begin; the thread ends with the process."""
-        threading.Thread(target=self._work, name="planning", daemon=True).start()
+        thread = threading.Thread(target=self._work, name="planning", daemon=True)
+        thread.start()
+        return thread
 
     def _work(self) -> None:
-        # Compiled kernels take a while to load: here, where the bus is served meanwhile, before anyone waits for them.
         from touchline.services.planner.request import answer
 
-        answer(PlanRequest(template_json=WARM_UP), self.vehicle)
-        from_rest = PlanRequest(goal=(WARM_UP_GOAL,), options=PlanOptions(start=np.zeros(3)))
-        drive = answer(from_rest, self.vehicle).trajectory
-        leaving = LeavingTrajectory(trajectory=drive)
-        answer(PlanRequest(goal=(WARM_UP_GOAL,), leaving=(leaving,)), self.vehicle)
+        self._warm_up()
         while not self.stopping.is_set():
             asked = self.calls.get()
             try:
@@ -106,6 +106,17 @@ class Worker:
                 traceback.print_exc(file=sys.stderr)
                 response = None
             self.said.put(Planned(asked, response))
+
+    def _warm_up(self) -> None:
+        """Load the compiled kernels: here, where the bus is served meanwhile, before anyone waits for them."""
+        from touchline.services.planner.request import answer
+
+        answer(PlanRequest(template_json=WARM_UP), self.vehicle)
+        from_rest = PlanRequest(goal=(WARM_UP_GOAL,), options=PlanOptions(start=np.zeros(3)))
+        drive = answer(from_rest, self.vehicle).trajectory
+        leaving = LeavingTrajectory(trajectory=drive)
+        answer(PlanRequest(goal=(WARM_UP_GOAL,), leaving=(leaving,)), self.vehicle)
+        self.warm.set()
 
     def _teller(self, asked: Asked) -> "ProgressTeller":
         return ProgressTeller(asked, self.said, self.stopping)
@@ -173,9 +184,13 @@ def run_service(
         worker, tally = Worker(vehicle or Vehicle()), RequestTally()
         servers, health = [bus.serve(topics.PLAN_SERVICE) for bus in buses], [HealthReporter(bus) for bus in buses]
         progress = [bus.publisher(topics.PLANNER_PROGRESS) for bus in buses]
-        worker.start()
+        planning = worker.start()
         health_at_s = 0.0
-        while not stop:
+        while not stop.asked:
+            if not planning.is_alive():
+                raise RuntimeError("the planning thread has ended")
+            if worker.warm.is_set():  # until then the kernels, as they are loaded, hold up every thread
+                stop.beat()
             wait_s = TURN_S  # for the first robot; the others are only looked at
             for robot, server in enumerate(servers):
                 if (call := server.wait(wait_s)) is not None:
@@ -184,12 +199,20 @@ def run_service(
             _pass_on(worker, progress, tally)
             if time.monotonic() >= health_at_s:
                 health_at_s = time.monotonic() + HEALTH_EVERY_S
-                level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
+                level, message = condition(worker, tally)
                 for reporter in health:
-                    reporter.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
+                    reporter.poll(tally.values(), level=level, message=message)
         worker.stopping.set()
         for asked in tally.waiting:
             asked.call.fail("the planner is stopping; ask again when it is back")
+
+
+def condition(worker: Worker, tally: RequestTally) -> tuple[int, str]:
+    """How the planner is: the level and the message of its diagnostics."""
+    if not worker.warm.is_set():
+        return DiagnosticStatus.WARN, f"{STARTING}loading compiled kernels"
+    level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
+    return level, "planning" if tally.waiting else "ready"
 
 
 def _admit(asked: Asked, worker: Worker, tally: RequestTally) -> None:

@@ -29,8 +29,8 @@ _LONGEST_BACKOFF_S = 5.0
 _HEALTHY_S = 10.0
 #: A process whose liveliness token is gone this long, though its loop turns, can be reached by nobody.
 _UNREACHABLE_S = 5.0
-#: A first start compiles the kernels; a loop that has not begun to turn by then never will.
-_FIRST_BEAT_S = 180.0
+#: A first start compiles the kernels, for minutes on a small computer; a loop that has not begun by then never will.
+_FIRST_BEAT_S = 600.0
 _STOP_S = 5.0
 #: As much of the end of a log is looked through for the last words of a process.
 _LAST_WORDS_BYTES = 4096

@@ -19,8 +19,8 @@ from touchline.services.bus.ports import free_port
 from touchline.services.bus.presence import Presence
 from touchline.services.system.supervisor import Child, Notice, Supervisor
 
-#: A first start compiles the kernels; a later one takes a second or two.
-_START_TIMEOUT_S = 180.0
+#: A first start compiles the kernels, which takes minutes on a small computer; a later one takes a second or two.
+_START_TIMEOUT_S = 600.0
 _WATCH_PERIOD_S = 0.02
 #: A robot whose loop hangs is out of control, and comes back with brakes on and valve closed; nobody waits longer.
 _ROBOT_PATIENCE_S = 3.0

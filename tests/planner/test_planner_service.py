@@ -9,17 +9,25 @@ import pytest
 
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template, template_text
-from touchline.schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, PlanResponse, Progress
+from touchline.schemas.messages import (
+    DiagnosticStatus,
+    GetDiagnosticsRequest,
+    PlanOptions,
+    PlanRequest,
+    PlanResponse,
+    Progress,
+)
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 from touchline.services.planner.plan import plan
+from touchline.services.planner.service import RequestTally, Worker, condition
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""
 START = """
 from touchline.services.bus import BusConfig
-from touchline.services.planner.service import run_service
+from touchline.services.planner.service import RequestTally, Worker, condition, run_service
 run_service(BusConfig({!r}))
 """
 
@@ -102,12 +110,21 @@ def test_diagnostics_count_what_it_was_asked(bus: Bus) -> None:
         assert status.message == "ready"
         return int(values["plans"]), int(values["refused"]), int(values["failed"])
 
-    plans, refused, failed = counts()
     square = template_text("study-square")[0]
+    bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="first", template_json=square), ANSWER_S)
+    plans, refused, failed = counts()
     for name, text in (("1", square), ("2", square), ("3", "{]")):
         bus.call(topics.PLAN_SERVICE, PlanRequest(request_id=f"count {name}", template_json=text), ANSWER_S)
     assert counts() == (plans + 2, refused + 1, failed)
     assert failed == 0
+
+
+def test_it_is_starting_until_its_kernels_are_loaded() -> None:
+    worker, tally = Worker(Vehicle()), RequestTally()
+    assert condition(worker, tally) == (DiagnosticStatus.WARN, "starting: loading compiled kernels")
+    worker.start()
+    assert worker.warm.wait(ANSWER_S)
+    assert condition(worker, tally) == (DiagnosticStatus.OK, "ready")
 
 
 def test_it_ends_cleanly_when_told_to(bus: Bus, planner: "subprocess.Popen[str]") -> None:
