@@ -29,6 +29,11 @@ class Time(Message):
         """From nanoseconds."""
         return cls(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
+    @property
+    def seconds(self) -> float:
+        """Of both."""
+        return self.sec + 1e-9 * self.nanosec
+
 
 class Header(Message):
     """Stamp and coordinate frame."""

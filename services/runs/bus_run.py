@@ -2,7 +2,7 @@
 
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -35,11 +35,13 @@ from touchline.services.bus.counters import Counters
 from touchline.services.onboard.executive.traversal import PAUSED_BY_OPERATOR
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
+from touchline.services.runs.said_of_job import SaidOfJob
 from touchline.services.system.diagnostics import read_health
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
 _STALLED_S = 20.0
 _PLAN_TIMEOUT_S = 600.0
+_READY_TIMEOUT_S = 10.0
 _FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
 
 
@@ -97,6 +99,7 @@ class BusRun:
     """Of the traversal, once the job is done."""
     area: AreaReport | None = field(default=None, init=False)
     """Of the areas, once the job is done, if a covering tool has worked on some."""
+    _of_job: SaidOfJob = field(default_factory=SaidOfJob, init=False)
 
     def run(self) -> dict[str, Any]:
         """Do the whole job.
@@ -109,11 +112,12 @@ class BusRun:
             CallError: A service did not answer.
         """
         inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
+        latest = self.bus.inbox([topics.STATUS], keep="latest")
         plan = self._plan()
         recording = self._start_recording()
         try:
-            self._load_and_start(plan)
-            status, report = self._follow(inbox)
+            self._load_and_start(plan, latest)
+            status, report = self._follow(inbox, latest)
         except (TouchlineError, KeyboardInterrupt):
             self._give_up(recording)
             raise
@@ -153,7 +157,7 @@ class BusRun:
             raise JobFailed(response.message)
         return self.options.record
 
-    def _load_and_start(self, plan: PlanResponse) -> None:
+    def _load_and_start(self, plan: PlanResponse, latest: Inbox) -> None:
         self.watcher.stage("Painting")
         load = LoadRequest(
             request_id=_new_id(),
@@ -164,6 +168,12 @@ class BusRun:
         loaded = self._ask(topics.LOAD, load)
         if not loaded.success:
             raise JobFailed(f"the robot refused the plan: {loaded.message}")
+        deadline = time.monotonic() + _READY_TIMEOUT_S
+        while not any(self._of_job.status(status) for status in _statuses(latest)):
+            self.watcher.check()
+            if time.monotonic() > deadline:
+                raise JobFailed("the robot has taken the plan, but does not say that it is ready")
+            time.sleep(0.005)
         speed = SetSpeedRequest(request_id=_new_id(), factor=self.options.speed)
         paced = self._ask(topics.SET_SPEED, speed)
         if not paced.success:
@@ -173,8 +183,7 @@ class BusRun:
             raise JobFailed(f"the robot refused to start: {started.message}")
         self.started_at = time.monotonic()
 
-    def _follow(self, inbox: Inbox) -> tuple[TraversalStatus, TraversalReport]:
-        latest = self.bus.inbox([topics.STATUS], keep="latest")
+    def _follow(self, inbox: Inbox, latest: Inbox) -> tuple[TraversalStatus, TraversalReport]:
         status = TraversalStatus()
         moved_at, moved_to = time.monotonic(), -1.0
         while True:
@@ -182,13 +191,11 @@ class BusRun:
             for _, message in inbox.messages():
                 if isinstance(message, Event):
                     self.watcher.event(message.severity, f"{message.source}: {message.text}")
-                elif isinstance(message, AreaReport) and self.started_at:
+                elif isinstance(message, AreaReport) and self._of_job.report(message):
                     self.area = message
-                elif isinstance(message, TraversalReport) and self.started_at:
-                    return self._last_status(latest, status), message
-            for _, message in latest.messages():
-                if isinstance(message, TraversalStatus):
-                    status = message
+                elif isinstance(message, TraversalReport) and self._of_job.report(message):
+                    return next(_statuses(latest), status), message
+            status = next(_statuses(latest), status)
             if status.arc_length_m != moved_to:
                 moved_at, moved_to = time.monotonic(), status.arc_length_m
                 fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
@@ -200,13 +207,6 @@ class BusRun:
                     f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
                 )
             time.sleep(0.01)
-
-    @staticmethod
-    def _last_status(latest: Inbox, status: TraversalStatus) -> TraversalStatus:
-        for _, message in latest.messages():
-            if isinstance(message, TraversalStatus):
-                status = message
-        return status
 
     def _stop_recording(self) -> dict[str, Any] | None:
         if self.options.record is None:
@@ -279,6 +279,11 @@ class BusRun:
         while_waiting: Callable[[], None] | None = None,
     ) -> Response:
         return self.bus.call(service, request, timeout_s, while_waiting or self.watcher.check)
+
+
+def _statuses(latest: Inbox) -> Iterator[TraversalStatus]:
+    """Those that wait: one at most."""
+    return (message for _, message in latest.messages() if isinstance(message, TraversalStatus))
 
 
 def is_paused_by_operator(status: TraversalStatus) -> bool:

@@ -35,7 +35,7 @@ COURT = """{"name": "court", "line_width_m": 0.05, "segments": [
 
 @pytest.fixture(scope="module")
 def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[BusConfig, Path]]:
-    """Robots of different noise and followers, up for one job each; where they are, and the folder of recordings."""
+    """Robots of different noise and followers, up for their jobs; where they are, and the folder of recordings."""
     folder, config = tmp_path_factory.mktemp("robots"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     fleet, log = folder / "robots.json", folder / "up.log"
     fleet.write_text(json.dumps(FLEET))
@@ -89,6 +89,13 @@ def test_everything_that_was_said_is_in_the_recording(square):
     assert counts["/tt2/odometry/filtered"] == ticks // 2
     assert counts["/tt2/traversal/report"] == counts["/tt2/plan"] == counts["/tt2/template"] == 1
     assert counts["/tt2/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
+
+
+def test_the_next_job_of_a_robot_has_a_report_of_its_own(robots, square):
+    report = painted(robots, "tt2", str(robots[1] / "court.json"))
+    assert report["success"]
+    assert report["traversal"]["total_time_s"] > report["plan"]["time_s"]["total"] * 0.9
+    assert report["hash"]["session"] != square[0]["hash"]["session"]
 
 
 def test_without_noise_a_court_is_painted_to_the_millimetre(robots):

@@ -71,6 +71,42 @@ class Silent:
     def check(self): ...
 
 
+class Claims:
+    """The stretches that robots claim, as they are told."""
+
+    def __init__(self, buses):
+        self._inboxes = [bus.inbox([topics.CLAIMED]) for bus in buses]
+        self._heard = []
+
+    def hear(self):
+        for inbox in self._inboxes:
+            self._heard += inbox.messages()
+
+    @property
+    def heard(self):
+        """All of them in the order in which they were told: robot and message, and its path."""
+        return sorted(self._heard, key=lambda told: told[0].source_time_ns)
+
+    def nearest_m(self, vehicle):
+        return nearest_m([(sample.namespace, claimed) for sample, claimed in self.heard], vehicle)
+
+    def all_given_up(self):
+        self.hear()
+        last = {sample.namespace: claimed for sample, claimed in self.heard}
+        return len(last) == len(self._inboxes) and not any(claimed.poses for claimed in last.values())
+
+
+class Listening(Silent):
+    """Hears which stretches the robots claim."""
+
+    def __init__(self, buses):
+        super().__init__()
+        self.claims = Claims(buses)
+
+    def check(self):
+        self.claims.hear()
+
+
 @pytest.fixture(scope="module")
 def job():
     shared = share_job(TEMPLATE, PlanOptions(), Vehicle(), [None] * 2)
@@ -127,12 +163,13 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
     with begun(system, job, Conduct(-1.0, record=record), listening) as run:
         run.run()
     assert run.recording["complete"], run.recording
-    assert eventually(listening.all_given_up)
-    claims = sorted(listening.claims, key=lambda told: told[0].source_time_ns)
-    assert nearest_m([(sample.namespace, claimed) for sample, claimed in claims], job.vehicle) >= APART_M
+    claims = listening.claims
+    assert eventually(claims.all_given_up)
+    assert claims.nearest_m(job.vehicle) >= APART_M
     for robot in run.robots:
         kept = RecordingReader(record).messages({f"/{robot.name}/{topics.CLAIMED.name}"})
-        assert [each.payload for each in kept] == [each.payload for each, _ in claims if each.namespace == robot.name]
+        told = [each.payload for each, _ in claims.heard if each.namespace == robot.name]
+        assert [each.payload for each in kept] == told
     assert [report.success for robot in run.robots for report in robot.reports] == [True, True]
     strokes = list(chain.from_iterable(robot.strokes for robot in run.robots))
     assert {stroke.segment_id for stroke in strokes if stroke.segment_id} == set(GRID)
@@ -143,24 +180,6 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
     paint = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
-
-
-class Listening(Silent):
-    """Hears which stretches the robots claim."""
-
-    def __init__(self, buses):
-        super().__init__()
-        self.inboxes = [bus.inbox([topics.CLAIMED]) for bus in buses]
-        self.claims = []
-
-    def check(self):
-        for inbox in self.inboxes:
-            self.claims += inbox.messages()
-
-    def all_given_up(self):
-        self.check()
-        last = {sample.namespace: claimed for sample, claimed in self.claims}
-        return len(last) == len(self.inboxes) and not any(claimed.poses for claimed in last.values())
 
 
 class Killer(Silent):
@@ -190,7 +209,15 @@ class Killer(Silent):
 
 
 class Operator(Killer):
-    """Orders, once a robot is dead, that another one do its rest."""
+    """Orders, once a robot is dead, that another one do its rest; hears which stretches the robots claim."""
+
+    def __init__(self, system, name):
+        super().__init__(system, name)
+        self.claims = Claims(system.buses)
+
+    def check(self):
+        super().check()
+        self.claims.hear()
 
     def give_orders(self):
         alive, dead = self.system.buses
@@ -204,6 +231,11 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
         run.run()
         operator.orders.join()
     assert "r1 is in service" in operator.answers[0].message, operator.told
+    assert eventually(operator.claims.all_given_up)
+    assert operator.claims.nearest_m(job.vehicle) >= APART_M
+    claimed = [(sample.namespace, bool(path.poses)) for sample, path in operator.claims.heard]
+    given_up = max(number for number, (robot, _) in enumerate(claimed) if robot == "r2")
+    assert ("r2", True) in claimed[:given_up] and ("r1", True) in claimed[given_up:], "before the other does its rest"
     assert [answer.success for answer in operator.answers] == [False, True, True]
     assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [
         ("r1", "take-over", False),

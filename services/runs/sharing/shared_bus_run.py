@@ -250,7 +250,7 @@ class SharedBusRun:
         self._stand_down()
         self._gathering = False
         left, told = self._left, self._told
-        beliefs, now_s = [robot.painted for robot in self._crew], max(robot.time_s for robot in self._crew)
+        beliefs, now_s = [robot.painted for robot in self._crew], max(robot.shared_s for robot in self._crew)
         painted = painted_before(self.job, beliefs, self._painted, now_s - self._begun_s)
         mates = [Mate(robot.place, not robot.out) for robot in self.robots if not robot.gone]
         try:

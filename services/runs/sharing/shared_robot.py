@@ -30,6 +30,7 @@ from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
 from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
+from touchline.services.runs.said_of_job import SaidOfJob
 from touchline.services.runs.sharing.claimed_stretch import NOTHING, ClaimedStretch
 from touchline.services.runs.sharing.errand import Errand, ErrandStatus
 from touchline.services.runs.sharing.joint_paint import Work
@@ -39,6 +40,7 @@ from touchline.services.runs.sharing.told_work import ToldTruth, pose_of
 _CALL_S: Final = 10.0
 _LOAD_S: Final = 30.0
 """A load is refused for as long as the robot is coming to rest: a second of sim time."""
+_LOOK_S: Final = 0.005
 _AT_M: Final = 0.1
 """A robot that stands is held if it has come so near to where it may drive."""
 _TRUTH_WITHIN_S: Final = 0.05
@@ -66,6 +68,7 @@ class SharedRobot:
         errand: What it is to do, as long as that is not put aside.
         stretch: Of its path, that it has for itself.
         strokes, reports, areas, works: Of errands that were put aside.
+        ended_s: When the last of these ended, on the clock that all robots share.
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle, tell: Callable[[int, str], None]) -> None:
@@ -76,7 +79,7 @@ class SharedRobot:
         self.truth = ToldTruth(bus, vehicle)
         self._presence = bus.presence()
         self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
-        self._since_s, self._place = -math.inf, Odometry()
+        self._said, self._begun_s, self._place = SaidOfJob(), 0.0, Odometry()
         self._paused_at = math.inf
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
@@ -91,6 +94,7 @@ class SharedRobot:
         self.reports: list[TraversalReport] = []
         self.areas: list[AreaReport] = []
         self.works: list[Work] = []
+        self.ended_s = 0.0
 
     @property
     def name(self) -> str:
@@ -149,8 +153,13 @@ class SharedRobot:
 
     @property
     def time_s(self) -> float:
-        """Sim time of its status."""
-        return _seconds(self.status)
+        """Sim time of its status, on its own clock."""
+        return self.status.header.stamp.seconds
+
+    @property
+    def shared_s(self) -> float:
+        """Sim time of its status, on the clock that all robots share."""
+        return self.time_s + self.truth.ahead_s
 
     def listen(self) -> None:
         """Take what it has said since; what is older than its errand is not about that."""
@@ -165,10 +174,10 @@ class SharedRobot:
         for _, message in self._told.messages():
             if isinstance(message, Event):
                 self._tell(message.severity, f"{self.name}: {message.text}")
-            elif isinstance(message, TraversalReport):
-                self.report = message if self.errand is not None else self.report
-            elif isinstance(message, AreaReport):
-                self.area = message if self.errand is not None else self.area
+            elif isinstance(message, TraversalReport) and self._said.report(message):
+                self.report = message
+            elif isinstance(message, AreaReport) and self._said.report(message):
+                self.area = message
         for _, message in self._latest.messages():
             if isinstance(message, Odometry):
                 self._place = message
@@ -182,8 +191,12 @@ class SharedRobot:
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:
         """Not what was told before it, nor what is told once it was cleared away."""
-        cleared = self.errand is not None and status.state == TraversalStatus.IDLE
-        return _seconds(status) > self._since_s and not cleared
+        loading = not self._said.begun
+        if not self._said.status(status):
+            return False
+        if loading:
+            self.truth.begin(self._said.since_s, self._begun_s)
+        return self.errand is None or status.state != TraversalStatus.IDLE
 
     def look(self) -> None:
         """Note whether it has failed, or, on the bus all the time, was set going again."""
@@ -273,13 +286,12 @@ class SharedRobot:
             here: Whether it begins where it stands; else it is carried there.
 
         Raises:
-            JobFailed: It refuses for longer than it takes to come to rest.
+            JobFailed: It refuses for longer than it takes to come to rest, or does not say that it is ready.
         """
-        if here:
-            self._since_s = self.time_s
-            self.truth.begin(self.time_s, begun_s)
-        else:
+        if not here:
             self.truth.carry()
+        self._said.forget()
+        self._begun_s = begun_s
         self.report, self.area, self._called_off = None, None, False
         self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
         self.until_m = self.limit_m = math.inf
@@ -296,6 +308,11 @@ class SharedRobot:
             else:
                 break
         self.errand = errand
+        while not (self._said.begun or self.lost):
+            if time.monotonic() > deadline:
+                raise JobFailed(f"robot {self.name} has taken its part, but does not say that it is ready")
+            self.listen()
+            time.sleep(_LOOK_S)
         self.stretch.take(trajectory.path.segments, self._vehicle)
 
     def conclude(self) -> None:
@@ -311,6 +328,7 @@ class SharedRobot:
         self.strokes += strokes
         if self.report is not None:
             self.reports.append(self.report)
+            self.ended_s = max(self.ended_s, self.report.header.stamp.seconds + self.truth.ahead_s)
         if self.area is not None:
             self.areas.append(self.area)
         self.errand = None
@@ -323,9 +341,3 @@ class _Lost(CallError):
 def fresh_id() -> str:
     """Of a request."""
     return uuid.uuid4().hex
-
-
-def _seconds(message: TraversalStatus) -> float:
-    """Sim time at which it was sent."""
-    stamp = message.header.stamp
-    return stamp.sec + 1e-9 * stamp.nanosec

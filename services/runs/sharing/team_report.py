@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-from touchline.schemas.messages import TraversalReport
 from touchline.schemas.template import Template
 from touchline.services.runs.reports import area_report_figures, paint_figures, plan_figures, traversal_figures
 from touchline.services.runs.sharing.joint_ground import JointGround
@@ -56,11 +55,6 @@ def _kind(job: SharedJob) -> tuple[str, str]:
 def _plan_figures(job: SharedJob, work: JointPaint | JointGround) -> dict[str, Any]:
     """Of the plan; what of areas is covered by what all were to drive in the end."""
     return {**job.figures(), **({"coverage_pct": work.planned_pct} if isinstance(work, JointGround) else {})}
-
-
-def _seconds(report: TraversalReport) -> float:
-    """Sim time of a report."""
-    return report.header.stamp.sec + 1e-9 * report.header.stamp.nanosec
 
 
 def _hashes(outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
@@ -119,7 +113,6 @@ def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGro
     """
     kind, done = _kind(job)
     judged = work.figures()
-    reports = [report for robot in run.robots for report in robot.reports]
     lacks = (run.recording or {}).get("problem", "")
     recorded = f"the recording is not complete: {lacks}" if lacks else ""
     reason = recorded if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}"
@@ -128,7 +121,7 @@ def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGro
         "reason": reason,
         "plan": _plan_figures(job, work),
         "traversal": {
-            "total_time_s": max((_seconds(report) for report in reports), default=0.0),
+            "total_time_s": max(robot.ended_s for robot in run.robots),
             "wall_time_s": run.wall_time_s,
             "closest_bodies_m": run.gap.closest_m if math.isfinite(run.gap.closest_m) else None,
             **run.left_out.figures,

@@ -40,6 +40,7 @@ class ToldTruth:
     Attributes:
         sightings: Where it truly was.
         time_s: Sim time of the last of that, on its own clock.
+        ahead_s: By so much the clock that all robots share is ahead of that.
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle) -> None:
@@ -50,7 +51,7 @@ class ToldTruth:
         self._carried = False
         self._rows: list[Floats] = []
         self._batches: list[PaintMarks] = []
-        self._since_s, self._ahead_s = -math.inf, 0.0
+        self._since_s, self.ahead_s = -math.inf, 0.0
 
     def listen(self) -> None:
         """Take what it has told since."""
@@ -62,7 +63,7 @@ class ToldTruth:
                 sent_s = [1e-9 * sample.source_time_ns for sample in told]
                 self.sightings.add(np.column_stack((sent_s, rows[:, 1:])))
         for _, marks in self._marked.messages():
-            if isinstance(marks, PaintMarks) and _seconds(marks) > self._since_s:
+            if isinstance(marks, PaintMarks) and marks.header.stamp.seconds > self._since_s:
                 self._batches.append(marks)
 
     def carry(self) -> None:
@@ -76,7 +77,7 @@ class ToldTruth:
 
     def begin(self, now_s: float, shared_s: float) -> None:
         """Another errand begins: now by its own clock, and by one that all share."""
-        self._since_s, self._ahead_s, self._batches = now_s, shared_s - now_s, []
+        self._since_s, self.ahead_s, self._batches = now_s, shared_s - now_s, []
 
     def strokes(self) -> list[PaintMarks]:
         """Its paint, as it was told bit by bit."""
@@ -91,7 +92,7 @@ class ToldTruth:
         """
         self._rows = [np.concatenate((np.zeros((0, 4)), *self._rows))]
         way = self._rows[0][self._rows[0][:, 0] > self._since_s]
-        return told_work(template, self._vehicle, strokes, self._batches, way, self._ahead_s)
+        return told_work(template, self._vehicle, strokes, self._batches, way, self.ahead_s)
 
 
 def _way(told: Sequence[Sample]) -> Floats:
@@ -143,12 +144,7 @@ def _counted(batches: Sequence[PaintMarks], times_s: Floats) -> tuple[Floats, Fl
     """For `interp`: times, and times and counts of points of which the robot has told how many were laid by then."""
     told_s, counts = [0.0], [0.0]
     for batch in batches:
-        end_s = _seconds(batch)
+        end_s = batch.header.stamp.seconds
         told_s += [max(end_s - _BATCH_S, told_s[-1]), end_s]
         counts += [max(float(batch.first_index), counts[-1]), float(batch.first_index + len(batch.x_m))]
     return times_s, np.array(told_s), np.array(counts)
-
-
-def _seconds(marks: PaintMarks) -> float:
-    """Sim time at which they were told."""
-    return marks.header.stamp.sec + 1e-9 * marks.header.stamp.nanosec
