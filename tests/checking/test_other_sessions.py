@@ -89,6 +89,20 @@ def test_what_goes_on_from_a_process_that_died_is_done_again(resumed):
     assert second.diff.topics[topics.REPORT.name].pairs == 1
 
 
+def test_a_later_job_of_a_robot_is_not_done_again_without_the_earlier_ones(tmp_path):
+    emulator, telemetry, told = begun(Vehicle(), Scenario(seed=5))
+    trajectory = plan(BEND, Vehicle(), PlanOptions()).trajectory
+    for _ in range(2):
+        emulator.load(trajectory, BEND)
+        told = [telemetry.setup(), *telemetry.standing(), *telemetry.loaded(trajectory, BEND)]
+        emulator.start()
+        told += telemetry.news()
+        while emulator.active:
+            told += driven(emulator, telemetry, 1)
+    (verdict,) = check_recording(write(tmp_path / "second.mcap", told))
+    assert "under way for 9 s of sim time before the recording begins" in verdict.problem
+
+
 def test_other_remains_are_a_difference(resumed, monkeypatch):
     real = Emulator.prepare
 

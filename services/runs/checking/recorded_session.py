@@ -21,11 +21,13 @@ from touchline.schemas.template import Template
 from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.bridge.recorder import is_stamped
-from touchline.services.onboard.interface import ACTUATORS
+from touchline.services.onboard.interface import ACTUATORS, TICKS_PER_S
 
 TICK_NS = 10_000_000
 _BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
 """Orders that a robot may have obeyed before it was given anything to do."""
+_CLOCK_TICKS: Final = int(TICKS_PER_S / topics.CLOCK.rate_hz)
+"""A robot tells its clock so often."""
 
 
 class NotRebuilt(TouchlineError):
@@ -102,6 +104,12 @@ class RecordedSession:
         first = next((order for order in orders if order.name not in _BEFORE_ALL or order.tick), orders[0])
         if first.name not in ("load", "begin-guided"):
             raise NotRebuilt(f"the recording begins amid a session, with the order {first.name}")
+        if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
+            raise NotRebuilt(
+                f"the robot had been under way for {found.first_tick // TICKS_PER_S} s of sim time before the "
+                "recording begins, and how its sensors and its place were by then is not in it: "
+                "record from the robot's first job"
+            )
         if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
             raise NotRebuilt(
                 "the session goes on from that of a process that died, "
@@ -124,7 +132,7 @@ class _Finder:
     def __init__(self) -> None:
         self.setup: Setup | None = None
         self.orders: list[TimedOrder] = []
-        self.last_tick = 0
+        self.first_tick = self.last_tick = 0
         self.from_ns: int | None = None
         self._plans: list[Trajectory] = []
         self._templates: list[Template | None] = []
@@ -145,7 +153,8 @@ class _Finder:
         if self.from_ns is None and is_stamped(topic):
             self.from_ns = message.publish_time_ns
         if topic is topics.CLOCK:
-            self.last_tick = max(self.last_tick, message.publish_time_ns // TICK_NS)
+            tick = message.publish_time_ns // TICK_NS
+            self.first_tick, self.last_tick = self.first_tick or tick, max(self.last_tick, tick)
         if (taker := self._takers.get(topic.name)) is None:
             return
         try:
