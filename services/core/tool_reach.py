@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
 HEADINGS: Final = 72
 """Every 5°."""
+_GROUNDS: Final = 4
+"""Of so many it is kept what was found: areas of one template lie in the same ground, and are planned again."""
 
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
@@ -39,12 +42,22 @@ def reachable(
     """
     import shapely
 
+    return shapely.intersection(ground, _within_reach(free, tuple(outline), tool, width_m, home))
+
+
+@lru_cache(maxsize=_GROUNDS)
+def _within_reach(
+    free: BaseGeometry, outline: tuple[Point, ...], tool: Point, width_m: float, home: BaseGeometry | None
+) -> BaseGeometry:
+    """What the tool can pass over of any ground."""
+    import shapely
+
     parts = []
     for heading in headings_rad():
-        at = places(free, outline, heading)
+        at = _places(free, outline, heading)
         at = at if home is None else shapely.intersection(at, home)
         parts.append(_tool_over(at, heading, tool, 0.5 * width_m))
-    return shapely.intersection(ground, shapely.union_all(parts))
+    return shapely.union_all(parts)
 
 
 def headings_rad() -> list[float]:
@@ -64,6 +77,11 @@ def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin
 
 def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
     """Where the origin of a body, which lies inside it, may be at a heading with the whole body in free ground."""
+    return _places(free, tuple(outline), heading_rad)
+
+
+@lru_cache(maxsize=_GROUNDS * HEADINGS)
+def _places(free: BaseGeometry, outline: tuple[Point, ...], heading_rad: float) -> BaseGeometry:
     import shapely
 
     rings = [ring for part in shapely.get_parts(free) for ring in (part.exterior, *part.interiors)]

@@ -33,8 +33,8 @@ def box(x_m, y_m, long_m, wide_m):
 
 PANS = Template(
     name="pans",
-    areas=(Area(id="south", outline=box(0.0, 0.0, 9.0, 4.5)), Area(id="north", outline=box(0.0, 10.0, 9.0, 4.5))),
-    boundary=Polygon(corners=box(-6.0, -6.0, 21.0, 26.5)),
+    areas=(Area(id="south", outline=box(0.0, 0.0, 9.0, 3.5)), Area(id="north", outline=box(0.0, 12.5, 9.0, 3.5))),
+    boundary=Polygon(corners=box(-7.0, -7.0, 23.0, 30.0)),
 )
 QUICK = PlanOptions(coverage_pct=50.0)
 NAMES = ["r1", "r2"]
@@ -85,7 +85,7 @@ def taken_over(tmp_path_factory):
     """Two small pans, of which one roller leaves its own, and the other does that round it, and all once it is gone."""
     path = tmp_path_factory.mktemp("recorded") / "pans.mcap"
     job = share_areas(PANS, QUICK, ROLLER, [None] * 2)
-    orders = [(10.0, "fail"), (13.0, "take-over"), (75.0, "remove"), (75.0, "take-over")]
+    orders = [(8.0, "fail"), (11.0, "take-over"), (50.0, "remove"), (50.0, "take-over")]
     with PayloadRecorder(path, NAMES) as recorder:
         both = carried_out(job, *(TeamOrder(at_s, 0, kind) for at_s, kind in orders), listener=recorder.hear)
     assert recorder.figures()["complete"]

@@ -9,7 +9,7 @@ from unittest.mock import ANY
 import pytest
 
 from touchline.schemas import topics
-from touchline.schemas.messages import CommandRequest, PlanOptions
+from touchline.schemas.messages import CommandRequest, PlanOptions, SetSpeedRequest
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, Polygon, Template
 from touchline.services.cli.choices import load_vehicle
@@ -33,9 +33,13 @@ def box(x, y, wide, high):
 
 TEMPLATE = Template(
     name="pans",
-    areas=(Area(id="south", outline=box(0, 0, 11, 6)), Area(id="north", outline=box(0, 20, 11, 6))),
-    boundary=Polygon(corners=box(-12, -12, 35, 50)),  # with a way out from wherever the other has to stop
+    areas=(Area(id="south", outline=box(0, 0, 9, 3.5)), Area(id="north", outline=box(0, 12.5, 9, 3.5))),
+    boundary=Polygon(corners=box(-9, -9, 27, 34)),  # with a way out from wherever the other has to stop
 )
+
+
+SLOWLY = 4.0
+"""Sim time per wall time of the first robot from then on: it has most of its own to do when the other is killed."""
 
 
 class Operator:
@@ -44,7 +48,7 @@ class Operator:
     def __init__(self, monkeypatch):
         self.monkeypatch = monkeypatch
         self.buses, self.answers, self.said = [], [], []
-        self.resumed_at, self.stood, self.kill = None, False, None
+        self.resumed_at, self.stood, self.kill, self.second_done = None, False, None, None
 
     def stage(self, text): ...
 
@@ -55,14 +59,15 @@ class Operator:
         if self.resumed_at is not None and time.monotonic() > self.resumed_at:
             self.resumed_at = None
             self.monkeypatch.undo()
+            assert self.buses[0].call(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=SLOWLY)).success
             self.order(topics.RESUME)
 
     def progress(self, fraction, text):
         self.said.append(text)
-        if fraction > 0.2 and not self.answers:
+        if fraction > 0.1 and not self.answers:
             for _ in range(2):
                 self.order(topics.PAUSE)
-        elif fraction > 0.6 and self.kill is not None:
+        elif self.stood and self.resumed_at is None and self.kill is not None and self.second_done() > 0.6:
             self.kill()
             self.kill = None
         elif text.startswith("paused: r1") and "r2" in text and not self.stood:
@@ -78,13 +83,15 @@ def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_an
     record, vehicle, operator = tmp_path / "both.mcap", load_vehicle("clay-roller"), Operator(monkeypatch)
     job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, [None] * 2)
     setups = {f"r{number + 1}": Setup(vehicle=vehicle).with_seed(number + 1) for number in range(2)}
-    with local_system(setups, options=ProcessOptions(apart=True, recordings=tmp_path)) as system:
+    options = ProcessOptions(apart=True, without=(topics.PLANNER,), recordings=tmp_path)
+    with local_system(setups, options=options) as system:
         system.wait_until_ready(lambda text: None)
         operator.buses = system.buses
         pid = system.supervisor.pid(topics.ROBOT_SIM, "r2")
         operator.kill = lambda: os.killpg(pid, signal.SIGKILL)
         conduct = Conduct(20.0, take_over_after_s=0.5, record=record)
         run = shared_bus_run.SharedBusRun(system.buses, job, conduct, operator)
+        operator.second_done = lambda: run.robots[1].furthest_m / job.paths[1].end_m
         try:
             run.run()
         except JobFailed as failed:
@@ -101,9 +108,9 @@ def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_an
     assert any(text.startswith("the rest is done: r1:") for text in operator.said)
     # The true ground of both, on the whole template, is what was to be covered in the end, round the one that is dead.
     area, tasks = told["area"], told["robots"]["r1"]["tasks"]
-    assert area["area_m2"] == pytest.approx(132.0) and area["of_planned_pct"] > 99.0
+    assert area["area_m2"] == pytest.approx(63.0) and area["of_planned_pct"] > 99.0
     assert area["missed_m2"] < told["traversal"]["left_out_m2"] + 4.0 < 25.0
-    assert tasks[0]["area"]["area_m2"] == pytest.approx(66.0) and 10.0 < tasks[1]["area"]["area_m2"] < 66.0
+    assert tasks[0]["area"]["area_m2"] == pytest.approx(31.5) and 5.0 < tasks[1]["area"]["area_m2"] < 63.0
     assert area["body_outside_m"] == 0.0 and 0.5 < told["traversal"]["closest_bodies_m"] < 30.0
     assert told["robots"]["r2"]["tasks"] == []
     recorded = read_painted(record, "r1")

@@ -38,7 +38,6 @@ from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
 from touchline.services.runs.sharing.shared_job import APART_M, share_job
 from touchline.services.runs.sharing.shared_robot import fresh_id
 from touchline.services.runs.sharing.team_report import bus_figures
-from touchline.services.system.diagnostics import read_health
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, watched
 
 GRID = {
@@ -262,6 +261,23 @@ def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_pa
     assert {segment.id for segment in job.shares[1].segments} & set(lines)
 
 
+def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(system, job):
+    killer = Killer(system, "r1")
+    with begun(system, job, Conduct(20.0, take_over_after_s=1.0), killer) as run:
+        try:
+            run.run()
+        except JobFailed as failed:  # it stands in the way of all that is left of its line
+            assert "nothing left that can be reached" in " ".join(killer.told)
+            assert "not finished: row-" in str(failed)
+            return
+    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
+    assert not told["success"] and "not accepted" in told["reason"], killer.told
+    assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [("r1", "take-over", True)]
+    assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
+    assert 0.0 < told["traversal"]["left_out_m"] < 4.0
+    assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
+
+
 def pace(bus, factor):
     return bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=factor)).success
 
@@ -277,26 +293,18 @@ class Site:
         options = ("--robots", "2", "--speed", "4", "--report", str(self.report), *arguments)
         self.run = start_touchline("run", str(template), *options, config=self.config, log=self.log)
 
-    def paints(self, robot, coverage_pct):
-        """Wait until a robot paints, and has painted so much of its share; from its start on both drive slowly."""
+    def paints(self, robot):
+        """Wait until a robot paints, and has painted some of its share; from its start on both drive slowly."""
         with Bus.open_all(topics.OBSERVER, self.config.of("r1", "r2")) as buses:
             bus = buses[int(robot[1:]) - 1]
             inbox, status = bus.inbox([topics.STATUS], keep="latest"), TraversalStatus()
             slowed = False
-            while not (status.spraying and status.coverage_pct > coverage_pct):
+            while not (status.spraying and status.coverage_pct > 1.0):
                 if status.state == TraversalStatus.RUNNING and not slowed:
                     slowed = all(pace(each, SLOWLY) for each in buses)
                 assert self.run.poll() is None, self.said
                 status = next((told for _, told in inbox.messages()), status)
                 time.sleep(0.01)
-
-    def kill_amid_a_line(self, robot):
-        """End the whole process group of a robot, what publishes for it included; where it was then."""
-        self.paints(robot, 20.0)
-        with self.observer(robot) as bus:
-            asked = bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), 30.0)
-            os.killpg(read_health(topics.ROBOT_SIM, asked.diagnostics).pid, signal.SIGKILL)
-        self.wait_for(f"{robot} is out of service")
 
     def observer(self, robot):
         return Bus.open(topics.OBSERVER, self.config.of(robot))
@@ -331,23 +339,9 @@ def site(tmp_path):
         each.run.wait()
 
 
-def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(site):
-    team = site("--take-over-after", "1")
-    team.kill_amid_a_line("r1")
-    code, told = team.end()
-    assert code == 1, team.said
-    if "nothing left that can be reached" in team.said:  # it stands in the way of all that is left of its line
-        assert "not finished: row-" in told["reason"]
-        return
-    assert "not accepted" in told["reason"], team.said
-    assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
-    assert 0.0 < told["traversal"]["left_out_m"] < 4.0
-    assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
-
-
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
-    team = site()
-    team.paints("r2", 1.0)
+    team = site("--take-over-after", "1000")  # long after an operator has ordered it
+    team.paints("r2")
     with team.observer("r1") as other, team.observer("r2") as robot:
 
         def asked(order):
@@ -356,6 +350,7 @@ def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_dr
         assert pace(robot, 1.0) and pace(other, 0.4)  # at work until the orders are given, however long that takes
         assert asked(topics.ESTOP)
         team.wait_for("r2 is out of service")
+        team.wait_for("the others take over in 1000 s")
         wait_until(lambda: asked(topics.RESET))  # right after a stop it is refused
         team.wait_for("r2 is in service again")
         assert asked(topics.RESUME) and asked(topics.ESTOP)
