@@ -32,8 +32,14 @@ lint: $(STAMP)
 planner-kernels: $(STAMP)
 	$(BIN)/touchline plan tennis > /dev/null
 
+WARM_UP_ROLLER := from touchline.schemas.setup import Setup; \
+	from touchline.schemas.vehicles.shipped import CLAY_ROLLER; \
+	from touchline.services.robot_sim.warm_up import warm_up; \
+	warm_up(setup=Setup(vehicle=CLAY_ROLLER))
+
 robot-kernels: $(STAMP)
 	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
+	$(BIN)/python -c '$(WARM_UP_ROLLER)'
 	$(BIN)/touchline fleet simulate --robots 1 --duration 1 > /dev/null
 	$(BIN)/touchline goto 0.8 0.2 --vehicle turtlebot3-waffle-pi --method cubic --follower pure-pursuit > /dev/null
 	mkdir -p build && rm -f build/kernels.mcap

@@ -49,6 +49,7 @@ class Pitch:
     template: Template
     vehicle: Vehicle = field(default_factory=study_vehicle)
     _drives: dict[tuple[str, float], Drive] = field(default_factory=dict)
+    _plans: dict[tuple[tuple[str, str | float], ...], Plan] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.strokes: list[Stroke] = strokes(self.template.segments, self.vehicle, STUDY_KAPPA_1PM)
@@ -67,7 +68,10 @@ class Pitch:
     def plan(self, **options: str | float) -> Plan:
         """Ours, timed under nothing but the wheels' limits; paints at 1.5 m/s as the study does."""
         fixed = {"paint_speed_mps": STUDY_SPEED_MPS, "forward_only": True, "drying_time_s": NO_DRYING_S}
-        return plan(self.template, self.vehicle, PlanOptions.model_validate(fixed | options))
+        key = tuple(sorted(options.items()))
+        if key not in self._plans:
+            self._plans[key] = plan(self.template, self.vehicle, PlanOptions.model_validate(fixed | options))
+        return self._plans[key]
 
     def in_order_of_the_law(self) -> "Pitch":
         """The same field, its lines listed as Law 1 describes them."""
