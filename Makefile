@@ -35,6 +35,9 @@ planner-kernels: $(STAMP)
 robot-kernels: $(STAMP)
 	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
 	$(BIN)/touchline fleet simulate --robots 1 --duration 1 > /dev/null
+	$(BIN)/touchline goto 0.8 0.2 --vehicle turtlebot3-waffle-pi --method cubic --follower pure-pursuit > /dev/null
+	mkdir -p build && rm -f build/kernels.mcap
+	$(BIN)/touchline simulate study-square --record build/kernels.mcap > /dev/null
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

@@ -15,18 +15,18 @@ from touchline.services.runs.checking.recorded_session import GivenJob, Recorded
 BEND = Template(
     name="bend",
     segments=[
-        {"id": "side", "line": {"start": (0.0, 0.0), "end": (1.2, 0.0)}},
-        {"id": "bow", "arc": {"center": (1.2, 1.5), "start": (1.2, 0.0), "sweep_angle": 1.0}},
+        {"id": "side", "line": {"start": (0.0, 0.0), "end": (0.7, 0.0)}},
+        {"id": "bow", "arc": {"center": (0.7, 1.5), "start": (0.7, 0.0), "sweep_angle": 0.6}},
     ],
 )
 FAULT = parse_fault('{"kind": "corrections-lost", "start_s": 0.0, "duration_s": 1.0}')
 ORDERS = (
     TimedOrder(0, "start", {}),
-    TimedOrder(500, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
-    TimedOrder(560, "pause", {}),
-    TimedOrder(603, "resume", {}),
+    TimedOrder(400, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
+    TimedOrder(430, "pause", {}),
+    TimedOrder(473, "resume", {}),
 )
-LAST_TICK = 1300
+LAST_TICK = 800
 
 
 def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSession:

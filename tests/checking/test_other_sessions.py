@@ -27,7 +27,7 @@ from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
 
 pytestmark = pytest.mark.xdist_group("checking")
 ROBOT = "tt2"
-KILLED_TICK = 600
+KILLED_TICK = 540
 
 
 def write(path, told):
@@ -171,8 +171,9 @@ def test_other_guidance_is_a_difference(guided, monkeypatch):
 
 
 def test_the_estimator_in_one_kernel_does_what_it_does_tick_by_tick(tmp_path):
-    outage = {"kind": "gnss-outage", "start_s": 8.0, "duration_s": 3.0}
-    messages = RobotMessages(bend(tmp_path / "bend.mcap", faults=[outage]), ROBOT)
+    outage = {"kind": "gnss-outage", "start_s": 5.0, "duration_s": 2.0}
+    receiver = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
+    messages = RobotMessages(bend(tmp_path / "bend.mcap", faults=[outage], gnss=receiver), ROBOT)
     came = messages.tables(SENSED).of(SENSED)
     session = RecordedSession.of(messages)
     frames = sensor_frames(session.setup, came, session.last_tick)

@@ -7,7 +7,6 @@ from html.parser import HTMLParser
 
 import pytest
 
-from tests.checking.short_sessions import bend
 from tests.checking.test_mutations import MUTATIONS
 from touchline.services.runs.checking.check_files import SessionVerdict, check_file
 from touchline.services.runs.checking.draw_differences import draw_differences
@@ -29,11 +28,6 @@ class Tags(HTMLParser):
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
         self.links += [value for name, value in attrs if name in ("src", "href", "xlink:href")]
-
-
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory):
-    return bend(tmp_path_factory.mktemp("page") / "bend.mcap")
 
 
 @pytest.mark.parametrize("name", ["a heavier body", "a plan with another σ_max"])

@@ -1,19 +1,18 @@
 """The sessions that are shipped come out the same, through the plugin that anybody's tests use."""
 
-import os
-import shutil
 from pathlib import Path
 
 import pytest
 
+from tests.checking.short_sessions import bend
+from touchline.services.robot_sim import emulator
+from touchline.services.runs.checking import pytest_plugin
 from touchline.services.runs.checking.check_files import check_file
 from touchline.services.runs.checking.check_session import update_recording
 
 pytest_plugins = ["pytester"]
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
 pytestmark = pytest.mark.xdist_group("checking")
-#: Where compiled kernels are; `pytester` gives its process a home of its own, where all would be compiled anew.
-CACHES = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
 
 
 @pytest.mark.touchline_session("examples/sessions/square.mcap")
@@ -47,15 +46,15 @@ def test_every_shipped_session_is_tested_and_small():
 
 
 def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", CACHES)
-    shutil.copy(SESSIONS / "square.mcap", pytester.path / "square.mcap")
+    monkeypatch.setattr(emulator, "World", emulator.World)  # put back afterwards
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # others end what they have begun for this process
+    bend(pytester.path / "bend.mcap")
     pytester.makepyfile(
         """
         import pytest
-        from touchline.services.robot_sim import emulator
 
-        @pytest.mark.touchline_session("square.mcap")
-        def test_square(touchline_session):
+        @pytest.mark.touchline_session("bend.mcap")
+        def test_bend(touchline_session):
             touchline_session.require_same()
 
         @pytest.mark.touchline_session("nowhere.mcap")
@@ -75,17 +74,14 @@ def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
         emulator.World = lighter
         """
     )
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", pytest_plugin.__name__)
     result.assert_outcomes(failed=1, errors=1)
-    result.stdout.fnmatch_lines(["*square.mcap (tt2): differs first in the world: at * s *recorded *, today *"])
+    result.stdout.fnmatch_lines(["*bend.mcap (tt2): differs first in the world: at * s *recorded *, today *"])
     result.stdout.fnmatch_lines(["*nowhere.mcap is neither in the test's folder nor in*"])
 
 
 def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
-    path = tmp_path / "square.mcap"
-    shutil.copy(SESSIONS / "square.mcap", path)
-    from touchline.services.robot_sim import emulator
-
+    path = bend(tmp_path / "bend.mcap")
     real = emulator.World
     monkeypatch.setattr(
         emulator,
@@ -100,4 +96,4 @@ def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
     update_recording(path)
     (after,) = check_file("", path)
     assert after.passed
-    assert [each.name for each in tmp_path.iterdir()] == ["square.mcap"]
+    assert [each.name for each in tmp_path.iterdir()] == ["bend.mcap"]

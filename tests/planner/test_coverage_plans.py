@@ -62,7 +62,7 @@ def test_the_pan_with_cusped_corners() -> None:
 def test_any_polygon_is_covered_with_nothing_touched(seed: int) -> None:
     rng = np.random.default_rng(seed)
     angles = (np.arange(6) + rng.uniform(-0.2, 0.2, 6)) * math.tau / 6
-    radii = rng.uniform(14.0, 19.0, 6)
+    radii = rng.uniform(11.0, 14.0, 6)
     outline = np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
     post = shapely.box(2.0, 3.0, 2.4, 3.4)
     field = shapely.Polygon(outline)
@@ -95,7 +95,7 @@ def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
 
 @pytest.mark.parametrize(("laps", "sides"), [(0, 0), (2, 8)])
 def test_as_many_laps_are_driven_as_are_asked_for(laps: int, sides: int) -> None:
-    field = shapely.box(0.0, 0.0, 40.0, 30.0)
+    field = shapely.box(0.0, 0.0, 32.0, 24.0)
     route = cover(asked(field, laps=laps, coverage_pct=85.0))
     check(route, field)
     assert len({piece.label for piece in route.pieces if piece.kind == "lap"}) == sides

@@ -94,7 +94,7 @@ def test_no_transition_with_cusps_is_longer_than_the_reference() -> None:
     In two of them the reference turns less sharply than it might and gains by it (see `flat_words.py`).
     """
     rows = reference_rows()
-    for row in rows[:4000:2] + rows[4000:]:  # the first 4,000 are alike
+    for row in rows[:4000:8] + rows[4000:]:  # the first 4,000 are alike
         start, goal, curvature, sharpness = row_ends(row)
         transitions = all_transitions(Steering(curvature, sharpness), start, goal)
         measured = [check(transition, start, goal, curvature, sharpness) for transition in transitions]

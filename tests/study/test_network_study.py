@@ -26,7 +26,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.fixture(scope="module")
 def study() -> NetworkStudy:
     said: dict[str, float] = {}
-    result = run_network_study(TeamCounts((10,), (4,), 1, 40, 24.0), lambda what, done: said.update({what: done}))
+    result = run_network_study(TeamCounts((10,), (4,), 1, 40, 18.0), lambda what, done: said.update({what: done}))
     assert len(said) == 1 + len(result.deployed) + 2
     assert all(before <= after < 1.0 for before, after in pairwise(said.values()))
     return result

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from tests.command import app
 from tests.sweep.combining import combined
+from tests.sweep.worker_tasks import divide, signal_itself
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
@@ -133,7 +134,7 @@ def test_ctrl_c_in_the_only_process_gives_what_is_done(sweep):
 def test_a_worker_leaves_ctrl_c_to_its_parent():
     """A terminal sends it to all of them; a worker that dies of it would have its task counted as lost."""
     signals = [signal.SIGINT, signal.SIGKILL, signal.SIGINT, signal.SIGINT]
-    told = list(in_processes(_signal_itself, None, signals, 1, lambda number, why: (number, why)))
+    told = list(in_processes(signal_itself, None, signals, 1, lambda number, why: (number, why)))
     assert [each for each in told if each == signal.SIGINT] == [signal.SIGINT] * 3
     ((number, why),) = [each for each in told if each != signal.SIGINT]
     assert number == signal.SIGKILL
@@ -142,8 +143,8 @@ def test_a_worker_leaves_ctrl_c_to_its_parent():
 
 def test_what_goes_wrong_in_a_worker_goes_wrong_here():
     with pytest.raises(ZeroDivisionError) as caught:
-        list(in_processes(_divide, 1.0, [2.0, 0.0], 1, lambda _number, why: why))
-    assert "in _divide" in caught.value.__notes__[0]
+        list(in_processes(divide, 1.0, [2.0, 0.0], 1, lambda _number, why: why))
+    assert "in divide" in caught.value.__notes__[0]
 
 
 def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatch, capfd):
@@ -175,12 +176,3 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
         os.waitpid(started[0], 0)
     assert len(started) == 1 and signal.SIGINT in blocked
     assert capfd.readouterr() == ("", "")
-
-
-def _signal_itself(_shared, number):
-    os.kill(os.getpid(), number)
-    return number
-
-
-def _divide(shared, by):
-    return shared / by

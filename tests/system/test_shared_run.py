@@ -187,7 +187,6 @@ class Killer(Silent):
     def __init__(self, system, name):
         super().__init__()
         self.system, self.name, self.slowed, self.killed = system, name, False, False
-        self.orders = threading.Thread(target=self.give_orders)
 
     def check(self):
         robot = next(each for each in self.run.robots if each.name == self.name)
@@ -199,45 +198,50 @@ class Killer(Silent):
             os.killpg(self.system.supervisor.pid(topics.ROBOT_SIM, self.name), signal.SIGKILL)
             self.killed = True
 
-    def event(self, severity, text):
-        super().event(severity, text)
-        if f"{self.name} is out of service" in text:
-            self.orders.start()
-
-    def give_orders(self): ...
-
 
 class Operator(Killer):
-    """Orders, once a robot is dead, that another one do its rest; hears which stretches the robots claim."""
+    """Orders that others do the rest of a dead robot, carries it away in the end; hears which stretches they claim."""
 
     def __init__(self, system, name):
         super().__init__(system, name)
-        self.claims = Claims(system.buses)
+        self.claims, self.answers, self.orders = Claims(system.buses), [], []
 
     def check(self):
         super().check()
         self.claims.hear()
 
-    def give_orders(self):
+    def event(self, severity, text):
+        super().event(severity, text)
         alive, dead = self.system.buses
-        ordered = ((alive, topics.TAKE_OVER), (dead, topics.REMOVE), (dead, topics.TAKE_OVER))
-        self.answers = [bus.call(order, CommandRequest(request_id=fresh_id()), 60.0) for bus, order in ordered]
+        if f"{self.name} is out of service" in text:
+            self.give((alive, topics.TAKE_OVER), (dead, topics.TAKE_OVER))
+        elif text.startswith(("all is done but", "the rest cannot be done")):
+            self.give((dead, topics.REMOVE), (dead, topics.TAKE_OVER))
+
+    def give(self, *orders):
+        self.orders.append(threading.Thread(target=self.call, args=orders))
+        self.orders[-1].start()
+
+    def call(self, *orders):
+        self.answers += [bus.call(order, CommandRequest(request_id=fresh_id()), 60.0) for bus, order in orders]
 
 
 def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     operator = Operator(system, "r2")
     with begun(system, job, Conduct(20.0), operator) as run:
         run.run()
-        operator.orders.join()
+        for orders in operator.orders:
+            orders.join()
     assert "r1 is in service" in operator.answers[0].message, operator.told
     assert eventually(operator.claims.all_given_up)
     assert operator.claims.nearest_m(job.vehicle) >= APART_M
     claimed = [(sample.namespace, bool(path.poses)) for sample, path in operator.claims.heard]
     given_up = max(number for number, (robot, _) in enumerate(claimed) if robot == "r2")
     assert ("r2", True) in claimed[:given_up] and ("r1", True) in claimed[given_up:], "before the other does its rest"
-    assert [answer.success for answer in operator.answers] == [False, True, True]
+    assert [answer.success for answer in operator.answers] == [False, True, True, True]
     assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [
         ("r1", "take-over", False),
+        ("r2", "take-over", True),
         ("r2", "remove", True),
         ("r2", "take-over", True),
     ]

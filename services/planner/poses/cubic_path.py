@@ -12,16 +12,15 @@ import numpy as np
 
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
+from touchline.services.planner.poses.cubic_clothoids import Clothoids, clothoids
 from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.g2_path import G2Path
 from touchline.services.planner.poses.kernels.cubic_curve import (
     FINE,
     QUICKER,
     SLOWEST_SHARE,
-    Clothoids,
     CubicCurve,
     Terms,
-    clothoids,
     cubic_curve,
     price,
     quickest_lengths,

@@ -24,6 +24,7 @@ from touchline.services.runs.sharing.shared_job import SharedJob
 from touchline.services.runs.sharing.shared_robot import SharedRobot, fresh_id
 from touchline.services.runs.sharing.sightings import together
 from touchline.services.runs.sharing.standstill_words import (
+    in_the_way,
     out_of_service,
     paused_since,
     why_not_done,
@@ -64,7 +65,7 @@ class SharedBusRun:
         self.robots, self.job = [SharedRobot(bus, job.vehicle, watcher.event) for bus in buses], job
         self._conduct, self._watcher = conduct, watcher
         self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
-        self._gathering = self._undone = False
+        self._gathering = self._undone = self._asked = False
         self._painted, self._begun_s = NO_LINES, 0.0
         self._said = dict.fromkeys((robot.name for robot in self.robots), "")
         self._moved_at, self._reached_m = 0.0, -1.0
@@ -143,14 +144,19 @@ class SharedBusRun:
             else:
                 self._authorize()
                 self._look_whether_anybody_moves()
+                self._look_whether_all_else_is_done()
             time.sleep(_LOOK_S)
 
     @property
     def _over(self) -> bool:
         if self._gathering or self._undone or not all(robot.done for robot in self._crew):
             return False
-        beside = any(robot.out and not robot.gone for robot in self.robots)
-        return not (self.left_out and beside) or self._ends_by_itself or self._waited_s > self._conduct.ordered_within_s
+        return not self._in_the_way or self._waited_s > self._conduct.ordered_within_s
+
+    @property
+    def _in_the_way(self) -> list[SharedRobot]:
+        """Who has failed beside what could not be reached, until that is taken over."""
+        return [robot for robot in self.robots if robot.out] if self.left_out and not self._ends_by_itself else []
 
     @property
     def _failed(self) -> list[SharedRobot]:
@@ -210,6 +216,12 @@ class SharedBusRun:
         elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
             raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({why_not_done(self._crew)})")
 
+    def _look_whether_all_else_is_done(self) -> None:
+        over = all(robot.done for robot in self._crew)
+        if over and not self._asked and (there := self._in_the_way):
+            self._watcher.event(Event.WARN, in_the_way(there, self.left_out, self._conduct))
+        self._asked = over
+
     def _note(self, robot: SharedRobot, kind: str, *, done: bool, outcome: str) -> None:
         self.orders.append({"robot": robot.name, "order": kind, "done": done, "outcome": outcome})
         self._watcher.event(Event.INFO if done else Event.WARN, f"{kind} {robot.name}: {outcome}")
@@ -218,7 +230,7 @@ class SharedBusRun:
         """It was carried away: whether that can be, and what is said."""
         if not robot.out or robot.gone:
             return False, f"{robot.name} does not stand there out of service"
-        robot.gone = True
+        robot.gone, self._moved_at = True, time.monotonic()
         return True, f"{robot.name} was carried away; order take-over to have done what it left"
 
     def _take_over(self, robot: SharedRobot) -> tuple[bool, str]:

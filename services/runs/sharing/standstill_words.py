@@ -5,6 +5,7 @@ import time
 from collections.abc import Sequence
 
 from touchline.services.runs.sharing.conduct import Conduct
+from touchline.services.runs.sharing.left_work import LeftWork
 from touchline.services.runs.sharing.shared_robot import SharedRobot
 
 
@@ -23,6 +24,22 @@ def out_of_service(robot: SharedRobot, conduct: Conduct) -> str:
     else:
         remedy = f"the others take over in {conduct.take_over_after_s:g} s"
     return f"{robot.name} is out of service at x {x:.1f} m, y {y:.1f} m: {robot.out}; {remedy}"
+
+
+def in_the_way(robots: Sequence[SharedRobot], left: LeftWork, conduct: Conduct) -> str:
+    """What an operator can do where all is done but what robots that have failed stand in the way of.
+
+    Args:
+        robots: They.
+        left: What cannot be reached beside them.
+        conduct: How the job is carried out.
+    """
+    names = " and ".join(robot.name for robot in robots)
+    order = f"TOUCHLINE_ENDPOINT={conduct.endpoint} touchline order remove --robot {robots[0].name}"
+    return (
+        f"all is done but {left}, beside {names}: carry it away, say so by {order}, and order take-over likewise; "
+        f"the job ends in {conduct.ordered_within_s:g} s without"
+    )
 
 
 def paused_since(paused: Sequence[SharedRobot]) -> str:

@@ -1,4 +1,4 @@
-"""Compiled: cubic curves between two poses, their price, and clothoids in their place.
+"""Compiled: cubic curves between two poses, their price, and what clothoids in their place are found by.
 
 Points are complex numbers x + iy. With p(0), p(1) the ends and k_i, k_f the lengths of the tangents there,
 
@@ -26,8 +26,6 @@ FACTORS = np.array([1.0, 0.8, 1.3, 0.6, 1.6, 0.4, 2.0, 2.6])
 ROUGH, FINE = 32, 256
 # Refinement goes by steps of this (of log k) at first, and halves them so often.
 FIRST_STEP, HALVINGS = 0.14, 5
-# Newton's method ends so near to the goal (a share of the length), or after so many steps.
-MET, NEWTON_STEPS = 1e-14, 6
 # A curve must be quicker by this share to replace an earlier one.
 QUICKER = 1e-9
 
@@ -197,29 +195,12 @@ def _tried(i: int, distance: float) -> tuple[float, float, float]:
     return sense, sense * FACTORS[at // count] * distance, sense * FACTORS[at % count] * distance
 
 
-class Clothoids(NamedTuple):
-    """Clothoids in place of a curve.
-
-    Attributes:
-        at: (n + 1,) the curve's parameter s at their borders.
-        length: (n,) of each (m).
-        curvature: (n + 1,) at their borders (1/m), as travelled.
-        off: How far (m) they are off the curve at their borders at most.
-    """
-
-    at: Floats
-    length: Floats
-    curvature: Floats
-    off: float
-
-
 @kernel
-def borders(curve: CubicCurve, cells: int) -> Floats:
-    """(cells + 1,) values of s that part a curve into cells with equal shares of its length, its turn and its twist.
+def weights_along(curve: CubicCurve) -> Floats:
+    """(FINE + 1,) shares of a curve's length, its turn and its twist, in all, that are behind equal steps of s.
 
     Args:
-        curve: That is parted.
-        cells: How many.
+        curve: As travelled.
     """
     share = np.empty((FINE, 3))
     for i in range(FINE):
@@ -230,8 +211,10 @@ def borders(curve: CubicCurve, cells: int) -> Floats:
         total = share[:, k].sum()
         if total > 0.0:
             weight += share[:, k] / total
-    summed = np.concatenate((np.zeros(1), np.cumsum(weight)))
-    return np.interp(np.linspace(0.0, summed[-1], cells + 1), summed, np.linspace(0.0, 1.0, FINE + 1))
+    behind = np.zeros(FINE + 1)
+    for i in range(FINE):
+        behind[i + 1] = behind[i] + weight[i]
+    return behind
 
 
 @kernel
@@ -278,52 +261,49 @@ def nearest_curvature(curve: CubicCurve, at: Floats) -> tuple[Floats, Floats]:
 
 
 @kernel
-def clothoids(curve: CubicCurve, cells: int) -> Clothoids:
-    """Clothoids in place of a curve, from its start to its goal with its headings there.
-
-    Their lengths are the curve's between their borders, and their curvature is that continuous and piecewise linear one
-    which is nearest to the curve's in the mean square: so its integrals, heading and place, stay nearer than if it were
-    the curve's own at the borders. All but for a linear change of curvature and a change of scale, which Newton's
-    method finds so that they end where the curve does.
+def goal_ahead(curve: CubicCurve) -> tuple[complex, float]:
+    """Where a curve ends, x + iy (m), and how it turns until there (rad), if it leaves the origin along +x.
 
     Args:
         curve: As travelled.
-        cells: How many of them.
     """
-    at = borders(curve, cells)
-    length, curvature = nearest_curvature(curve, at)
-    total = length.sum()
-    share = np.concatenate((np.zeros(1), np.cumsum(length))) / total
     leaving, arriving = tangent(curve, 0.0), tangent(curve, 1.0)
     goal = (curve.goal - curve.start) * leaving.conjugate() / abs(leaving)
     turned = arriving * leaving.conjugate()
-    turn = math.atan2(turned.imag, turned.real)
-    off, change, steps = np.empty((3, 1)), np.empty((3, 3)), (1e-6 / total, 1e-6 / total, 1e-6)
-    tuned = np.zeros(3)
-    for _ in range(NEWTON_STEPS):
-        off[:, 0] = _miss(length, curvature + tuned[0] + tuned[1] * share, 1.0 + tuned[2], goal, turn)
-        if np.abs(off).max() < MET * total:
-            break
-        for k in range(3):
-            other = tuned.copy()
-            other[k] += steps[k]
-            missed = _miss(length, curvature + other[0] + other[1] * share, 1.0 + other[2], goal, turn)
-            change[:, k] = (missed - off[:, 0]) / steps[k]
-        tuned -= np.linalg.solve(change, off)[:, 0]
-    length *= 1.0 + tuned[2]
-    curvature += tuned[0] + tuned[1] * share
+    return goal, math.atan2(turned.imag, turned.real)
+
+
+@kernel
+def farthest_off(curve: CubicCurve, at: Floats, length: Floats, curvature: Floats) -> float:
+    """How far (m) clothoids are off the curve at their borders at most.
+
+    Args:
+        curve: In whose place they are.
+        at: (n + 1,) values of s at the borders.
+        length: (n,) of each (m).
+        curvature: (n + 1,) at the borders (1/m).
+    """
+    leaving = tangent(curve, 0.0)
     position, heading, worst = curve.start, math.atan2(leaving.imag, leaving.real), 0.0
-    for i in range(cells):
+    for i in range(len(length)):
         move, turned_by = _along(length[i], curvature[i], curvature[i + 1])
         position += move * complex(math.cos(heading), math.sin(heading))
         heading += turned_by
         worst = max(worst, abs(position - point(curve, at[i + 1])))
-    return Clothoids(at, length, curvature, worst)
+    return worst
 
 
 @kernel
-def _miss(length: Floats, curvature: Floats, scale: float, goal: complex, turn: float) -> Floats:
-    """(3,) by how much (m, m, rad) clothoids from the origin along +x miss a goal."""
+def miss(length: Floats, curvature: Floats, scale: float, goal: complex, turn: float) -> Floats:
+    """(3,) by how much (m, m, rad) clothoids from the origin along +x miss a goal.
+
+    Args:
+        length: (n,) of each (m), but for the scale.
+        curvature: (n + 1,) at their borders (1/m).
+        scale: Of their lengths.
+        goal: x + iy (m).
+        turn: Heading there (rad).
+    """
     position, heading = 0j, 0.0
     for i in range(len(length)):
         move, turned = _along(length[i] * scale, curvature[i], curvature[i + 1])
