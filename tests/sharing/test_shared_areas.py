@@ -33,8 +33,8 @@ def box(x_m, y_m, long_m, wide_m):
 
 PANS = Template(
     name="pans",
-    areas=(Area(id="south", outline=box(0.0, 0.0, 9.0, 3.5)), Area(id="north", outline=box(0.0, 12.5, 9.0, 3.5))),
-    boundary=Polygon(corners=box(-7.0, -7.0, 23.0, 30.0)),
+    areas=(Area(id="south", outline=box(0.0, 0.0, 10.0, 3.5)), Area(id="north", outline=box(0.0, 12.5, 10.0, 3.5))),
+    boundary=Polygon(corners=box(-7.0, -7.0, 24.0, 30.0)),
 )
 QUICK = PlanOptions(coverage_pct=50.0)
 NAMES = ["r1", "r2"]

@@ -252,15 +252,6 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     assert told["robots"]["r2"]["out_of_service"] == "its process is gone" and told["robots"]["r2"]["tasks"] == []
 
 
-def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
-    conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
-    with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
-        run.run()
-    lines = str(failed.value).partition("not finished: ")[2].split(", ")
-    assert lines and set(lines) <= set(GRID)
-    assert {segment.id for segment in job.shares[1].segments} & set(lines)
-
-
 def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(system, job):
     killer = Killer(system, "r1")
     with begun(system, job, Conduct(20.0, take_over_after_s=1.0), killer) as run:
@@ -276,6 +267,15 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
     assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
     assert 0.0 < told["traversal"]["left_out_m"] < 4.0
     assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
+
+
+def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
+    conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
+    with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
+        run.run()
+    lines = str(failed.value).partition("not finished: ")[2].split(", ")
+    assert lines and set(lines) <= set(GRID)
+    assert {segment.id for segment in job.shares[1].segments} & set(lines)
 
 
 def pace(bus, factor):
