@@ -77,11 +77,11 @@ class Rebuild:
         yield from self._until(self._session.last_tick)
 
     def whole(self) -> Iterator[list[Payload]]:
-        """As `said`, with the setup before, and on until the robot is at rest."""
+        """As `said`, with the setup before, and on until the robot is at rest, unless it has refused an order."""
         yield [self._telemetry.setup(), *self._telemetry.standing()]
         yield from self.said()
         most = self._session.last_tick + MOST_LONGER_TICKS
-        while self._emulator.active and self.tick < most:
+        while self._emulator.active and self.tick < most and not self.refused:
             yield from self._until(self.tick + MOST_TICKS)
 
     def _until(self, tick: int) -> Iterator[list[Payload]]:
