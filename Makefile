@@ -31,6 +31,7 @@ lint: $(STAMP)
 # Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
 planner-kernels: $(STAMP)
 	$(BIN)/touchline plan tennis > /dev/null
+	$(BIN)/touchline plan salt-pan --vehicle clay-roller --set length=15 --set width=15 > /dev/null
 
 WARM_UP_ROLLER := from touchline.schemas.setup import Setup; \
 	from touchline.schemas.vehicles.shipped import CLAY_ROLLER; \
