@@ -56,9 +56,12 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         run_at(_LATER if _RECKONING & set(item.path.parts) else USUAL)
 
 
-# Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.
+# Started in the background by a shell, Python ignores Ctrl-C, and under nohup a hang-up, and hands that on to its
+# children; tests send both to them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session", autouse=True)
