@@ -3,7 +3,9 @@
 import json
 import math
 
+import numpy as np
 import pytest
+import shapely
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -11,10 +13,13 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, LineSpec, Polygon, Template, TemplateSegment
 from touchline.services.cli.choices import load_vehicle
 from touchline.services.onboard.interface import PaintBelief
+from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.runs.checking.check_session import check_recording
 from touchline.services.runs.payload_recorder import PayloadRecorder
 from touchline.services.runs.sharing.errand import ErrandStatus, errands
 from touchline.services.runs.sharing.ground_left import GroundLeft
+from touchline.services.runs.sharing.remains import Standing
+from touchline.services.runs.sharing.rest import Mate, rest_of
 from touchline.services.runs.sharing.shared_areas import share_areas
 from touchline.services.runs.sharing.shared_job import APART_M
 from touchline.services.runs.sharing.shared_simulation import simulate_shared
@@ -78,6 +83,18 @@ def test_what_is_left_is_what_the_plans_up_to_where_robots_are_have_not_covered(
     assert left_m2(math.inf, math.inf) < 0.02 * LONG_M * WIDE_M
     assert left_m2(math.inf, 0.0) == pytest.approx(0.5 * LONG_M * WIDE_M, rel=0.1)
     assert left_m2(0.0, 0.0) > left_m2(half_m, 0.0) > left_m2(math.inf, 0.0)
+
+
+def test_a_strip_that_nothing_can_be_driven_along_keeps_nobody_from_the_rest():
+    job = share_areas(PANS, QUICK, ROLLER, [None] * 2)
+    south, strip = (as_area(shapely.box(*corners)) for corners in ((0.0, 0.0, 10.0, 3.5), (0.0, 12.5, 1.2, 15.9)))
+    left, painted = GroundLeft({"south": south, "north": strip}), np.zeros((0, 7))
+    mate = Mate(Standing("r2", (-3.0, 1.0, 0.0)), serves=True)
+    with pytest.raises(PlanningError, match='the area "north", in which nothing is driven straight'):
+        left.planned(job, [mate.place], [], painted, lambda done, what: None)
+    rest = rest_of(job, left, [mate], painted, lambda done, what: None)
+    assert rest.crew == ("r2",) and [area.id for area in rest.job.shares[0].areas] == ["south"]
+    assert rest.left_out.figures["left_out_m2"] == pytest.approx(strip.area)
 
 
 @pytest.fixture(scope="module")

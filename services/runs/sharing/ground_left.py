@@ -1,8 +1,8 @@
 """Ground of a shared job that is left, and its plan."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Self
 
 import shapely
@@ -40,9 +40,11 @@ class GroundLeft(LeftWork):
 
     Attributes:
         grounds: By their ids, what of each (m, map frame); of an area that is not named, nothing.
+        given_up: What is left besides, and not planned.
     """
 
     grounds: Grounds = field(default_factory=dict)
+    given_up: Grounds = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         """Whether there are any."""
@@ -76,6 +78,13 @@ class GroundLeft(LeftWork):
             found[area.id] = as_area(_pieces(left, job, job.options.overlap_m).intersection(area.polygon))
         return type(self)(_some(found))
 
+    def with_ever_less(self) -> Iterator[Self]:
+        """As of any work that is left: without the smallest, which may be a strip that nothing can be driven along."""
+        by_size = sorted(self.grounds, key=lambda name: self.grounds[name].area)
+        for fewer in range(1, len(by_size)):
+            out = {name: self.grounds[name] for name in by_size[:fewer]}
+            yield replace(self, grounds={name: self.grounds[name] for name in by_size[fewer:]}, given_up=out)
+
     def planned(
         self,
         job: SharedJob,
@@ -98,7 +107,7 @@ class GroundLeft(LeftWork):
             name: _those_at(beside, _pieces(as_area(ground.difference(covered)), job))
             for name, ground in self.grounds.items()
         }
-        return made, type(self)(_some(left))
+        return made, type(self)(_some({**left, **self.given_up}))
 
 
 def _swept(told: ErrandStatus, job: SharedJob) -> Ground:

@@ -1,7 +1,7 @@
 """What is left of a shared job: lines that are not painted, or ground that is not covered."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -46,6 +46,10 @@ class LeftWork(ABC):
             job: Theirs.
             told: By each of them.
         """
+
+    def with_ever_less(self) -> Iterator[Self]:
+        """What of it may be planned where all of it cannot be."""
+        return iter(())
 
     @abstractmethod
     def planned(

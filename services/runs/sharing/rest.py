@@ -1,6 +1,7 @@
 """The rest of a shared job, planned for the robots that are left, round those that stand on the field."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations, islice
 from typing import Final
@@ -90,7 +91,7 @@ def painted_before(job: SharedJob, beliefs: Sequence[PaintBelief], former: Float
 
 
 def rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floats, progress: Progress) -> Rest:
-    """The rest planned for those that serve, or for as many of them as it can be.
+    """The rest planned for those that serve, or for as many of them as it can be; if need be as much of it as can be.
 
     Args:
         job: That is given up now.
@@ -102,6 +103,17 @@ def rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floa
     Raises:
         PlanningError: It cannot be planned for any.
     """
+    try:
+        return _rest_of(job, left, mates, painted, progress)
+    except PlanningError:
+        for less in left.with_ever_less():
+            with suppress(PlanningError):
+                return _rest_of(job, less, mates, painted, progress)
+        raise
+
+
+def _rest_of(job: SharedJob, left: LeftWork, mates: Sequence[Mate], painted: Floats, progress: Progress) -> Rest:
+    """As `rest_of`, of all of it."""
     serving = [mate.place for mate in mates if mate.serves]
     error = PlanningError("", "has nobody left to do it", "let a robot be in service")
     for count in range(len(serving), 0, -1):
