@@ -1,6 +1,7 @@
 """Collision checks of the swept body along a path, against a boundary and obstacles."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -70,6 +71,15 @@ class CollisionChecker:
         poses = self._poses(path)
         at, outline = first_touch(poses, self.edges, self.owner, self.bounded, self.body, MARGIN_M)
         return Collision(PathPose(*poses[at].tolist()), self.names[outline]) if at >= 0 else None
+
+    def touches(self, poses: Sequence[PathPose]) -> bool:
+        """Whether the body at one of some poses touches an outline, or is on its wrong side."""
+        at, _ = first_touch(np.array(poses), self.edges, self.owner, self.bounded, self.body, MARGIN_M)
+        return bool(at >= 0)
+
+    def is_clear(self, path: PiecePath) -> bool:
+        """Whether the body keeps off all outlines; on most ways that it does not, it touches one between two pieces."""
+        return not self.touches(path.knots) and self.collision(path) is None
 
     def _poses(self, path: PiecePath) -> Floats:
         """(n, 3) poses so close that no point of the body moves more than 2·MARGIN_M from one to the next."""

@@ -35,10 +35,12 @@ def detours(
     offered = 0
     for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():
         middle = via[k]
-        there = next((w for w in transitions.between(start, middle) if not checker.collision(w.path)), None)
+        if checker.touches([middle.pose]):  # as every way there would
+            continue
+        there = next((w for w in transitions.between(start, middle) if checker.is_clear(w.path)), None)
         if there is None:
             continue
-        on = next((w for w in transitions.between(middle, goal) if not checker.collision(w.path)), None)
+        on = next((w for w in transitions.between(middle, goal) if checker.is_clear(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
             speeds = (transitions.speed_mps(end) for end in (start, goal))
