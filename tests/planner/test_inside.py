@@ -90,6 +90,7 @@ def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Templa
     checker = CollisionChecker.of(template, VEHICLE)
     assert checker is not None
     hit = checker.collision(path)
+    assert checker.is_clear(path) == (hit is None)
     boundary = shapely.Polygon(template.boundary.corners)
     bench = shapely.Polygon(template.obstacles[0].corners)
     if hit is None:
