@@ -4,11 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.checking.short_sessions import bend
+from tests.checking.short_sessions import LAST_TICK, bend, given, record
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import emulator
 from touchline.services.runs.checking import pytest_plugin
 from touchline.services.runs.checking.check_files import check_file
 from touchline.services.runs.checking.check_session import update_recording
+from touchline.services.runs.checking.rebuild import Rebuild
+from touchline.services.runs.checking.recorded_session import NotRebuilt, TimedOrder
 
 pytest_plugins = ["pytester"]
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
@@ -97,3 +101,18 @@ def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
     (after,) = check_file("", path)
     assert after.passed
     assert [each.name for each in tmp_path.iterdir()] == ["bend.mcap"]
+
+
+def test_a_session_with_an_order_that_is_refused_today_stays_as_it_is(tmp_path):
+    """The robot stays paused; nobody waits for the end of its job."""
+    orders = (TimedOrder(0, "start", {}), TimedOrder(430, "pause", {}), TimedOrder(450, "start", {}))
+    session = given(Setup(scenario=Scenario(seed=3)), orders)
+    path = tmp_path / "bend.mcap"
+    path.write_bytes(b"as it was")
+    with pytest.raises(NotRebuilt, match=r"at 4\.50 s the robot refuses to start"):
+        record(path, session)
+    assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("bend.mcap", b"as it was")]
+    rebuild = Rebuild(session)
+    for _ in rebuild.whole():
+        pass
+    assert rebuild.refused and rebuild.tick == LAST_TICK
