@@ -94,7 +94,7 @@ def _told(inbox: Inbox) -> float:
     sim_s = -1.0
     for _, message in inbox.messages():
         if isinstance(message, Clock):
-            sim_s = message.clock.sec + 1e-9 * message.clock.nanosec
+            sim_s = message.clock.seconds
     return sim_s
 
 

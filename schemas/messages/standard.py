@@ -31,7 +31,7 @@ class Time(Message):
 
     @property
     def seconds(self) -> float:
-        """Of both."""
+        """Seconds, the nanoseconds as their fraction."""
         return self.sec + 1e-9 * self.nanosec
 
 

@@ -110,7 +110,7 @@ def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_an
     area, tasks = told["area"], told["robots"]["r1"]["tasks"]
     assert area["area_m2"] == pytest.approx(132.0) and area["of_planned_pct"] > 99.0
     assert area["missed_m2"] < told["traversal"]["left_out_m2"] + 4.0 < 25.0
-    assert tasks[0]["area"]["area_m2"] == pytest.approx(66.0) and 10.0 < tasks[1]["area"]["area_m2"] < 132.0
+    assert tasks[0]["area"]["area_m2"] == pytest.approx(66.0) and 10.0 < tasks[1]["area"]["area_m2"] < 100.0
     assert area["body_outside_m"] == 0.0 and 0.5 < told["traversal"]["closest_bodies_m"] < 30.0
     assert told["robots"]["r2"]["tasks"] == []
     recorded = read_painted(record, "r1")

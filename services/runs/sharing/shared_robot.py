@@ -79,7 +79,7 @@ class SharedRobot:
         self.truth = ToldTruth(bus, vehicle)
         self._presence = bus.presence()
         self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
-        self._said, self._begun_s, self._place = SaidOfJob(), 0.0, Odometry()
+        self._said, self._place = SaidOfJob(), Odometry()
         self._paused_at = math.inf
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
@@ -191,12 +191,8 @@ class SharedRobot:
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:
         """Not what was told before it, nor what is told once it was cleared away."""
-        loading = not self._said.begun
-        if not self._said.status(status):
-            return False
-        if loading:
-            self.truth.begin(self._said.since_s, self._begun_s)
-        return self.errand is None or status.state != TraversalStatus.IDLE
+        cleared = self.errand is not None and status.state == TraversalStatus.IDLE
+        return self._said.status(status) and not cleared
 
     def look(self) -> None:
         """Note whether it has failed, or, on the bus all the time, was set going again."""
@@ -291,7 +287,6 @@ class SharedRobot:
         if not here:
             self.truth.carry()
         self._said.forget()
-        self._begun_s = begun_s
         self.report, self.area, self._called_off = None, None, False
         self.status, self.furthest_m, self.finished = TraversalStatus(), 0.0, False
         self.until_m = self.limit_m = math.inf
@@ -313,6 +308,8 @@ class SharedRobot:
                 raise JobFailed(f"robot {self.name} has taken its part, but does not say that it is ready")
             self.listen()
             time.sleep(_LOOK_S)
+        if self._said.begun:
+            self.truth.begin(self._said.since_s, begun_s)
         self.stretch.take(trajectory.path.segments, self._vehicle)
 
     def conclude(self) -> None:
