@@ -3,23 +3,26 @@
 Kernels are cached on disk, so only the first start after an installation or a change compiles. ``fastmath`` stays off:
 the same scenario must give the same bits on every run.
 
-Numba notices a change of a kernel's own file, but not of a kernel or a constant that it takes from another file. So the
-cache's folder is named after the text of all files beside kernels: whatever changes, nothing stale is ever run.
+Numba notices a change of a kernel's own file, but not of a kernel or a constant that it takes from another file. So a
+kernel's cache is found by the text of its module and of all that this imports: nothing stale is ever run, and an edit
+compiles again only what depends on it.
 """
 
 import fcntl
 import gc
-import hashlib
+import inspect
 import os
+import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numba.core import types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
@@ -27,36 +30,64 @@ from numba.core.registry import CPUDispatcher
 from numba.core.runtime.nrt import rtsys
 from numba.core.typing.templates import make_concrete_template
 
+from touchline.services.core.import_closure import closure_digest
+
 _PACKAGE = __name__.partition(".")[0]
-_SERVICES = Path(__file__).resolve().parent.parent
-
-
-def _fingerprint() -> str:
-    """A hash of every source file in the folders that hold kernels."""
-    digest = hashlib.blake2b(digest_size=8)
-    paths = sorted(_SERVICES.rglob("*.py"))
-    texts = {path: path.read_bytes() for path in paths}
-    folders = {path.parent for path, text in texts.items() if b"core.jit" in text}
-    for path, text in texts.items():
-        if path.parent in folders:
-            digest.update(text)
-    return digest.hexdigest()
+#: Compiled code that nobody has used for so long is removed.
+_UNUSED_S = 30 * 24 * 3600.0
+_DAY_S = 24 * 3600.0
 
 
 def _cache_folder() -> Path:
+    """The folder for all compiled code, `$XDG_CACHE_HOME/touchline/kernels`."""
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
-
-
-_settings: Any = numba.config
-_settings.CACHE_DIR = str(Path(_settings.CACHE_DIR or _cache_folder()) / _fingerprint())
 
 
 # So many new objects between two collections: compiling makes a great many, hardly any of which are garbage then.
 _OBJECTS = 100_000
 
 
-class _Cache(FunctionCache):
+class _Place(UserProvidedCacheLocator):
+    """The folder of one module's compiled code, named after the module and the text of all that it imports."""
+
+    def __init__(self, function: Any, file: str) -> None:
+        self._py_file, self._lineno = file, function.__code__.co_firstlineno
+        module = Path(file).absolute()
+        self._cache_path = str(_cache_folder() / f"{module.stem}-{closure_digest(module)}")
+
+    def get_source_stamp(self) -> str:
+        """A constant: the folder's name says what it was compiled from."""
+        return ""
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> "_Place":
+        """The place for a function of that file."""
+        return cls(py_func, py_file)
+
+
+class _Results(CompileResultCacheImpl):
+    _locator_classes = [_Place]  # noqa: RUF012 - as Numba declares it
+
+
+class _Files(FunctionCache):
+    """Compiled code of one kernel on disk."""
+
+    _impl_class = _Results
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """As Numba's, which also loads all that compiling takes: a third of a process's start, mostly for nothing."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """As Numba's, and what the classes of the arguments import: their kernels are compiled into this one."""
+        key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
+        return (*key, tuple(sorted({closure_digest(file) for kind in sig for file in _class_files(kind)})))
+
+
+class _Cache(NullCache):
     """Compiled code on disk. If it cannot be written, because the disk is full, the next start compiles it again.
 
     Processes write one after another: the code of two signatures of a kernel gets one name, and one is then run for the
@@ -66,17 +97,55 @@ class _Cache(FunctionCache):
     class can be imported, and would not notice a change of its kernels.
     """
 
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+
+    @cached_property
+    def files(self) -> _Files:
+        """The files, which are looked for when the kernel is first called with types that are new."""
+        files = _Files(self._function)  # type: ignore[no-untyped-call]
+        _mark_used(Path(files.cache_path))
+        return files
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As Numba's, which also loads all that compiling takes: a third of a process's start, mostly for nothing."""
-        rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        """The code for a signature, or None if there is none yet."""
+        return self.files.load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the code for a signature."""
         if any(map(_foreign, sig)):
             return
-        with suppress(OSError), _one_at_a_time(Path(self.cache_path)):
-            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        folder = Path(self.files.cache_path)
+        with suppress(OSError), _one_at_a_time(folder):
+            self.files.save_overload(sig, data)  # type: ignore[no-untyped-call]
+        _remove_unused(folder.parent)
+
+
+def _mark_used(folder: Path) -> None:
+    """Write down, once a day, that compiled code is in use."""
+    with suppress(OSError):
+        if time.time() - folder.stat().st_mtime > _DAY_S:
+            os.utime(folder)
+
+
+def _remove_unused(base: Path) -> None:
+    """Remove the compiled code that no process has used for a month."""
+    oldest = time.time() - _UNUSED_S
+    with suppress(OSError):
+        for folder in base.iterdir():
+            if folder.stat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _class_files(kind: Any) -> Iterator[Path]:
+    """The source files of the classes of the named tuples in a type."""
+    if isinstance(kind, types.BaseNamedTuple):
+        named: Any = kind
+        yield Path(inspect.getfile(named.instance_class)).absolute()
+    if isinstance(kind, types.BaseTuple):
+        parts: Any = kind
+        for part in parts:
+            yield from _class_files(part)
 
 
 def _foreign(kind: Any) -> bool:
@@ -121,7 +190,7 @@ class Kernel(CPUDispatcher):
         """
         options = {"nopython": True, "nogil": not locked, "error_model": "numpy", "_nrt": counting}
         super().__init__(function, targetoptions=options)
-        self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
+        self._cache: Any = _Cache(function)
         self._parts: dict[tuple[Any, ...], Any] = {}
         self._codes: dict[Any, Callable[..., Any]] = {}
 

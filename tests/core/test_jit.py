@@ -2,15 +2,16 @@
 
 import gc
 import math
+import os
 import resource
 import subprocess
 import sys
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import pytest
 from numba.core.caching import IndexDataCacheFile
@@ -22,7 +23,7 @@ from touchline.services.core.jit import _Cache, borrowing, kernel, kernel_of_cla
 
 @pytest.fixture(autouse=True)
 def compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
 
 def chain() -> tuple[Any, Any]:
@@ -125,12 +126,10 @@ def test_two_that_cache_a_kernel_at_once_know_of_each_other(monkeypatch: pytest.
             writer.start()
         for writer in writers:
             writer.join()
-    assert len(set(compiled[0][0]._cache_file._load_index().values())) == 2
+    assert len(set(compiled[0][0].files._cache_file._load_index().values())) == 2
 
 
-def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     file = tmp_path / "doubled.py"
     file.write_text(
         "from touchline.services.core.jit import kernel\n\n\n"
@@ -142,6 +141,46 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path, monkeypatc
     assert not any(path.stat().st_size for path in tmp_path.rglob("*.nbc"))
     assert subprocess.run(command, check=False).returncode == 0
     assert any(tmp_path.rglob("*.nbc"))
+
+
+SCRIPT = """
+from numbers_of import FACTOR
+from touchline.services.core.jit import kernel
+
+@kernel
+def scaled(x):
+    return FACTOR * x
+
+print(scaled(21), sum(scaled.stats.cache_hits.values()))
+"""
+
+
+def _scaled(folder: Path, *, factor: int, unrelated: str = "") -> str:
+    """The output of a script whose kernel takes a constant from another file."""
+    (folder / "numbers_of.py").write_text(f"FACTOR = {factor}\n")
+    (folder / "unrelated.py").write_text(unrelated)
+    (folder / "script.py").write_text(SCRIPT)
+    done = subprocess.run([sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_an_edit_compiles_again_what_depends_on_it_and_nothing_else(tmp_path: Path) -> None:
+    assert _scaled(tmp_path, factor=2) == "42 0"
+    assert _scaled(tmp_path, factor=2, unrelated="# edited") == "42 1"
+    assert _scaled(tmp_path, factor=3) == "63 0"
+    assert _scaled(tmp_path, factor=2) == "42 1"
+
+
+def test_compiled_code_that_nobody_has_used_for_a_month_is_removed(tmp_path: Path) -> None:
+    kernels = tmp_path / "touchline" / "kernels"
+    for name, days in (("old", 31), ("recent", 29)):
+        (kernels / name).mkdir(parents=True)
+        (kernels / name / "code.nbc").touch()
+        then = time.time() - days * 24 * 3600
+        os.utime(kernels / name, (then, then))
+    _, outer = chain()
+    assert outer(2.0) == 24.0
+    assert [path.name for path in kernels.iterdir() if path.name in ("old", "recent")] == ["recent"]
 
 
 class Square(NamedTuple):
