@@ -1,5 +1,11 @@
 """Errors that reach a person: each says what is wrong, where, and what to do about it."""
 
+from collections.abc import Sequence
+from typing import Final
+
+#: Further problems of one text that are shown beside the first.
+MOST_OTHERS: Final = 19
+
 
 class TouchlineError(Exception):
     """Base of every error that Touchline raises on purpose."""
@@ -13,12 +19,16 @@ class SpecError(TouchlineError):
         field: Path of the offending field, such as ``segments[3].arc.sweep_angle``; empty for the whole file.
         problem: What is wrong, as a predicate: ``"is nan"``.
         remedy: What is allowed or how to mend it.
+        others: Further problems of the same text, a line each.
     """
 
-    def __init__(self, source: str, field: str, problem: str, remedy: str) -> None:
+    def __init__(self, source: str, field: str, problem: str, remedy: str, others: Sequence[str] = ()) -> None:
         self.source, self.field, self.problem, self.remedy = source, field, problem, remedy
         place = f"{source}: {field}" if field else source
-        super().__init__(f"{place} {problem}; {remedy}")
+        shown = [f"{source}: {line}" for line in others[:MOST_OTHERS]]
+        if len(others) > MOST_OTHERS:
+            shown.append(f"{source}: {len(others) - MOST_OTHERS} more problems")
+        super().__init__("\n".join((f"{place} {problem}; {remedy}", *shown)))
 
 
 class PlanningError(TouchlineError):

@@ -3,7 +3,7 @@
 import json
 import math
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -15,8 +15,12 @@ from pydantic import (
 )
 
 from touchline.schemas.errors import SpecError
+from touchline.schemas.near_names import did_you_mean, field_names
 from touchline.schemas.plain_text import plain
 from touchline.schemas.remedies import told
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -95,7 +99,7 @@ def parse(kind: type[S], text: str, source: str, *, recorded: bool = False) -> S
     try:
         return kind.model_validate(data, context={"recorded": recorded})
     except ValidationError as error:
-        raise first_problem(error, source, data) from error
+        raise problems_of(error, source, data, kind) from error
 
 
 class _RepeatedKey(ValueError):
@@ -125,6 +129,7 @@ def field_path(location: tuple[int | str, ...]) -> str:
     return path
 
 
+_LONGEST_PROBLEM = 80
 # Problems of a field that may have been left out.
 _LEFT_OUT = ("missing", "misfit")
 
@@ -162,32 +167,57 @@ def _form(class_name: str) -> str:
     return "an object"
 
 
-def first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
-    """The first of the problems of validating ``data``, told by ``source``, field and remedy."""
-    problems = error.errors()
-    first = problems[0]
-    others = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    field = field_path(_without_tags(first["loc"], data, first["type"] in _LEFT_OUT))
-    given = first["input"]
-    if first["type"] == "missing":
-        return SpecError(source, field, "is missing", f"add it{others}")
-    if first["type"] == "extra_forbidden":
-        return SpecError(source, field, "is not a known field", f"remove it or mend its name{others}")
-    if first["type"] == "model_type":
-        form = _form(first["ctx"]["class_name"])
-        return SpecError(source, field, f"is a JSON {_json_name(given)}", f"give {form}{others}")
-    if isinstance(given, float) and not math.isfinite(given):
-        return SpecError(source, field, f"is {given}", f"give a finite number{others}")
-    if first["type"].startswith("union_tag_"):
-        name = first["ctx"]["discriminator"].strip("'")
-        field = f"{field}.{name}" if field else name
-        if first["type"] == "union_tag_not_found":
-            return SpecError(source, field, "is missing", f"add it{others}")
-        tags = first["ctx"]["expected_tags"].replace("'", "")
-        return SpecError(source, field, f"is {first['ctx']['tag']!r}", f"give one of {tags}{others}")
-    if found := told(first["type"], first["loc"], given, first.get("ctx", {})):
-        problem, remedy = found
-        return SpecError(source, field, problem if len(problem) < 80 else "is not allowed", f"{remedy}{others}")
-    message = first["msg"].removeprefix("Value error, ")
-    shown = f"is {given!r}" if isinstance(given, str | int | float | bool) or given is None else "is not allowed"
-    return SpecError(source, field, shown if len(shown) < 80 else "is not allowed", f"{message}{others}")
+def problems_of(error: ValidationError, source: str, data: Any, kind: type[BaseModel] | None = None) -> SpecError:
+    """All problems of validating ``data``, each with field and remedy.
+
+    Args:
+        error: Of the validation.
+        source: File name or other origin of the data.
+        data: As given to the validation.
+        kind: The model that it was validated as, for suggestions of the fields that it has.
+    """
+    first, *others = (_Problem(found, data, kind) for found in error.errors())
+    return SpecError(source, first.field, first.problem, first.remedy, [other.line() for other in others])
+
+
+class _Problem:
+    """One problem of a validation, in the words of the data's author."""
+
+    def __init__(self, found: "ErrorDetails", data: Any, kind: type[BaseModel] | None) -> None:
+        self.field = field_path(_without_tags(found["loc"], data, found["type"] in _LEFT_OUT))
+        self.problem, self.remedy = self._told(found, kind)
+        if len(self.problem) >= _LONGEST_PROBLEM:
+            self.problem = "is not allowed"
+
+    def line(self) -> str:
+        """The problem as a line below that of the first."""
+        return f"{self.field} {self.problem}; {self.remedy}" if self.field else f"{self.problem}; {self.remedy}"
+
+    def _told(self, found: "ErrorDetails", kind: type[BaseModel] | None) -> tuple[str, str]:
+        given, context = found["input"], found.get("ctx", {})
+        if found["type"] == "missing":
+            return "is missing", "add it"
+        if found["type"] == "extra_forbidden":
+            *place, name = found["loc"]
+            near = did_you_mean(str(name), field_names(kind, tuple(place))) if kind else ""
+            return "is not a known field", near or "remove it or mend its name"
+        if found["type"] == "model_type":
+            return f"is a JSON {_json_name(given)}", f"give {_form(context['class_name'])}"
+        if isinstance(given, float) and not math.isfinite(given):
+            return f"is {given}", "give a finite number"
+        if found["type"].startswith("union_tag_"):
+            return self._of_tag(found["type"], context)
+        if words := told(found["type"], found["loc"], given, context):
+            return words
+        message = found["msg"].removeprefix("Value error, ")
+        simple = isinstance(given, str | int | float | bool) or given is None
+        return f"is {given!r}" if simple else "is not allowed", message
+
+    def _of_tag(self, kind: str, context: dict[str, Any]) -> tuple[str, str]:
+        name = context["discriminator"].strip("'")
+        self.field = f"{self.field}.{name}" if self.field else name
+        if kind == "union_tag_not_found":
+            return "is missing", "add it"
+        tags = context["expected_tags"].replace("'", "")
+        near = did_you_mean(str(context["tag"]), tags.split(", "))
+        return f"is {context['tag']!r}", f"give one of {tags}{'; ' if near else ''}{near}"

@@ -1,6 +1,5 @@
 """``touchline check``: whether recorded sessions come out the same with the code of today."""
 
-import json
 import sys
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
@@ -15,7 +14,7 @@ from rich.table import Table
 
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import output, progress_bar, say
+from touchline.services.cli.display import print_json, print_line, print_table, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.cli.workers_choice import WorkersChoice
@@ -104,7 +103,7 @@ def check(
         problem = str(error)
     verdicts.sort(key=lambda each: (each.path, each.robot, each.process))
     if as_json:
-        typer.echo(json.dumps([asdict(each) for each in verdicts], indent=1, ensure_ascii=False))
+        print_json([asdict(each) for each in verdicts])
     else:
         _print(verdicts)
     if html is not None:
@@ -186,12 +185,12 @@ def _print(verdicts: "list[SessionVerdict]") -> None:
         figures = [*(metrics.get(name, "") for name in names), f"{each.messages:,}", factor]
         table.add_row(escape(plain(Path(each.path).name)), escape(plain(each.who)), verdict, each.part, *figures)
     if listed:
-        output().print(table)
+        print_table(table)
     for each in listed:
         for line in each.lines():
             if line.startswith("  "):
-                output().print(plain(line), markup=False)
+                print_line(line)
             else:
                 say(line)
     same = sum(each.passed for each in verdicts)
-    output().print(f"{same:,} of {len(verdicts):,} sessions come out the same", highlight=False)
+    print_line(f"{same:,} of {len(verdicts):,} sessions come out the same")

@@ -3,6 +3,7 @@
 import io
 import os
 import sys
+import traceback
 from importlib import import_module
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
+from touchline.services.cli.display import Verbosity
 from touchline.services.cli.groups import in_panel
 from touchline.services.cli.options import ExitCode
 
@@ -109,6 +111,8 @@ def execute() -> int:
     try:
         command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)()
     except TouchlineError as error:
+        if Verbosity.verbose:
+            traceback.print_exc()
         sys.stderr.write(f"error: {plain_lines(str(error))}\n")
         return ExitCode.UNUSABLE
     except SystemExit as end:

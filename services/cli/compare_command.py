@@ -1,6 +1,5 @@
 """``touchline compare``: whether two recordings are the same session."""
 
-import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from touchline.schemas.plain_text import plain
+from touchline.services.cli.display import print_json, print_line
 from touchline.services.cli.options import ExitCode, JsonOption
 
 
@@ -41,11 +40,11 @@ def compare(
             "problems": comparison.problems,
             "notes": comparison.notes,
         }
-        typer.echo(json.dumps(verdict | {"topics": found}, indent=2))
+        print_json(verdict | {"topics": found})
     else:
         for line in comparison.lines():
-            typer.echo(plain(line))
+            print_line(line)
         alike = "the same within the tolerances" if comparison.same else "different"
-        typer.echo(f"the sessions are {'identical' if comparison.identical else alike}")
+        print_line(f"the sessions are {'identical' if comparison.identical else alike}")
     if not comparison.same:
         sys.exit(ExitCode.FAILED)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from touchline.services.cli.display import output, progress_bar
+from touchline.services.cli.display import print_line, progress_bar
 from touchline.services.cli.judged_output import as_text, exit_if_missed, print_tables, write_tables
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
         print_tables([table])
         for case in edge_cases():
             found = f"{case.by_direction} by direction of travel, {case.by_slope} by the study's slope"
-            output().print(f"edges between lanes, {case.name}: {case.edges} there, {found}", highlight=False)
+            print_line(f"edges between lanes, {case.name}: {case.edges} there, {found}")
     exit_if_missed([table])
 
 

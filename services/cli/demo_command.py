@@ -15,7 +15,8 @@ from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import print_figures, say
 from touchline.services.cli.drawing import TemplateArgument
 from touchline.services.cli.groups import with_groups
-from touchline.services.cli.options import ExitCode
+from touchline.services.cli.options import ExitCode, JsonOption
+from touchline.services.cli.output_choice import deliver
 from touchline.services.cli.run_command import run_job
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import estimator_figures, paint_figures
@@ -36,16 +37,17 @@ def demo(
     body: VehicleChoice,
     template: TemplateArgument = "soccer-11",
     headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Paint a whole pitch, soccer-11 or another: in the console at 20x in a terminal, else as fast as it goes."""
     setup = Setup(vehicle=body.chosen())
     check_recordable(_RECORDING)
-    if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
+    if sys.stdin.isatty() and sys.stdout.isatty() and not (headless or as_json):
         _in_console(setup, template)
         return
     field, options = load_template(template), PlanChoice().options()
     figures = run_job(field, speed=-1.0, setup=setup, options=options, record=_RECORDING)
-    print_figures(f"{field.title}, painted", figures)
+    deliver(f"{field.title}, painted", figures, None, as_json)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 

@@ -1,14 +1,22 @@
-"""What the subcommands show: progress bars, figures as tables, and events."""
+"""Output of the subcommands: results on standard output, progress and events on standard error.
 
+On a terminal tables are drawn and progress is a bar. In a pipe or a file a table is one line a row with tabs between
+the cells, and progress is a line now and then. `quiet` leaves only results, warnings and errors.
+"""
+
+import json
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Final
 
+import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from touchline.schemas.messages import Event, PlanReport
 from touchline.schemas.plain_text import plain, plain_lines
@@ -18,19 +26,41 @@ from touchline.schemas.vehicles import Vehicle
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)
 
-#: Columns where nobody's terminal says how many there are: a table that is piped is never wrapped.
-_PIPED_COLUMNS = 1000
-
 Advance = Callable[[float, str], None]
 
 _SEVERITY = {Event.INFO: ("info", "cyan"), Event.WARN: ("warning", "yellow"), Event.ERROR: ("error", "red")}
 _DIGITS = 4
 _LONGEST_DETAIL = 200
+#: Time between two lines of progress where there is no terminal.
+_LINE_EVERY_S: Final = 10.0
+
+
+class Verbosity:
+    """How much is shown, and where; chosen once, by the options of the subcommand.
+
+    Attributes:
+        quiet: On standard error only warnings and errors.
+        verbose: Tracebacks of errors, too.
+        output_taken: Standard output is for a file that was asked for as `-`; figures go to standard error.
+    """
+
+    quiet = False
+    verbose = False
+    output_taken = False
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Advance]:
-    """A bar on standard error; call what it gives with a fraction 0…1 and a text."""
+    """Progress on standard error; call what it gives with a fraction 0…1 and a text."""
+    if Verbosity.quiet:
+        yield lambda fraction, detail: None
+    elif stderr.is_terminal:
+        yield from _bar(title)
+    else:
+        yield _lines(title)
+
+
+def _bar(title: str) -> Iterator[Advance]:
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -45,18 +75,63 @@ def progress_bar(title: str) -> Iterator[Advance]:
         yield lambda fraction, detail: progress.update(task, completed=fraction, detail=plain(detail, _LONGEST_DETAIL))
 
 
-def output() -> Console:
-    """Standard output, for tables: as wide as the terminal, or as what is printed where there is none."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() else _PIPED_COLUMNS)
+def _lines(title: str) -> Advance:
+    """Progress as a line every few seconds, none for what takes less."""
+    begun_s = shown_s = time.monotonic()
+
+    def advance(fraction: float, detail: str) -> None:
+        nonlocal shown_s
+        now_s = time.monotonic()
+        if now_s - shown_s >= _LINE_EVERY_S:
+            shown_s = now_s
+            say(f"{title}: {fraction:.0%} after {now_s - begun_s:.0f} s  {plain(detail, _LONGEST_DETAIL)}".rstrip())
+
+    return advance
+
+
+def print_line(text: str) -> None:
+    """A line of the result, whoever wrote it: nothing in it commands the terminal."""
+    _print(plain_lines(text))
+
+
+def print_json(content: object, indent: int | None = 2) -> None:
+    """The result as JSON."""
+    _print(json.dumps(content, indent=indent, ensure_ascii=False))
+
+
+def print_table(table: Table) -> None:
+    """A table of the result: drawn on a terminal, else its title, its headings and a line a row, cells between tabs."""
+    if sys.stdout.isatty() and not Verbosity.output_taken:
+        Console(highlight=False).print(table)
+        return
+    if table.title:
+        _print(_plain_cell(table.title))
+    columns = [[_plain_cell(cell) for cell in column.cells] for column in table.columns]
+    headings = [_plain_cell(column.header) for column in table.columns]
+    rows = zip(*columns, strict=True)
+    for row in (headings, *rows) if table.show_header else rows:
+        _print("\t".join(row).rstrip())
+
+
+def _print(text: str) -> None:
+    typer.echo(text, err=Verbosity.output_taken)
+
+
+def _plain_cell(cell: object) -> str:
+    """A cell's text in one line, without markup."""
+    return " ".join(Text.from_markup(str(cell)).plain.split())
 
 
 def say(text: str) -> None:
     """A line or several on standard error, whoever wrote it: nothing in it commands the terminal."""
-    stderr.print(plain_lines(text), markup=False, soft_wrap=True)
+    if not Verbosity.quiet:
+        stderr.print(plain_lines(text), markup=False, soft_wrap=True)
 
 
 def print_event(severity: int, text: str) -> None:
     """One line on standard error."""
+    if Verbosity.quiet and severity == Event.INFO:
+        return
     word, style = _SEVERITY[severity]
     stderr.print(f"[{style}]{word:>8}[/] ", escape(plain(text)), sep="", markup=True, soft_wrap=True)
 
@@ -70,9 +145,11 @@ def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:
     """A report as a table, a line a figure, named as in its JSON form."""
     table = Table(title=escape(plain(title)), title_justify="left", show_header=False, box=None, padding=(0, 2))
+    table.add_column()
+    table.add_column()
     for name, value in _flatten(figures):
         table.add_row(escape(plain(name)), escape(plain(_shown(value))))
-    output().print(table)
+    print_table(table)
 
 
 def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -10,7 +10,7 @@ from touchline.schemas.catalogue import load_template, placed
 from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import to_map
 from touchline.schemas.scenario import Origin
-from touchline.schemas.spec import Spec, first_problem
+from touchline.schemas.spec import Spec, problems_of
 from touchline.schemas.template import Placement, Template
 
 S = TypeVar("S", bound=Spec)
@@ -146,4 +146,4 @@ def _checked(kind: type[S], option: str, values: dict[str, float | bool]) -> S:
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        raise first_problem(error, option, values) from error
+        raise problems_of(error, option, values, kind) from error

@@ -1,6 +1,5 @@
 """``touchline echo``: the messages of a topic, of a recording or live."""
 
-import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ import typer
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import print_event
+from touchline.services.cli.display import print_event, print_json
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.message_source import LiveOption, SecondsOption, message_source
 from touchline.services.cli.options import ExitCode, JsonOption
@@ -100,7 +99,7 @@ def _show(message: "Recorded", field: str, as_json: bool) -> None:
     time_s = message.publish_time_ns / 1e9
     if as_json:
         line: dict[str, Any] = {"time_s": time_s, "log_time_s": message.log_time_ns / 1e9, "topic": message.topic}
-        typer.echo(json.dumps({**line, "field": field, "value": values} if field else {**line, "message": values}))
+        print_json({**line, "field": field, "value": values} if field else {**line, "message": values}, None)
     elif field and not isinstance(values, dict):
         typer.echo(f"{time_s:.6f}  {_shown(field, values)}")
     else:

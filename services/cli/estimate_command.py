@@ -1,6 +1,5 @@
 """``touchline estimate``: the estimator alone on the sensors of a session."""
 
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.messages import Event
-from touchline.services.cli.display import print_event, print_figures, progress_bar
+from touchline.services.cli.display import print_event, print_figures, print_json, progress_bar
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingArgument, check_plot
 from touchline.services.runs.estimating.reference_frame import FrameFit
@@ -58,7 +57,7 @@ def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOp
     if choice.plot is not None:
         draw_estimate(run, choice.align, choice.plot)
     if as_json:
-        typer.echo(json.dumps({**figures, "told": run.told}, indent=2))
+        print_json({**figures, "told": run.told})
     else:
         against = figures.pop("verdict")
         print_figures(f"Estimator on {file}", {name: value for name, value in figures.items() if value is not None})

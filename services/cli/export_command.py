@@ -9,9 +9,9 @@ import typer
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
-from touchline.services.cli.display import print_event, say
+from touchline.services.cli.display import print_event, print_json, say
 from touchline.services.cli.groups import with_groups
-from touchline.services.cli.options import ExitCode, RecordingArgument
+from touchline.services.cli.options import ExitCode, JsonOption, RecordingArgument
 from touchline.services.cli.table_choice import TableChoice
 from touchline.services.runs.writing import check_recordable, check_writable, write_text
 
@@ -47,6 +47,7 @@ def export(
             show_default=False,
         ),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Write topics of a recording as CSV or Parquet (a row a message), its field as GeoJSON, or a copy for viewers.
 
@@ -57,24 +58,29 @@ def export(
     if geojson is None and viewer is None and not tables.asked:
         remedy = "say what to write: --csv, --parquet, --geojson or --viewer"
         raise SpecError("command line", "--csv", "is missing", remedy)
-    problem = tables.write(file) if tables.asked else ""
+    written: dict[str, int] = {}
+    problem = tables.write(file, written) if tables.asked else ""
     if geojson is not None:
         from touchline.services.runs.earth_map import earth_map
 
         found = earth_map(file, robot)
         write_text(json.dumps(found, allow_nan=False) + "\n", geojson)
-        say(f"{len(found['features']):,} features in {geojson}")
+        written["features"] = len(found["features"])
+        say(f"{written['features']:,} features in {geojson}")
     if viewer is not None:
-        problem = "; ".join(filter(None, (problem, _copy_for_viewers(file, viewer))))
+        problem = "; ".join(filter(None, (problem, _copy_for_viewers(file, viewer, written))))
+    if as_json:
+        print_json({**written, "problem": problem})
     if problem:
         print_event(Event.WARN, f"{file}: {problem}")
         sys.exit(ExitCode.FAILED)
 
 
-def _copy_for_viewers(file: Path, out: Path) -> str:
+def _copy_for_viewers(file: Path, out: Path, written: dict[str, int]) -> str:
     """Returns what of the recording is not in the copy; empty if all is."""
     from touchline.services.bridge.viewing_copy import copy_with_viewing
 
     found, drawn = copy_with_viewing(file, out)
+    written["messages"] = found.messages
     say(f"{found.messages:,} messages in {out}, of which {drawn:,} are for viewers")
     return "; ".join(map(str, found.losses))

@@ -13,13 +13,20 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.messages import CommandRequest, TeamRobotRequest, TeamTaskRequest
+from touchline.schemas.messages import (
+    CommandRequest,
+    CommandResponse,
+    TeamRobotRequest,
+    TeamRobotResponse,
+    TeamTaskRequest,
+    TeamTaskResponse,
+)
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE
 from touchline.services.bus import Bus
-from touchline.services.cli.display import progress_bar, say
+from touchline.services.cli.display import print_json, print_line, progress_bar, say
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.job_bus import job_bus
@@ -206,22 +213,24 @@ def _sizes(text: str) -> list[int]:
 def task(
     what: Annotated[str, typer.Argument(metavar="KIND|FILE", help="deploy, swap, or a JSON file of a task.")],
     robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
 ) -> None:
     """Give a team on the bus a task: its coordinator sets it in motion, or has it go on with that."""
     text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text)
         response = bus.call(topics.TEAM_TASK, request, _TASK_S)
-    _told(response.success, response.message)
+    _report(response, as_json)
 
 
 def stop(
     robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
 ) -> None:
     """Pause every robot of a team on the bus; `touchline order resume` lets them go on."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
-    _told(response.success, response.message)
+    _report(response, as_json)
 
 
 def remove(
@@ -230,23 +239,27 @@ def remove(
         bool, typer.Option("--force", help="Though it may still drive: you answer for it that it does not.")
     ] = False,
     robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
 ) -> None:
     """Take a robot that has been carried away out of a team on the bus: nobody keeps off it any more."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
         response = bus.call(topics.TEAM_REMOVE, request, _ROBOT_S)
-    _told(response.success, response.message)
+    _report(response, as_json)
 
 
-def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE) -> None:
+def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE, as_json: JsonOption = False) -> None:
     """Have a robot join a team on the bus again that was taken out; it may stand elsewhere."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         response = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S)
-    _told(response.success, response.message)
+    _report(response, as_json)
 
 
-def _told(success: bool, message: str) -> None:
+def _report(response: CommandResponse | TeamTaskResponse | TeamRobotResponse, as_json: bool) -> None:
     """Print an answer; the exit code says whether it is a success."""
-    typer.echo(message)
-    if not success:
+    if as_json:
+        print_json({"success": response.success, "message": response.message})
+    else:
+        print_line(response.message)
+    if not response.success:
         raise typer.Exit(ExitCode.FAILED)

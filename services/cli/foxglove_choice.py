@@ -1,11 +1,14 @@
 """The options of the viewers' server, which ``touchline bridge`` and ``touchline up`` share."""
 
+import os
+import socket
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from touchline.schemas.errors import SpecError
+from touchline.schemas.optional_packages import require
 
 if TYPE_CHECKING:  # every process starts through this command line, and few need the server
     from touchline.services.bridge.foxglove import FoxgloveConfig
@@ -37,15 +40,33 @@ class FoxgloveChoice:
 
         Raises:
             SpecError: The address is none, or given without the server.
+            TouchlineError: The server's package is not installed.
         """
         if not self.foxglove:
             if self.foxglove_listen:
                 problem = f"is {self.foxglove_listen!r}"
                 raise SpecError("command line", "--foxglove-listen", problem, "give --foxglove, too")
             return None
+        require("foxglove", "--foxglove")
         from touchline.services.bridge.foxglove import DEFAULT_ADDRESS, FoxgloveConfig
 
         return FoxgloveConfig(self.foxglove_listen or DEFAULT_ADDRESS, self.clock)
+
+    def check_free(self) -> None:
+        """Refuse an address that somebody else listens on, before anything is started.
+
+        Raises:
+            SpecError: It cannot be listened on.
+        """
+        server = self.server()
+        if server is None:
+            return
+        try:
+            family = socket.AF_INET6 if ":" in server.host else socket.AF_INET
+            socket.create_server((server.host, server.port), family=family).close()
+        except OSError as error:
+            problem = f"is {server.address}, where it cannot listen ({os.strerror(error.errno or 0)})"
+            raise SpecError("command line", "--foxglove-listen", problem, "give another address") from error
 
     def told(self) -> str:
         """Where viewers find the robots, for who starts them; empty without the server."""

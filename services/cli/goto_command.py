@@ -17,7 +17,7 @@ from touchline.schemas.messages import Event, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.setup import Setup
-from touchline.schemas.spec import first_problem
+from touchline.schemas.spec import problems_of
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.cli.choices import SetupChoice, check_follower
 from touchline.services.cli.display import print_event, progress_bar, say
@@ -177,7 +177,7 @@ def _standing_at(setup: Setup, start: str | None) -> Setup:
         try:
             pose = Pose2.model_validate(data)
         except ValidationError as error:
-            raise first_problem(error, "--start", data) from error
+            raise problems_of(error, "--start", data, Pose2) from error
     return setup.model_copy(update={"scenario": setup.scenario.model_copy(update={"start": pose})})
 
 

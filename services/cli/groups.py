@@ -7,6 +7,9 @@ from functools import wraps
 from typing import Any, get_type_hints
 
 import typer
+from typer.models import CommandInfo
+
+from touchline.services.cli.verbosity import with_verbosity
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -42,10 +45,18 @@ def _fields_of(group: Any) -> list[inspect.Parameter]:
 
 
 def in_panel(app: typer.Typer, name: str) -> None:
-    """Put every subcommand that is in no panel of the help yet into that one."""
+    """Put every subcommand that is in no panel of the help yet into that one, and give it the options of all."""
     for command in app.registered_commands:
         if not isinstance(command.rich_help_panel, str):
             command.rich_help_panel = name
+            _add_verbosity(command)
     for group in app.registered_groups:
         if not isinstance(group.rich_help_panel, str):
             group.rich_help_panel = name
+            for command in group.typer_instance.registered_commands if group.typer_instance else ():
+                _add_verbosity(command)
+
+
+def _add_verbosity(command: CommandInfo) -> None:
+    if command.callback is not None:
+        command.callback = with_verbosity(command.callback)

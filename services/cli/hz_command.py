@@ -1,6 +1,5 @@
 """``touchline hz``: how often the messages of topics come, of a recording or live."""
 
-import json
 from dataclasses import asdict
 from typing import Annotated
 
@@ -9,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import output
+from touchline.services.cli.display import print_json, print_table
 from touchline.services.cli.message_source import LiveOption, SecondsOption, message_source
 from touchline.services.cli.options import JsonOption
 
@@ -34,7 +33,7 @@ def hz(
     with message_source(given or (), robot, seconds) as messages:
         rates = topic_rates(messages)
     if as_json:
-        typer.echo(json.dumps({name: asdict(rate) for name, rate in rates.items()}, indent=2))
+        print_json({name: asdict(rate) for name, rate in rates.items()})
         return
     table = Table(box=None, padding=(0, 2))
     table.add_column("topic")
@@ -44,4 +43,4 @@ def hz(
         counted, *measured = asdict(rate).values()
         figures = ("–" if value is None else f"{value:,.4g}" for value in measured)
         table.add_row(escape(plain(name)), f"{counted:,}", *figures)
-    output().print(table)
+    print_table(table)

@@ -1,6 +1,5 @@
 """``touchline import``: logs of other robots and receivers made into sessions."""
 
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from rich.table import Table
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import output, print_event, print_figures, progress_bar
+from touchline.services.cli.display import print_event, print_figures, print_json, print_table, progress_bar
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption
 
@@ -65,10 +64,10 @@ def import_(
     if choice.listed:
         streams, proposed = log_list(logs)
         if as_json:
-            typer.echo(json.dumps({"streams": streams, "mapping": proposed}, indent=2))
+            print_json({"streams": streams, "mapping": proposed})
             return
         _print_streams(streams)
-        typer.echo(json.dumps(proposed, indent=1))
+        print_json(proposed)
         return
     assert choice.out is not None
     check_recordable(choice.out)
@@ -77,7 +76,7 @@ def import_(
     with progress_bar("Import") as advance:
         done = import_logs(logs, mapping, choice.out, folder, advance)
     if as_json:
-        typer.echo(json.dumps({**done.figures, "told": done.told, "problem": done.problem}, indent=2))
+        print_json({**done.figures, "told": done.told, "problem": done.problem})
     else:
         print_figures(f"Session {choice.out}", done.figures)
     for line in done.told:
@@ -99,4 +98,4 @@ def _print_streams(streams: list[dict[str, object]]) -> None:
         rate = "–" if stream["rate_hz"] is None else f"{stream['rate_hz']:.4g}"
         texts = (escape(plain(str(stream[name]), 200)) for name in ("stream", "type"))
         table.add_row(*texts, f"{stream['messages']:,}", rate, *numbers, escape(plain(str(stream["note"]), 200)))
-    output().print(table)
+    print_table(table)

@@ -1,6 +1,5 @@
 """``touchline info``: what a recording holds, and what is lost of it."""
 
-import json
 from typing import Any
 
 import typer
@@ -9,7 +8,7 @@ from rich.table import Table
 
 from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
-from touchline.services.cli.display import output, print_event, print_figures
+from touchline.services.cli.display import print_event, print_figures, print_json, print_table
 from touchline.services.cli.options import JsonOption, RecordingArgument
 
 
@@ -24,7 +23,7 @@ def info(file: RecordingArgument, as_json: JsonOption = False) -> None:
 
     found = recording_info(file)
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        print_json(found)
         return
     shown = ("complete", "bytes", "messages", "duration_s", "sim_time_s", "wall_time")
     print_figures(f"Recording {file}", {**{name: found[name] for name in shown}, "robots": ", ".join(found["robots"])})
@@ -54,4 +53,4 @@ def _print_topics(topics: dict[str, dict[str, Any]]) -> None:
         rate = "–" if topic["rate_hz"] is None else f"{topic['rate_hz']:.4g}"
         texts = (escape(plain(text)) for text in (name, topic["type"], topic["encoding"]))
         table.add_row(*texts, f"{topic['messages']:,}", rate, f"{topic['bytes']:,}")
-    output().print(table)
+    print_table(table)

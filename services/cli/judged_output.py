@@ -9,7 +9,7 @@ import typer
 from rich import box
 from rich.table import Table
 
-from touchline.services.cli.display import output, say
+from touchline.services.cli.display import print_line, print_table, say
 from touchline.services.cli.options import ExitCode
 from touchline.services.runs.writing import write_text, writing
 
@@ -85,9 +85,9 @@ def print_tables(tables: "Sequence[JudgedTable]") -> None:
         for row in judged.rows:
             *cells, verdict = row.texts
             table.add_row(*cells, f"[{_STYLES[row.met]}]{verdict}[/]")
-        output().print(table)
+        print_table(table)
         if judged.note:
-            output().print(judged.note, highlight=False, markup=False)
+            print_line(judged.note)
 
 
 def exit_if_missed(tables: "Sequence[JudgedTable]") -> None:

@@ -1,6 +1,5 @@
 """``touchline order|fault|topics``: the robot's services from a shell, and the list of all there are."""
 
-import json
 import sys
 import uuid
 from collections.abc import Iterable, Iterator
@@ -23,7 +22,7 @@ from touchline.schemas.spec import read_text
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, UrgentOrder, insist
 from touchline.services.bus.config import named_robots
-from touchline.services.cli.display import output
+from touchline.services.cli.display import print_json, print_table
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.services.system.priority import FIRST, run_at
 
@@ -139,7 +138,7 @@ def _tell(
         refused |= not answer.success
         if as_json:
             told = {"robot": robot, "order": what, "success": answer.success, "message": said}
-            typer.echo(json.dumps(told, indent=2))
+            print_json(told)
         elif answer.success:
             typer.echo(f"{shown}: {said}")
         else:
@@ -178,7 +177,7 @@ def list_topics(
             for topic in topics.TOPICS
         ]
         services = [{"name": service.name, "type": service.ros_type} for service in topics.SERVICES]
-        typer.echo(json.dumps({"topics": rows, "services": services}, indent=2))
+        print_json({"topics": rows, "services": services})
         return
     table = Table(Column("topic", no_wrap=True), Column("type", no_wrap=True), "Hz", "units", "", box=box.SIMPLE_HEAD)
     table.caption, table.caption_justify = "R: recorded; L: late joiners get the last one", "left"
@@ -189,9 +188,8 @@ def list_topics(
     offered = Table(Column("service", no_wrap=True), "type", box=box.SIMPLE_HEAD)
     for service in topics.SERVICES:
         offered.add_row(service.name, service.ros_type.replace("/srv/", "/"))
-    console = output()
-    console.print(table)
-    console.print(offered)
+    print_table(table)
+    print_table(offered)
 
 
 def _write_definitions(folder: Path) -> None:

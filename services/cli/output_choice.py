@@ -1,6 +1,5 @@
 """What comes of a command's work: figures as a table or as JSON; of a finished job a recording and a picture, too."""
 
-import json
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from touchline.schemas.setup import Setup
-from touchline.services.cli.display import print_figures
+from touchline.services.cli.display import print_figures, print_json
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
 from touchline.services.runs.writing import check_recordable, check_writable, write_json
 
@@ -22,7 +21,7 @@ def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: b
         SpecError: The file cannot be written.
     """
     if as_json:
-        typer.echo(json.dumps(figures, indent=2))
+        print_json(figures)
     else:
         print_figures(title, figures)
     if report is not None:

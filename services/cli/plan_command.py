@@ -1,7 +1,6 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
 import signal
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -102,15 +101,16 @@ class PlanOutput:
 def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, output: PlanOutput) -> None:
     """Plan a template: from the lines to mark, or the area to cover, to the trajectory that the robot drives."""
     with without_collecting():
+        from touchline.services.core.stopwatch import Stopwatch
         from touchline.services.planner.plan import plan as make_plan
 
     options = planning.options()
-    begun = time.perf_counter()
+    watch = Stopwatch()
     template, vehicle = drawing.chosen(), body.chosen()
     with progress_bar("Planning") as advance, first_interrupt() as interrupted, without_collecting():
         planned = make_plan(
             template, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
         )
-    timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    timed = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
     warn_of_shortages(timed, vehicle)
     output.deliver(replace(planned, report=timed), template, vehicle)

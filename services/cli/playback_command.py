@@ -1,6 +1,5 @@
 """``touchline playback``: controls a replay on the bus."""
 
-import json
 import math
 import sys
 import time
@@ -26,7 +25,7 @@ from touchline.schemas.replay_steps import STEP_S
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus
 from touchline.services.bus.config import named_robots
-from touchline.services.cli.display import print_figures
+from touchline.services.cli.display import print_figures, print_json
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of, speed_factor
 
 _LOOK_S = 0.5
@@ -57,7 +56,7 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
         finite = {
             key: None if isinstance(value, float) and math.isnan(value) else value for key, value in figures.items()
         }
-        typer.echo(json.dumps(finite, indent=2))
+        print_json(finite)
     else:
         print_figures("Replay", {**figures, "robots": ", ".join(told.robots)})
 
@@ -172,7 +171,7 @@ def _tell(told: _Told, as_json: bool) -> None:
     success, said = told.answer.success, plain(told.answer.message)
     if as_json:
         figures = {"robot": told.robot, "order": told.order, "success": success, "message": said}
-        typer.echo(json.dumps(figures, indent=2))
+        print_json(figures)
     elif success:
         typer.echo(f"{told.order}: {said}")
     else:

@@ -1,6 +1,5 @@
 """``touchline record``: the session on the bus to a file."""
 
-import json
 import sys
 import time
 import uuid
@@ -14,7 +13,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest
 from touchline.services.bus import Bus
 from touchline.services.bus.config import named_robots
-from touchline.services.cli.display import print_event, print_figures, say
+from touchline.services.cli.display import print_event, print_figures, print_json, say
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.writing import check_recordable
@@ -73,7 +72,7 @@ def record(
     if problem:
         figures["problem"] = problem
     if as_json:
-        typer.echo(json.dumps(figures, indent=2))
+        print_json(figures)
     else:
         print_figures(f"Recording {file}", figures)
     if watch.interrupted:

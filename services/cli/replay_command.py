@@ -1,6 +1,5 @@
 """``touchline replay``: a recording back onto the bus."""
 
-import json
 import math
 import sys
 from dataclasses import asdict
@@ -12,7 +11,7 @@ import typer
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Event
 from touchline.services.bus import BusConfig
-from touchline.services.cli.display import print_event, print_figures, progress_bar
+from touchline.services.cli.display import print_event, print_figures, print_json, progress_bar
 from touchline.services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
 from touchline.services.system.shutdown import until_stopped
 
@@ -79,7 +78,7 @@ def replay(
         )
         interrupted = bool(stop)
     if as_json:
-        typer.echo(json.dumps(asdict(sent), indent=2))
+        print_json(asdict(sent))
     else:
         print_figures(f"Replay of {file}", asdict(sent))
     for reason in sent.reasons:

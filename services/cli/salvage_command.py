@@ -1,6 +1,5 @@
 """``touchline salvage``: what is left of a damaged recording, as a sound one."""
 
-import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.messages import Event
-from touchline.services.cli.display import print_event, print_figures
+from touchline.services.cli.display import print_event, print_figures, print_json
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingArgument
 from touchline.services.runs.writing import check_recordable
 
@@ -35,7 +34,7 @@ def salvage(
     if as_json:
         figures["losses"] = [asdict(loss) for loss in found.losses]
         figures["ending"] = found.ending
-        typer.echo(json.dumps(figures, indent=2))
+        print_json(figures)
     else:
         shown = {**figures, "lost": "unknown" if found.lost is None else found.lost}
         print_figures(f"Salvaged from {file}", shown)

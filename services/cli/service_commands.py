@@ -1,6 +1,5 @@
 """``touchline planner|robot-sim|bridge|tui``: each process alone."""
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +12,7 @@ from touchline.schemas.team import TeamScenario
 from touchline.services.bus import BusConfig
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice, VehicleChoice
+from touchline.services.cli.display import print_json
 from touchline.services.cli.drawing import OriginOption, parse_origin
 from touchline.services.cli.foxglove_choice import FoxgloveChoice
 from touchline.services.cli.groups import with_groups
@@ -91,7 +91,7 @@ def bridge(
     )
     if report is not None:
         figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
-        typer.echo(json.dumps(figures | ({"problem": report.problem} if report.problem else {})))
+        print_json(figures | ({"problem": report.problem} if report.problem else {}), None)
 
 
 def coordinator(

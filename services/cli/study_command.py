@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 
 from touchline.services.cli.coverage_study_output import coverage_study
-from touchline.services.cli.display import output, progress_bar, say
+from touchline.services.cli.display import print_line, print_table, progress_bar, say
 from touchline.services.cli.judged_output import StudyPlaces
 from touchline.services.cli.network_study_output import network_study
 from touchline.services.cli.options import ExitCode, JsonOption
@@ -95,11 +95,10 @@ def study(
             gain.add_column(heading)
         for cause in with_total(result.causes):
             gain.add_row(*cause.cells)
-        console = output()
-        console.print(gain)
-        console.print(table)
+        print_table(gain)
+        print_table(table)
         for row in result.rows:
             if row.note:
-                console.print(f"{row.number}: {row.note}", highlight=False, markup=False)
+                print_line(f"{row.number}: {row.note}")
     if any(row.met is False for row in result.rows):
         raise typer.Exit(ExitCode.FAILED)

@@ -1,6 +1,5 @@
 """What comes of a sweep: a table or JSON of every combination's figures, a report, and a line per run."""
 
-import json
 import math
 import sys
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ import typer
 from rich.table import Table
 
 from touchline.schemas.messages import Event
-from touchline.services.cli.display import output, print_event
+from touchline.services.cli.display import print_event, print_json, print_line, print_table
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
 from touchline.services.runs.writing import check_writable, write_json
 
@@ -107,7 +106,7 @@ class SweepOutput:
 
         figures = swept.figures(cases)
         if self.as_json:
-            typer.echo(json.dumps(figures, indent=2))
+            print_json(figures)
         else:
             _print(figures, swept.wanted)
         if self.report is not None:
@@ -123,7 +122,6 @@ class SweepOutput:
 
 
 def _print(figures: dict[str, Any], wanted: int) -> None:
-    console = output()
     for combination in figures["combinations"]:
         setting = ", ".join(f"{name}={value}" for name, value in combination["set"].items())
         failed = combination["failed_seeds"]
@@ -135,14 +133,14 @@ def _print(figures: dict[str, Any], wanted: int) -> None:
             shown, scale, digits = _SHOWN.get(name, (name, 1.0, 4))
             numbers = (f"{scale * values[column]:,.{digits}f}" for column in ("mean", "p95", "worst"))
             table.add_row(shown, *numbers, str(values["worst_seed"]))
-        console.print(table)
+        print_table(table)
         if "within_2cm_2deg_pct" in combination:
-            console.print(f"  within 2 cm and 2° of the goal: {combination['within_2cm_2deg_pct']:.1f} % of the runs")
+            print_line(f"  within 2 cm and 2° of the goal: {combination['within_2cm_2deg_pct']:.1f} % of the runs")
         if failed:
-            console.print(f"  failed with seeds {', '.join(map(str, failed[:20]))}{' …' if len(failed) > 20 else ''}")
+            print_line(f"  failed with seeds {', '.join(map(str, failed[:20]))}{' …' if len(failed) > 20 else ''}")
     done = len(figures["runs"])
     wall_s, factor = figures["wall_time_s"], figures["real_time_factor"]
-    console.print(f"{done} of {wanted} runs in {wall_s:.1f} s, {factor:,.0f}× real time in all")
+    print_line(f"{done} of {wanted} runs in {wall_s:.1f} s, {factor:,.0f}× real time in all")
 
 
 def _work(combination: dict[str, Any]) -> str:

@@ -1,6 +1,5 @@
 """``touchline up|status|down``: the whole system on this machine."""
 
-import json
 import sys
 from dataclasses import asdict, astuple, dataclass
 from typing import Annotated, Any
@@ -16,7 +15,7 @@ from touchline.schemas.plain_text import plain
 from touchline.services.bus import Bus, BusConfig, CallError
 from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice
-from touchline.services.cli.display import output, print_event, say
+from touchline.services.cli.display import print_event, print_json, print_line, print_table, say
 from touchline.services.cli.foxglove_choice import FoxgloveChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import (
@@ -67,6 +66,7 @@ def up(
     from touchline.services.robot_sim.together import check_together
 
     config = BusConfig.from_environment()
+    viewers.check_free()
     shown = [config for config in (viewers.with_clock(ros.gateway()), viewers.server()) if config is not None]
     robots = robot.chosen_robots(fleet, config.namespaces)
     if not apart:
@@ -97,7 +97,7 @@ def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
     """Stop what `touchline up` runs on this bus: all of it, or the systems of the robots that are named."""
     pids = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S, robot or named_robots())
     if as_json:
-        typer.echo(json.dumps({"stopped_pids": pids}))
+        print_json({"stopped_pids": pids})
     else:
         typer.echo(f"stopped (pid {', '.join(map(str, pids))})" if pids else "nothing was running")
 
@@ -133,7 +133,7 @@ def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
         names = named or bus.roster().look((*topics.SERVING, topics.REPLAY), _LOOK_S) or config.namespaces
         robots = [_robot(bus if name == bus.namespace else bus.of(name)) for name in names]
     if as_json:
-        typer.echo(json.dumps({"endpoint": config.endpoint, "robots": [asdict(each) for each in robots]}, indent=2))
+        print_json({"endpoint": config.endpoint, "robots": [asdict(each) for each in robots]})
     else:
         _print(config.endpoint, robots)
     if any(service.state == _MISSING for each in robots for service in each.services):
@@ -187,10 +187,9 @@ def _traversal(bus: Bus) -> dict[str, Any] | None:
 
 
 def _print(endpoint: str, robots: list[RobotState]) -> None:
-    console = output()
     for robot in robots:
         pid = f", supervisor pid {robot.supervisor_pid}" if robot.supervisor_pid else ""
-        console.print(f"robot {robot.namespace} on {endpoint}{pid}", markup=False)
+        print_line(f"robot {robot.namespace} on {endpoint}{pid}")
     several = len(robots) > 1
     table = Table(*(["robot"] if several else []), "service", "state", *_COUNTS)
     for robot in robots:
@@ -198,11 +197,11 @@ def _print(endpoint: str, robots: list[RobotState]) -> None:
             name = [robot.namespace if number == 0 else ""] if several else []
             values = ("–" if value is None else escape(plain(str(value))) for value in asdict(state).values())
             table.add_row(*name, *values)
-    console.print(table)
+    print_table(table)
     for robot in robots:
         if robot.traversal:
             whose = f"{robot.namespace}: " if several else "traversal: "
-            console.print(plain(f"{whose}{_in_words(robot.traversal)}"), markup=False)
+            print_line(f"{whose}{_in_words(robot.traversal)}")
 
 
 def _in_words(job: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.errors import SpecError
+from touchline.schemas.optional_packages import require
 from touchline.services.cli.display import say
 
 
@@ -25,13 +26,22 @@ class TableChoice:
         Path | None, typer.Option(metavar="FILE", help="Write the topics as Parquet here.", show_default=False)
     ] = None
 
+    def __post_init__(self) -> None:
+        """Refuse a form that cannot be written here.
+
+        Raises:
+            TouchlineError: Its package is not installed.
+        """
+        if self.parquet is not None:
+            require("pyarrow", "--parquet")
+
     @property
     def asked(self) -> bool:
         """Whether there is a table to write."""
         return self.csv is not None or self.parquet is not None or bool(self.topics)
 
-    def write(self, recording: Path) -> str:
-        """Write the tables; returns what of the recording is in none, empty if all is.
+    def write(self, recording: Path, written: dict[str, int]) -> str:
+        """Write the tables and count their rows in ``written``; returns what is in none of them, empty if all is.
 
         Raises:
             SpecError: No topic is given, or no file.
@@ -46,6 +56,7 @@ class TableChoice:
         table = table_of(recording, self.topics)
         for path, write in ((self.csv, write_csv), (self.parquet, write_parquet)):
             if path is not None:
-                say(f"{write(table, path):,} rows in {path}")
+                written["rows"] = write(table, path)
+                say(f"{written['rows']:,} rows in {path}")
         damaged = f"{table.damaged:,} messages cannot be decoded" if table.damaged else ""
         return "; ".join(filter(None, (damaged, table.problem)))

@@ -1,6 +1,5 @@
 """``touchline templates``: what can be planned out of the box, from text, and from other programs' drawings."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +13,7 @@ from touchline.schemas.lettering import Corners, write
 from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
-from touchline.services.cli.display import output, print_event, progress_bar, say
+from touchline.services.cli.display import print_event, print_json, print_table, progress_bar, say
 from touchline.services.cli.drawing import DrawingChoice, MapOriginOption, PlaceChoice, SetOption, laid
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import JsonOption, check_plot
@@ -111,7 +110,7 @@ def _list(given: dict[str, object], as_json: bool) -> None:
         if value is not None:
             raise SpecError("command line", option, "is given without a template", f"name one of: {', '.join(FIELDS)}")
     if as_json:
-        typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
+        print_json([_row(field) for field in FIELDS.values()])
         return
     table = Table(Column("name", no_wrap=True), "title", "strokes", "line, area", "parameters")
     for field_name, field in FIELDS.items():
@@ -119,7 +118,7 @@ def _list(given: dict[str, object], as_json: bool) -> None:
         shown = ", ".join(parameter.name for parameter in field.parameters)
         extent = f"{template.area_m2:,.1f} m²" if template.areas else f"{template.length_m:.1f} m"
         table.add_row(field_name, template.title, str(len(template.segments)), extent, shown)
-    output().print(table)
+    print_table(table)
 
 
 def text(

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from touchline.schemas.optional_packages import require
+
 if TYPE_CHECKING:
     from touchline.services.runs.places import Done, Lost, Shared, Task, Work
 
@@ -21,6 +23,15 @@ class WorkersChoice:
             metavar="ADDRESS", help="Address of a Dask scheduler, to use its workers instead.", show_default=False
         ),
     ] = None
+
+    def __post_init__(self) -> None:
+        """Refuse workers that cannot be reached from here.
+
+        Raises:
+            TouchlineError: Dask is not installed.
+        """
+        if self.dask is not None:
+            require("distributed", "--dask")
 
     def done(
         self, work: "Work[Shared, Task, Done]", shared: "Shared", tasks: "Sequence[Task]", lost: "Lost[Task, Done]"

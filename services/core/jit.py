@@ -178,7 +178,12 @@ class Kernel(CPUDispatcher):
     For Python it is optimised, made into machine code, wrapped and cached. Most kernels are called by other kernels
     only, whose code then holds theirs. Numba would do all of that for each of them nevertheless, and once more for
     every constant that it is called with, as a type of its own: half of the robot's first start.
+
+    Attributes:
+        preparing_s: Time that this process has spent on compiling or loading kernels.
     """
+
+    preparing_s = 0.0
 
     def __init__(self, function: Callable[..., Any], *, counting: bool = True, locked: bool = True) -> None:
         """Nothing is compiled before the first call.
@@ -195,13 +200,15 @@ class Kernel(CPUDispatcher):
         self._codes: dict[Any, Callable[..., Any]] = {}
 
     def compile(self, sig: Any) -> Any:
-        """What Numba asks for when Python calls with types that are new; Python then collects less garbage."""
+        """Compile or load the code for new types, when Python calls; Python collects less garbage meanwhile."""
         with global_compiler_lock:
             often = gc.get_threshold()
             gc.set_threshold(_OBJECTS, *often[1:])
+            begun_s = time.perf_counter()
             try:
                 return super().compile(sig)
             finally:
+                Kernel.preparing_s += time.perf_counter() - begun_s
                 gc.set_threshold(*often)
 
     def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:

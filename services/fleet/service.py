@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.spec import first_problem
+from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
@@ -338,7 +338,7 @@ def parse_task(text: str) -> TaskSpec:
     try:
         spec: TaskSpec = TypeAdapter(TaskSpec).validate_json(text)
     except ValidationError as error:
-        raise first_problem(error, "task", {}) from error
+        raise problems_of(error, "task", {}) from error
     return spec
 
 

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from touchline.schemas.optional_packages import require
 from touchline.services.imports.foreign_sensors import FIXED, FLOAT, NONE, SINGLE
 from touchline.services.imports.log_table import Floats, LogContent, LogError, LogStream, LogTable
 from touchline.services.imports.receiver_frames import NMEA, UBX, FrameCounts, frames
@@ -29,11 +30,10 @@ class ReceiverLog:
     """One file; each kind of message is a stream."""
 
     def __init__(self, path: Path) -> None:
-        try:
-            import pynmeagps
-            import pyubx2
-        except ImportError as error:
-            raise LogError(f"{path}: NMEA and UBX need further packages; pip install 'touchline[import]'") from error
+        require("pyubx2", f"{path}: reading NMEA or UBX")
+        import pynmeagps
+        import pyubx2
+
         self._parse_nmea: Callable[[bytes], Any] = pynmeagps.NMEAReader.parse
         self._parse_ubx: Callable[[bytes], Any] = pyubx2.UBXReader.parse
         self._ubx_names: dict[bytes, str] = pyubx2.UBX_MSGIDS

@@ -1,6 +1,5 @@
 """Answers plan requests, for the service and for the command line."""
 
-import time
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
@@ -10,6 +9,7 @@ from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.stopwatch import Stopwatch
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.tour import ordering
@@ -30,13 +30,13 @@ def answer(
         vehicle: The planner's own.
         progress: Told stage and fraction.
     """
-    begun = time.perf_counter()
+    watch = Stopwatch()
     try:
         asked_for = vehicle_of(request.vehicle_json) if request.vehicle_json else vehicle
         planned, message = _to_goal(request, asked_for) if request.goal else _template(request, asked_for, progress)
     except TouchlineError as error:
         return PlanResponse(success=False, message=str(error))
-    report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    report = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
     return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)
 
 

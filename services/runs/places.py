@@ -120,13 +120,11 @@ def on_dask(
     Dask gives the task of a worker that died to another one; `lost` is of those that killed several.
 
     Raises:
-        TouchlineError: Dask is not installed, or the scheduler does not answer, or not any more.
+        TouchlineError: The scheduler does not answer, or not any more.
     """
-    try:
-        from distributed import Client, KilledWorker
-        from distributed import as_completed as completed
-    except ImportError as error:
-        raise TouchlineError("--dask needs Dask: pip install 'touchline[sweep]'") from error
+    from distributed import Client, KilledWorker
+    from distributed import as_completed as completed
+
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say is told by errors
     try:

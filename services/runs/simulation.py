@@ -21,6 +21,7 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.stopwatch import Stopwatch
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
@@ -64,10 +65,10 @@ class Job:
         Raises:
             PlanningError: It cannot be planned.
         """
-        begun = time.perf_counter()
+        watch = Stopwatch()
         vehicle = vehicle or Vehicle()
         planned = plan(template, vehicle, options, lambda stage, fraction: progress(fraction, f"Planning: {stage}"))
-        report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+        report = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
         return cls(template, vehicle, options, planned.trajectory, report)
 
 

@@ -7,7 +7,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from touchline.schemas.errors import TouchlineError
 from touchline.services.runs.table_columns import JSON_FORM, TableColumn, TableRows
 from touchline.services.runs.writing import replacing
 
@@ -39,14 +38,11 @@ def write_parquet(table: TableRows, path: Path) -> int:
     """Write Parquet, each column with its unit in its metadata; returns the number of rows.
 
     Raises:
-        TouchlineError: PyArrow is not installed.
         SpecError: The file cannot be written.
     """
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError as error:
-        raise TouchlineError("--parquet needs PyArrow: pip install 'touchline[parquet]'") from error
+    import pyarrow as pa
+    from pyarrow import parquet
+
     schema = pa.schema([*_time_fields(), *map(_field, table.columns)])
     count = 0
     with replacing(path) as part, parquet.ParquetWriter(part, schema) as writer:

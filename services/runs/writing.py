@@ -2,12 +2,18 @@
 
 import json
 import os
+import shutil
+import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from touchline.schemas.errors import SpecError
+
+#: As the name of a file to write: standard output.
+STANDARD_OUTPUT: Final = Path("-")
 
 
 @contextmanager
@@ -35,7 +41,7 @@ def check_writable(*paths: Path | None) -> None:
         SpecError: A path is a folder, is in none, or may not be written.
     """
     for path in paths:
-        if path is None:
+        if path is None or path == STANDARD_OUTPUT:
             continue
         with writing(path):  # a name that is too long, say
             if path.is_dir():
@@ -73,10 +79,20 @@ def check_recordable(path: Path | None) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """A file to write, which takes the place of ``path`` when it is whole; else that stays as it was.
 
+    What is written for `STANDARD_OUTPUT` goes there when it is whole.
+
     Raises:
         SpecError: It cannot be written.
     """
     with writing(path):
+        if path == STANDARD_OUTPUT:
+            with tempfile.TemporaryDirectory() as folder:
+                yield Path(folder) / "output"
+                sys.stdout.flush()
+                with (Path(folder) / "output").open("rb") as whole:
+                    shutil.copyfileobj(whole, sys.stdout.buffer)
+                sys.stdout.buffer.flush()
+            return
         if path.exists() and not path.is_file():  # a pipe, say
             yield path
             return

@@ -221,10 +221,8 @@ def test_an_address_that_is_taken_or_none_is_refused_in_a_line(system: System, m
     for wrong in ("8765", "localhost:", "localhost:70000", ":8765"):
         with pytest.raises(SpecError, match="give HOST:PORT"):
             FoxgloveConfig(wrong)
-    for name in [name for name in sys.modules if name.endswith("robot_viewers")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "touchline.services.bridge.foxglove.robot_viewers", None)
-    with pytest.raises(TouchlineError, match=r"pip install 'touchline\[foxglove\]'"):
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    with pytest.raises(TouchlineError, match=r"--foxglove needs .* pip install 'foxglove-sdk"):
         serve_viewers([system.bus], FoxgloveConfig())
 
 

@@ -18,7 +18,7 @@ SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
 
 def assert_harmless(*shown):
     for text in shown:
-        assert not [char for char in text if (ord(char) < 32 and char != "\n") or 127 <= ord(char) < 160]
+        assert not [char for char in text if (ord(char) < 32 and char not in "\t\n") or 127 <= ord(char) < 160]
         assert "\u202e" not in text
 
 

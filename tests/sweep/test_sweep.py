@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from tests.sweep.combining import combined
-from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.runs.places import here, in_processes, on_dask
+from touchline.services.runs.places import here, in_processes
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
 from touchline.services.runs.sweep.task import SweepRun, lost_run, perform, prepare
@@ -125,10 +125,3 @@ def test_a_run_that_could_not_be_done_is_told_and_not_counted():
     (combination,) = summarise([SweepCase({}, "t", Scenario(), OnboardConfig(), PlanOptions())], runs)["combinations"]
     assert (combination["runs"], combination["failed_seeds"]) == (3, [2, 3])
     assert combination["figures"]["gap_m"]["mean"] == 2.0
-
-
-def test_without_dask_its_absence_is_told(ran, monkeypatch):
-    _, jobs, tasks, _ = ran
-    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    with pytest.raises(TouchlineError, match=r"touchline\[sweep\]"):
-        next(on_dask(perform, jobs, tasks, "tcp://127.0.0.1:1", lost_run))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.optional_packages import require
 from touchline.services.bridge.foxglove.viewer_address import DEFAULT_ADDRESS, FoxgloveConfig
 from touchline.services.bus import Bus
 
@@ -26,8 +26,7 @@ def serve_viewers(buses: Sequence[Bus], config: FoxgloveConfig) -> AbstractConte
     Raises:
         TouchlineError: Foxglove's SDK is not installed, or the address cannot be listened on.
     """
-    try:
-        from touchline.services.bridge.foxglove.robot_viewers import Viewers
-    except ImportError as error:
-        raise TouchlineError("--foxglove needs Foxglove's SDK: pip install 'touchline[foxglove]'") from error
+    require("foxglove", "--foxglove")
+    from touchline.services.bridge.foxglove.robot_viewers import Viewers
+
     return Viewers.open(buses, config)

@@ -12,7 +12,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.spec import EVERY_FIELD, first_problem, parse
+from touchline.schemas.spec import EVERY_FIELD, parse, problems_of
 from touchline.schemas.team import TeamScenario
 from touchline.services.planner.goal_plan import GOAL_OPTIONS
 
@@ -141,7 +141,7 @@ def _changed(base: M, prefix: str, values: Mapping[str, Any], known: Collection[
     try:
         return type(base).model_validate({**base.model_dump(), **values})
     except ValidationError as error:
-        raise first_problem(error, f"--set {prefix.rstrip('.')}", values) from error
+        raise problems_of(error, f"--set {prefix.rstrip('.')}", values, type(base)) from error
 
 
 def _put(fields: dict[str, Any], name: str, place: str, value: Any, owner: str) -> None:

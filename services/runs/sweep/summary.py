@@ -11,7 +11,7 @@ from touchline.schemas.team import TeamScenario
 from touchline.services.runs.arrival import NEAR_M, NEAR_RAD, goal_figures
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.task import SweepRun
-from touchline.services.runs.writing import writing
+from touchline.services.runs.writing import replacing
 
 #: Figures of which more is better; of all others less is.
 MORE_IS_BETTER: Final = (
@@ -96,7 +96,7 @@ def write_csv(report: dict[str, Any], path: Path) -> None:
     """
     rows = [{**run["set"], **{name: value for name, value in run.items() if name != "set"}} for run in report["runs"]]
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(rows)
