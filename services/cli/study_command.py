@@ -84,7 +84,8 @@ def study(
     if as_json:
         typer.echo(json_text(result.rows, result.causes), nl=False)
     else:
-        table = Table(title="The study's requirements", title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
+        title = "The study's requirements, and what Touchline demands of itself in each"
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
         for heading in HEADINGS:
             table.add_column(heading)
         for row in result.rows:

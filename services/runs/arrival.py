@@ -10,6 +10,11 @@ NEAR_RAD: Final = math.radians(2.0)
 """What a small robot is to keep to in truth: so near to a goal, and so little turned."""
 
 
+ARRIVED_M: Final = 0.05
+ARRIVED_RAD: Final = NEAR_RAD
+"""How far off its goal a robot that came to rest has arrived nevertheless."""
+
+
 class ReachedPose(NamedTuple):
     """Where a robot is: position (m) and heading (rad), map frame."""
 
@@ -30,6 +35,23 @@ class ReachedPose(NamedTuple):
     def turned_rad(self, goal: PoseGoal) -> float:
         """By how much its heading is to the left of the goal's, -π to π; NaN if any will do."""
         return math.remainder(self.heading_rad - goal.heading_rad, math.tau)
+
+
+def missed(goal: PoseGoal, believed: ReachedPose | None, true: ReachedPose | None) -> str:
+    """How a robot that came to rest missed its goal; empty if it is there.
+
+    It is there within `ARRIVED_M` and `ARRIVED_RAD` as it believes and, if it is emulated, in truth.
+    """
+    for pose, belief in ((believed, ", as it believes"), (true, " in truth")):
+        if pose is None:
+            continue
+        off_m, turned_rad = pose.off_m(goal), pose.turned_rad(goal)
+        if off_m > ARRIVED_M:
+            return f"it rests {off_m:.3f} m from the goal{belief}; at most {ARRIVED_M:g} m is arrived"
+        if abs(turned_rad) > ARRIVED_RAD:
+            turned_deg, most_deg = abs(math.degrees(turned_rad)), math.degrees(ARRIVED_RAD)
+            return f"it rests {turned_deg:.1f}° off the goal's heading{belief}; at most {most_deg:g}° is arrived"
+    return ""
 
 
 def arrival_figures(

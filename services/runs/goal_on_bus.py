@@ -21,7 +21,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.messages.base import Message
 from touchline.services.bus import Bus
-from touchline.services.runs.arrival import ReachedPose, arrival_figures
+from touchline.services.runs.arrival import ReachedPose, arrival_figures, missed
 from touchline.services.runs.bus_run import JobFailed, Watcher
 
 #: Planning and taking over included.
@@ -124,9 +124,10 @@ class GoalOnBus:
 
     def _figures(self, answer: GotoResponse, report: TraversalReport) -> dict[str, Any]:
         believed, true = (self._reached(topic) for topic in (topics.ODOMETRY, topics.TRUTH))
+        problem = missed(self.goal, believed, true) if report.success else self._status.reason
         return {
-            "success": report.success,
-            "reason": self._status.reason,
+            "success": report.success and not problem,
+            "reason": problem or self._status.reason,
             "arrival": arrival_figures(self.goal, answer.total_time, report.total_time_s, believed, true),
         }
 

@@ -13,7 +13,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
-from touchline.services.runs.arrival import ReachedPose, arrival_figures
+from touchline.services.runs.arrival import ReachedPose, arrival_figures, missed
 from touchline.services.runs.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
 from touchline.services.runs.simulation import GivenDrive, Outcome, Products, carry_out
 
@@ -38,14 +38,21 @@ class GoalDrive:
     believed: ReachedPose
     true: ReachedPose
 
+    @property
+    def problem(self) -> str:
+        """Why it is no success; empty if it is one."""
+        if not self.outcome.report.success:
+            return self.outcome.reason or "the robot did not get to its goal"
+        return missed(self.goal, self.believed, self.true)
+
     def figures(self) -> dict[str, Any]:
         """As JSON."""
         report = self.outcome.report
         taken_s = report.total_time_s
         planned_s = self.plan.report.total_time_s
         return {
-            "success": report.success,
-            "reason": self.outcome.reason,
+            "success": not self.problem,
+            "reason": self.problem or self.outcome.reason,
             "arrival": arrival_figures(self.goal, planned_s, taken_s, self.believed, self.true),
             "plan": {**plan_figures(self.plan.report), "notes": list(self.plan.notes)},
             "traversal": traversal_figures(report, self.outcome.wall_time_s),

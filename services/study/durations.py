@@ -12,10 +12,9 @@ from typing import NamedTuple
 from touchline.services.planner.plan import Plan
 from touchline.services.study.bound import straight_hops_s
 from touchline.services.study.driven_template import DPP, STUDY_CCD, STUDY_SPEED_MPS
-from touchline.services.study.pitch import HAND_ORDERED, STUDY_SIGMA_1PM2, Pitch
+from touchline.services.study.pitch import HAND_ORDERED, IDEAL_SIGMA_1PM2, STUDY_SIGMA_1PM2, Pitch
 from touchline.services.study.table import Row
 
-IDEAL_SIGMA_1PM2 = 3.0
 # How long the study's DPP took on its own pitch.
 STUDY_DPP_S = 18 * 60 + 41
 

@@ -23,6 +23,7 @@ from touchline.services.study.table import Row
 
 STUDY_SIGMA_1PM2 = 1.0
 # (σ_max 1/m², most that ours may be longer than DPP without padding); the last is the σ of the dynamics at 1.5 m/s.
+IDEAL_SIGMA_1PM2 = 3.0
 LENGTH_TARGETS = ((1.0, 0.05), (2.1, 0.03), (7.0, 0.015))
 # Law 1 of the game describes the markings in this order; the shipped template has one that was optimised by hand.
 HAND_ORDERED = ", by hand"
@@ -114,7 +115,21 @@ def length_rows(pitch: Pitch, suffix: str = "") -> list[Row]:
                 else "against plain Dubins without padding, painted lines included, κ_max = 1.125 for all.",
             )
         )
+    rows.append(_ideal_row(pitch, suffix))
     return rows
+
+
+def _ideal_row(pitch: Pitch, suffix: str) -> Row:
+    """The study's ideals of rows 12 and 13 at once: shorter than padded DPP, with dκ/ds of at most 3.0 m⁻²."""
+    theirs, ours = (pitch.longer(contestant, IDEAL_SIGMA_1PM2, DPP) for contestant in (STUDY_CCD, OURS))
+    return Row(
+        f"12 and 13, ideal{suffix}",
+        f"length at σ_max = {IDEAL_SIGMA_1PM2:g} against DPP with padding",
+        (f"{pitch.drive(DPP).length_m:.1f} m", f"{theirs:+.2%}", f"{ours:+.2%}"),
+        "below DPP with padding",
+        ours < 0.0,
+        {"dpp_m": pitch.drive(DPP).length_m, "study_ccd": theirs, "ours": ours},
+    )
 
 
 def longer_by_sigma(pitch: Pitch, sigmas: tuple[float, ...]) -> dict[str, list[float]]:

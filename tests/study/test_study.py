@@ -16,13 +16,15 @@ from touchline.services.study.run import CORNER_PHASES, Study, run_study, save_s
 ROW_11 = [*(f"11.{k}" for k in range(1, 13)), "11, too fast"]
 ROW_11 += ["11a", "11b", "11c", "11a, by hand", "11b, by hand", "11c, by hand"]
 ROW_12 = ["12a", "12b", "12c", "12a, by hand", "12b, by hand", "12c, by hand", "12, pairs"]
+ROW_12[3:3] = ["12 and 13, ideal"]
+ROW_12[7:7] = ["12 and 13, ideal, by hand"]
 #: The reference's rows, in its order; several have several targets.
 NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "13", "14", "14, fine"]
 #: For information only.
-UNJUDGED = {"11, too fast", "11c, by hand", "12, pairs"}
+UNJUDGED = {"9", "10", "11, too fast", "11c, by hand", "12, pairs"}
 DOCS = Path(__file__).parents[2] / "docs" / "study.md"
 #: Rows whose figures depend on neither --quick nor --pairs.
-PINNED = {*ROW_11, "12a", "12b", "12c", "13", "14", "14, fine"}
+PINNED = {*ROW_11, "12a", "12b", "12c", "12 and 13, ideal", "13", "14", "14, fine"}
 
 
 # With cold kernels on a busy machine the first use takes a minute or two.

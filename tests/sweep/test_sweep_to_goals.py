@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import sys
 
 import pytest
 
@@ -13,6 +14,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.cli.commands import execute
+from touchline.services.runs.arrival import ReachedPose, missed
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.summary import summarise
 from touchline.services.runs.sweep.task import SweepRun, perform, prepare
@@ -115,3 +117,19 @@ def test_what_cannot_be_set_is_refused_by_name(text, work, named):
 def test_a_goal_to_which_there_is_no_way_is_refused_before_any_run(text, named):
     with pytest.raises(PlanningError, match=named):
         prepare(combined(text, work=GOAL), 1, WAFFLE)
+
+
+def test_a_robot_that_rests_beside_its_goal_or_turned_has_not_arrived():
+    goal, near = PoseGoal(x_m=1.0, y_m=2.0, heading_rad=3.1), ReachedPose(1.03, 2.03, -3.16)
+    assert missed(goal, near, None) == missed(goal, near, near) == ""
+    assert missed(goal, near, ReachedPose(1.0, 2.1, 3.1)).startswith("it rests 0.100 m from the goal in truth")
+    assert missed(goal, ReachedPose(1.0, 2.0, 3.1 - math.radians(16.7)), near).startswith("it rests 16.7° off")
+    any_heading = goal.model_copy(update={"heading_rad": math.nan})
+    assert missed(any_heading, ReachedPose(1.0, 2.0, 0.0), None) == ""
+
+
+def test_a_drive_that_ends_turned_is_no_success(monkeypatch, capsys):
+    arguments = ("goto", "--vehicle", "clay-roller", "--json", "--", "0.3", "0", "-1")
+    monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
+    assert execute() == 1
+    assert json.loads(capsys.readouterr().out)["reason"].startswith("it rests 3.4° off the goal's heading")

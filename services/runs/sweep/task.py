@@ -105,7 +105,7 @@ def _driven(job: GoalJob, task: Task) -> SweepRun:
     done = job.drive(task.scenario, task.config)
     report, cause = done.outcome.report, done.outcome.scenario_hash
     figures = {**arrival_run_figures(done), **drive_figures(report)}
-    return SweepRun(task.case, task.scenario.seed, report.success, done.outcome.reason, figures, cause)
+    return SweepRun(task.case, task.scenario.seed, not done.problem, done.problem, figures, cause)
 
 
 def _worked(job: Job, task: Task) -> SweepRun:
