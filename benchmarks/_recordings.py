@@ -12,7 +12,7 @@ from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import ActuatorCommand, PaintMarks, SprayerState, TraversalStatus
 from touchline.schemas.messages.base import Message
-from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.channels import is_drawn, robots_among, topic_at
 from touchline.services.bridge.reader import RecordingReader
 
 _WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.ACTUATOR_COMMAND)
@@ -73,11 +73,13 @@ def verdict(path: Path) -> Verdict:
 def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
     """What is watched, and what cannot be one of ours."""
     process, of_topic, numbers = 0, defaultdict[str, int](int), dict[str, int]()
+    paths: set[str] = set()
     for recorded in reader.messages():
         topic = topic_at(recorded.topic)
+        paths.add(recorded.topic)
         if topic is None:
-            yield f"{recorded.topic}: no topic of ours"
-        elif topic in _WATCHED or len(recorded.payload) < 8:
+            continue
+        if topic in _WATCHED or len(recorded.payload) < 8:
             try:
                 message = decode(topic.type, recorded.payload)
             except PayloadError:
@@ -88,6 +90,8 @@ def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
                 of_topic[topic.name] = process = max(process, of_topic[topic.name] + 1)
             numbers[topic.name] = recorded.sequence
             yield _Heard(of_topic[topic.name], recorded.publish_time_ns, message)
+    robots = robots_among(paths)
+    yield from (f"{path}: no topic of ours" for path in paths if topic_at(path) is None and not is_drawn(path, robots))
 
 
 def _stopped_but(heard: list[_Heard]) -> Iterator[str]:

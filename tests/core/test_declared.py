@@ -1,0 +1,49 @@
+"""Every package that the product imports is declared."""
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+#: Distributions that a declared one is built on, and brings.
+BROUGHT = {"pynmeagps": "pyubx2", "pydantic_core": "pydantic"}
+#: Loaded by its host alone.
+HOSTS = {"pytest"}
+
+
+def imported(folder: str) -> Iterator[str]:
+    """Top-level modules that the files of a folder import, anywhere in them."""
+    for path in (ROOT / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from (alias.name.partition(".")[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                yield node.module.partition(".")[0]
+
+
+def named(requirements: list[str]) -> set[str]:
+    """Distributions of a list of requirements, in the spelling of PEP 503."""
+    return {re.split(r"[<>=!~\[ ;]", each)[0].lower().replace("_", "-") for each in requirements}
+
+
+@pytest.mark.parametrize("folder", ["schemas", "services", "tui"])
+def test_every_package_that_is_imported_is_declared(folder: str) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    declared = named(project["dependencies"])
+    for extra in ("sweep", "parquet", "import", "foxglove"):
+        declared |= named(extras[extra])
+    modules = set(imported(folder)) - set(sys.stdlib_module_names) - HOSTS - {"touchline"}
+    brought_by = packages_distributions()
+    for module in sorted(modules):
+        names = {
+            BROUGHT.get(name.replace("-", "_"), name).lower().replace("_", "-")
+            for name in brought_by.get(module, [module])
+        }
+        assert names & declared, f"{folder} imports {module}, which no dependency in pyproject.toml brings"
