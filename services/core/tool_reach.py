@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.robust_overlay import buffer, difference, intersection, union, union_of_two
+
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
@@ -40,9 +42,7 @@ def reachable(
         width_m: Of the tool.
         home: Where the body's origin stays, if not anywhere.
     """
-    import shapely
-
-    return shapely.intersection(ground, _within_reach(free, tuple(outline), tool, width_m, home))
+    return intersection(ground, _within_reach(free, tuple(outline), tool, width_m, home))
 
 
 @lru_cache(maxsize=_GROUNDS)
@@ -50,14 +50,12 @@ def _within_reach(
     free: BaseGeometry, outline: tuple[Point, ...], tool: Point, width_m: float, home: BaseGeometry | None
 ) -> BaseGeometry:
     """What the tool can pass over of any ground."""
-    import shapely
-
     parts = []
     for heading in headings_rad():
         at = _places(free, outline, heading)
-        at = at if home is None else shapely.intersection(at, home)
+        at = at if home is None else intersection(at, home)
         parts.append(_tool_over(at, heading, tool, 0.5 * width_m))
-    return shapely.union_all(parts)
+    return union(parts)
 
 
 def headings_rad() -> list[float]:
@@ -67,12 +65,10 @@ def headings_rad() -> list[float]:
 
 def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:
     """Where a body may be: inside a boundary and off what is kept out, by a margin; corners stay corners."""
-    import shapely
-
     if margin_m:
-        boundary = shapely.buffer(boundary, -margin_m, join_style="mitre")
-        kept_out = [shapely.buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
-    return shapely.difference(boundary, shapely.union_all(kept_out))
+        boundary = buffer(boundary, -margin_m, join_style="mitre")
+        kept_out = [buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
+    return difference(boundary, union(kept_out))
 
 
 def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
@@ -93,7 +89,7 @@ def _places(free: BaseGeometry, outline: tuple[Point, ...], heading_rad: float) 
     walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
     sums = (walls[:, None, :, None] + mirrored[None, :, None]).reshape(-1, 6, 2)
     hit = shapely.convex_hull(shapely.linestrings(sums))
-    return shapely.difference(free, shapely.union_all(hit))
+    return difference(free, union(hit))
 
 
 def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: float) -> BaseGeometry:
@@ -108,7 +104,7 @@ def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: 
     walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
     edges = shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2)))
     middle = shapely.transform(at, lambda points: points + ends.mean(axis=0))
-    return shapely.union(middle, shapely.union_all(edges))
+    return union_of_two(middle, union(edges))
 
 
 def _turned(points: Floats, heading_rad: float) -> Floats:

@@ -15,6 +15,14 @@ from pydantic import ValidationError
 from touchline.schemas.errors import SpecError
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import MIN_AREA_M2, Area, Polygon
+from touchline.services.core.robust_overlay import (
+    buffer,
+    difference,
+    intersection,
+    symmetric_difference,
+    union,
+    union_of_two,
+)
 from touchline.services.drawings.deviation import sampled
 from touchline.services.drawings.fill_rule import GRID_M, enclosed
 from touchline.services.drawings.flatten import CHORD_M, ring_of
@@ -131,9 +139,8 @@ def _enclosed(source: str, outlines: Sequence[Outline]) -> "tuple[list[tuple[str
 
 
 def _same(first: "list[shapely.Polygon]", second: "list[shapely.Polygon]") -> bool:
-    import shapely
 
-    apart = shapely.union_all(first).symmetric_difference(shapely.union_all(second))
+    apart = symmetric_difference(union(first), union(second))
     return bool(apart.area <= CHORD_M * sum(polygon.length for polygon in second))
 
 
@@ -147,7 +154,7 @@ def _different(rings: "Iterable[tuple[str, shapely.Polygon]]") -> "list[tuple[st
     for name, ring in rings:
         box = np.array(ring.bounds)
         alike = (other for _, other in kept if np.abs(box - other.bounds).max() <= 2 * CHORD_M)
-        if not any(ring.symmetric_difference(other).area <= _slack_m2(ring) for other in alike):
+        if not any(symmetric_difference(ring, other).area <= _slack_m2(ring) for other in alike):
             kept.append((name, ring))
     return kept
 
@@ -157,17 +164,17 @@ def _nested(rings: "Iterable[tuple[str, shapely.Polygon]]") -> tuple[list[tuple[
     found: list[tuple[str, Any]] = []
     united = 0
     for name, ring in rings:
-        common = [polygon.intersection(ring).area if polygon.intersects(ring) else 0.0 for _, polygon in found]
+        common = [intersection(polygon, ring).area if polygon.intersects(ring) else 0.0 for _, polygon in found]
         slack = _slack_m2(ring)
         met = [i for i, area in enumerate(common) if area > slack]
         within = [i for i in met if common[i] >= ring.area - slack]
         if within:
             host, polygon = found[within[0]]
-            found[within[0]] = (host, polygon.difference(ring))
+            found[within[0]] = (host, difference(polygon, ring))
         elif met:
             joined = ring
             for i in met:
-                joined = joined.union(found[i][1])
+                joined = union_of_two(joined, found[i][1])
             first = found[met[0]][0]
             found = [each for i, each in enumerate(found) if i not in met] + [(first, joined)]
             united += 1
@@ -186,7 +193,7 @@ def _parts(polygon: Any) -> "list[shapely.Polygon]":
     polygon = shapely.set_precision(polygon, GRID_M)
     rings = [ring for part in _polygons(polygon) for ring in (part.exterior, *part.interiors)]
     touching = [
-        rings[i].intersection(rings[j]).buffer(0.5 * CHORD_M, quad_segs=1)
+        buffer(intersection(rings[i], rings[j]), 0.5 * CHORD_M, quad_segs=1)
         for i in range(len(rings))
         for j in range(i)
         if rings[i].intersects(rings[j])

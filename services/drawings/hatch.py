@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from touchline.schemas.template import MIN_LENGTH_M
+from touchline.services.core.robust_overlay import buffer, intersection, symmetric_difference
 
 Ring: TypeAlias = npt.NDArray[np.float64]
 Stroke: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
@@ -33,7 +34,7 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
 
     area: BaseGeometry = Polygon()
     for ring in rings:
-        area = area.symmetric_difference(Polygon(ring).buffer(0))
+        area = symmetric_difference(area, buffer(Polygon(ring), 0.0))
     turned = affinity.rotate(area, -angle_rad, origin=(0.0, 0.0), use_radians=True)
     if turned.is_empty:
         return []
@@ -49,7 +50,7 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
         # Both edges of the stroke and its middle must be inside; hairline shifts keep off edges along the stroke.
         for edge in (y - half + 1e-6, y, y + half - 1e-6):
             line = LineString([(left - 1.0, edge), (right + 1.0, edge)])
-            found = _spans(line.intersection(turned))
+            found = _spans(intersection(line, turned))
             inside = found if inside is None else _common(inside, found)
         ends = [((a, float(y)), (b, float(y))) for a, b in inside or [] if b - a >= MIN_LENGTH_M]
         strokes += ends if index % 2 == 0 else [(b, a) for a, b in reversed(ends)]

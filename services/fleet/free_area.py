@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import SpecError
+from touchline.services.core.robust_overlay import difference, union
 
 if TYPE_CHECKING:
     from shapely.geometry import Polygon as Shape
@@ -60,7 +61,7 @@ class FreeArea:
 
         rings = {"outline": outline} | {f"obstacles[{number}]": ring for number, ring in enumerate(obstacles)}
         shapes = [_polygon(name, ring) for name, ring in rings.items()]
-        left: Any = shapely.difference(shapes[0], shapely.union_all(shapes[1:])) if obstacles else shapes[0]
+        left: Any = difference(shapes[0], union(shapes[1:])) if obstacles else shapes[0]
         if left.geom_type != "Polygon" or left.is_empty:
             raise SpecError("area", "obstacles", "leave nothing, or several areas", "leave one connected area")
         whole = shapely.orient_polygons(left)

@@ -10,6 +10,7 @@ from touchline.schemas.messages import AreaReport, PaintMarks
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Polygon, Template
 from touchline.services.core.missed_patches import patches
+from touchline.services.core.robust_overlay import difference, union
 from touchline.services.planner.plots.ground import (
     AREA_EDGE,
     BOUNDARY,
@@ -40,7 +41,6 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
         SpecError: The file cannot be written.
         ValueError: The file's ending names no known format.
     """
-    import shapely
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -49,14 +49,14 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     from touchline.services.robot_sim.paint.ledger import PaintStroke
 
     drawn = [PaintStroke(np.column_stack((s.x_m, s.y_m)), s.width_m) for s in strokes if len(s.x_m) > 1]
-    area = shapely.union_all([each.polygon for each in template.areas])
+    area = union([each.polygon for each in template.areas])
     swept, twice = swept_ground(drawn)
-    missed = shapely.difference(area, swept)
+    missed = difference(area, swept)
     figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
     axes = figure.add_subplot(facecolor=GROUND)
     for ground, colour, name in ((swept, COVERED, "covered"), (twice, TWICE, "twice"), (missed, MISSED, "missed")):
         fill_ground(axes, ground, colour, name)
-    fill_ground(axes, shapely.union_all([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
+    fill_ground(axes, union([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
     outline_ground(axes, area, AREA_EDGE, "-")
     if template.boundary is not None:
         outline_ground(axes, _shape(template.boundary), BOUNDARY, "--")

@@ -19,6 +19,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import FenceLimits, LanePursuit, OnboardConfig
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED
+from touchline.services.core.robust_overlay import intersection
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept
 from touchline.services.planner.coverage.machine_of import machine_of
@@ -116,7 +117,7 @@ class ZigzagCase:
         field = shapely.box(-self.length_m / 2, -self.width_m / 2, self.length_m / 2, self.width_m / 2)
         route = zigzag(field, machine, ZigzagOptions(overlapping=self.overlapping), self.angle_rad)
         paths = [piece.path for piece in route.pieces]
-        rolled = swept(paths, machine.width_m).intersection(field).area
+        rolled = intersection(swept(paths, machine.width_m), field).area
         share = 100.0 * rolled / field.area
         lanes = sum(piece.kind is DriveKind.LANE for piece in route.pieces)
         outside = body_outside_m(paths, machine, field)

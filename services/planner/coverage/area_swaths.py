@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Template, TemplateSegment
+from touchline.services.core.robust_overlay import buffer
 from touchline.services.planner.coverage.area_method import AreaMethod
 
 
@@ -28,7 +29,7 @@ def painted_segments(template: Template, width_m: float, method: AreaMethod) -> 
 
 
 def _swaths(area: Area, width_m: float, method: AreaMethod) -> Iterator[TemplateSegment]:
-    if area.polygon.buffer(-0.5 * width_m).is_empty:
+    if buffer(area.polygon, -0.5 * width_m).is_empty:
         problem = f'has the area "{area.id}", which is nowhere as wide as the tool ({width_m:g} m)'
         raise PlanningError("", problem, "enlarge it, or draw it as lines")
     curves: Sequence[Curve] = method(area, width_m)

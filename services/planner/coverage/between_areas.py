@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import shapely
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.robust_overlay import buffer, union
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
 from touchline.services.planner.coverage.coverage_task import CoverageTask
@@ -52,8 +53,8 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     ending, beginning = (_stroke(piece) for piece in (first.route.pieces[-1], last.route.pieces[0]))
     machine, task = first.task.machine, first.task
     if boundary is None:
-        both = shapely.union_all([first.task.boundary, last.task.boundary])
-        boundary = shapely.box(*both.buffer(AROUND_RADII / machine.curvature_max_1pm).bounds)
+        both = union([first.task.boundary, last.task.boundary])
+        boundary = shapely.box(*buffer(both, AROUND_RADII / machine.curvature_max_1pm).bounds)
     space = FreeSpace(boundary, task.obstacles, machine, task.margin_m)
     strokes = swept([stroke.part(0.0, stroke.length_m) for stroke in (ending, beginning)], machine.width_m)
     reversing = machine.can_reverse and not task.forward_only

@@ -11,6 +11,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
 from touchline.services.core.missed_patches import patches
+from touchline.services.core.robust_overlay import difference, intersection
 from touchline.services.core.tool_reach import free_ground
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
@@ -105,7 +106,7 @@ def _straight(part: Piece) -> bool:
 def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedCoverage:
     machine, paths = asked.machine, [piece.path for piece in route.pieces]
     rolled = swept(paths, machine.width_m)
-    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.wanted, route.reachable))
+    covered_m2, reached_m2 = (float(intersection(rolled, ground).area) for ground in (asked.wanted, route.reachable))
     lanes = [piece for piece in route.pieces if piece.kind is DriveKind.LANE]
     free = as_area(free_ground(asked.boundary, asked.obstacles))
     return PlannedCoverage(
@@ -115,11 +116,11 @@ def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedC
         coverage_pct=100.0 * covered_m2 / asked.wanted.area,
         reachable_m2=route.reachable.area,
         reachable_pct=100.0 * reached_m2 / route.reachable.area if route.reachable.area else 100.0,
-        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.wanted).area),
+        overlap_m2=float(intersection(swept_twice(paths, machine.width_m), asked.wanted).area),
         body_outside_m=body_outside_m(paths, machine, free),
         lanes=len(lanes),
         laps=sum(piece.kind is DriveKind.LAP for piece in route.pieces),
         swath_angle_deg=math.degrees(lanes[0].path.start.heading_rad) % 180.0 if lanes else 0.0,
         notes=route.remarks,
-        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.wanted.difference(rolled))),
+        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(difference(asked.wanted, rolled))),
     )

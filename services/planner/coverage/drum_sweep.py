@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from touchline.services.core.robust_overlay import buffer, difference, intersections, union
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
@@ -20,7 +21,7 @@ BODY_STEP_M, BLOCK = 0.05, 20
 def swept(paths: Iterable[PiecePath], width_m: float) -> Area:
     """What a tool of this width passes over that lies across the middle of its paths."""
     passes = [single for path in paths for single in _passes(path, width_m)]
-    return as_area(shapely.union_all(passes)) if passes else shapely.Polygon()
+    return as_area(union(passes)) if passes else shapely.Polygon()
 
 
 def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
@@ -28,7 +29,7 @@ def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
     passes = np.array([single for path in paths for single in _passes(path, width_m)], dtype=object)
     first, second = shapely.STRtree(passes).query(passes, predicate="intersects")
     apart = first < second
-    return as_area(shapely.union_all(shapely.intersection(passes[first[apart]], passes[second[apart]])))
+    return as_area(union(intersections(passes[first[apart]], passes[second[apart]])))
 
 
 def _passes(path: PiecePath, width_m: float) -> list[Area]:
@@ -59,8 +60,8 @@ def _folded(left: Floats, right: Floats) -> Area:
     shapes = np.asarray(shapely.polygons(np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1)))
     # A quad that is folded is two triangles.
     folded = ~shapely.is_valid(shapes)
-    shapes[folded] = shapely.buffer(shapes[folded], 0.0)
-    return as_area(shapely.union_all(shapes))
+    shapes[folded] = [buffer(shape, 0.0) for shape in shapes[folded]]
+    return as_area(union(shapes))
 
 
 def _parts(path: PiecePath) -> Iterator[PiecePath]:
@@ -96,7 +97,7 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
 
 def _out_m(body: shapely.Polygon, free: Area) -> float:
     """How far a body is out of the free area; what pokes into it, such as a post, is so far inside it."""
-    out = body.difference(free)
+    out = difference(body, free)
     if out.is_empty:
         return 0.0
     corners = shapely.points(shapely.get_coordinates(out))

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.robust_overlay import buffer, intersection, union
 from touchline.services.core.tool_reach import free_ground, headings_rad, places
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.drum_sweep import body_at
@@ -66,10 +67,10 @@ class FreeSpace:
         """
         if start is not None:
             self._stand_at(start)
-        parts = shapely.get_parts(shapely.union_all([self.at(heading) for heading in headings_rad()]))
+        parts = shapely.get_parts(union([self.at(heading) for heading in headings_rad()]))
         if len(parts) > 1:
             if start is None:
-                home = max(parts, key=lambda part: float(part.intersection(area).area))
+                home = max(parts, key=lambda part: float(intersection(part, area).area))
             else:
                 home = min(parts, key=lambda part: float(part.distance(shapely.Point(start[:2]))))
             self.home = as_area(home)
@@ -97,7 +98,7 @@ class FreeSpace:
         key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
         if key not in self._at:
             found = places(self.free, self.machine.outline, heading_rad)
-            self._at[key] = as_area(found if self.home is None else found.intersection(self.home))
+            self._at[key] = as_area(found if self.home is None else intersection(found, self.home))
         return self._at[key]
 
     def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:
@@ -105,9 +106,9 @@ class FreeSpace:
         direction = np.array((math.cos(pose.heading_rad), math.sin(pose.heading_rad)))
         line = shapely.LineString([np.array(pose[:2]) - behind_m * direction, np.array(pose[:2]) + ahead_m * direction])
         # A line along a wall lies on the border of where it may be: that border belongs to it.
-        room = self.at(pose.heading_rad).buffer(0.5 * SLACK_M, join_style="mitre")
+        room = buffer(self.at(pose.heading_rad), 0.5 * SLACK_M, join_style="mitre")
         found = []
-        for part in shapely.get_parts(room.intersection(line)):
+        for part in shapely.get_parts(intersection(room, line)):
             points = shapely.get_coordinates(part)
             along = (points - np.array(pose[:2])) @ direction
             if len(points) > 1 and np.ptp(along) > HAIR_M:

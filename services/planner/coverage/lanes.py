@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.services.core.robust_overlay import intersection
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
@@ -111,7 +112,7 @@ def _rows(rest: Area, pitch_m: float) -> Iterator[tuple[float, float, list[tuple
         for k in range(count):
             level = low + (k + 0.5) * height
             band = shapely.box(-1e5, level - 0.5 * height + HAIR_M, 1e5, level + 0.5 * height - HAIR_M)
-            lanes_in = [(a, b) for a, b in extents(rest.intersection(band), HAIR_M**2) if b - a >= LANE_MIN_M]
+            lanes_in = [(a, b) for a, b in extents(intersection(rest, band), HAIR_M**2) if b - a >= LANE_MIN_M]
             yield level, height, lanes_in
 
 

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.robust_overlay import buffer, intersection
 from touchline.services.core.tool_reach import reachable
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
@@ -110,10 +111,10 @@ class _Covering:
         self.offers = [*ways_off(task.start, space, reversing=self.reversing)] if task.start is not None else []
         found: list[CoverLane] = []
         self.laps_fit = 0
-        pitch, rest = machine.width_m - task.overlap_m, as_area(space.free.intersection(task.area))
+        pitch, rest = machine.width_m - task.overlap_m, as_area(intersection(space.free, task.area))
         for lap in range(1 if task.laps is None else task.laps):
             # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
-            target = rest if not lap else as_area(rest.buffer(machine.width_m - pitch, join_style="mitre"))
+            target = rest if not lap else as_area(buffer(rest, machine.width_m - pitch, join_style="mitre"))
             laid = [
                 sides(
                     ring, f"lap {lap + 1}.{number}" if number else f"lap {lap + 1}" if lap else "lap", space, task.left
@@ -127,7 +128,7 @@ class _Covering:
             self.items += inner
             self.laps += [[side.along for side in outer]] if outer else []
             found += outer
-            rest = as_area(rest.buffer(-machine.width_m, join_style="mitre", mitre_limit=3.0))
+            rest = as_area(buffer(rest, -machine.width_m, join_style="mitre", mitre_limit=3.0))
         self.angle_rad = 0.0
         if not rest.is_empty:
             asked = task.swath_angle_deg

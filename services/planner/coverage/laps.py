@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.services.core.robust_overlay import buffer
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
@@ -26,7 +27,7 @@ def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
 
     The outline of the largest part comes first; there is none where the tool is wider than what there is.
     """
-    inner = target.buffer(-0.5 * width_m, join_style="mitre", mitre_limit=3.0)
+    inner = buffer(target, -0.5 * width_m, join_style="mitre", mitre_limit=3.0)
     parts = sorted(shapely.get_parts(shapely.orient_polygons(inner)), key=shapely.area, reverse=True)
     return [ring for part in parts if not part.is_empty for ring in (part.exterior, *part.interiors)]
 

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 import shapely
 
+from touchline.services.core.robust_overlay import intersection
 from touchline.services.planner.coverage.shapes import Area, as_area, turned
 from touchline.services.planner.geometry.clothoid import PathPose
 
@@ -28,7 +29,7 @@ def left_along(left: Area, pose: PathPose, length_m: float, half_width_m: float)
         lambda points: turned(points, pose.heading_rad) + pose[:2],
     )
     found = list[tuple[float, float, float]]()
-    for part in shapely.get_parts(as_area(left.intersection(strip))):
+    for part in shapely.get_parts(as_area(intersection(left, strip))):
         if part.is_empty:
             continue
         along = turned(shapely.get_coordinates(part) - pose[:2], -pose.heading_rad)[:, 0]

@@ -16,6 +16,7 @@ import shapely
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Area
+from touchline.services.core.robust_overlay import intersections
 from touchline.services.planner.coverage.shapes import extents, turned
 
 # What reaches into a band by less (m) is rounding at an edge along the swaths.
@@ -63,7 +64,7 @@ def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Sp
     sides = np.full(count, left - 1.0), np.full(count, right + 1.0)
     bands = shapely.box(sides[0], borders[:-1] + HAIR_M, sides[1], borders[1:] - HAIR_M)
     found: list[Span] = []
-    for index, (level, part) in enumerate(zip(levels.tolist(), shapely.intersection(level_frame, bands), strict=True)):
+    for index, (level, part) in enumerate(zip(levels.tolist(), intersections(level_frame, bands), strict=True)):
         row = [_long_enough(a, b, level) for a, b in extents(part)]
         found += row if index % 2 == 0 else [(b, a, y) for a, b, y in reversed(row)]
     return found

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import shapely
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.robust_overlay import intersection
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import turned
@@ -131,7 +132,7 @@ class _Rim:
 def _stretches(field: shapely.Polygon, y: float) -> list[tuple[float, float]]:
     """From where to where (m) a line along x lies inside the field, ascending."""
     left, _, right, _ = field.bounds
-    inside = shapely.get_parts(field.intersection(shapely.LineString([(left, y), (right, y)])))
+    inside = shapely.get_parts(intersection(field, shapely.LineString([(left, y), (right, y)])))
     return sorted((part.bounds[0], part.bounds[2]) for part in inside if part.length > HAIR_M)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.robust_overlay import difference, union
 from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
@@ -96,12 +97,12 @@ def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle
     """The ground that the tool covers and what it misses, and the path over it, backward in a colour of its own."""
     import shapely
 
-    area = shapely.union_all([each.polygon for each in template.areas])
+    area = union([each.polygon for each in template.areas])
     covered = swept([section.path for section in plan.sections], vehicle.tool.width_m)
-    obstacles = shapely.union_all([shapely.Polygon(each.corners) for each in template.obstacles])
+    obstacles = union([shapely.Polygon(each.corners) for each in template.obstacles])
     for ground, colour, name in (
         (covered, COVERED, "covered"),
-        (shapely.difference(area, covered), MISSED, "missed"),
+        (difference(area, covered), MISSED, "missed"),
         (obstacles, OBSTACLE, "obstacles"),
     ):
         fill_ground(axes, ground, colour, name)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from touchline.schemas.template import Area, Template
+from touchline.services.core.robust_overlay import buffer, intersection
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.shapes import as_area, turned
 
@@ -46,7 +47,7 @@ def strips(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_
 
 def parts_in(grounds: Grounds, strip: shapely.Polygon, least_m: float) -> Grounds:
     """What of some ground lies in a strip; pieces that are nowhere as wide are left to the neighbour, or left out."""
-    found = {name: wide_parts(as_area(ground.intersection(strip)), least_m) for name, ground in grounds.items()}
+    found = {name: wide_parts(as_area(intersection(ground, strip)), least_m) for name, ground in grounds.items()}
     return {name: part for name, part in found.items() if not part.is_empty}
 
 
@@ -54,14 +55,14 @@ def _level(ground: Ground, wanted_m2: float, low: float, high: float) -> float:
     """The level below which so much of some ground lies."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        below = ground.intersection(shapely.box(-_FAR_M, -_FAR_M, _FAR_M, middle)).area
+        below = intersection(ground, shapely.box(-_FAR_M, -_FAR_M, _FAR_M, middle)).area
         low, high = (middle, high) if below < wanted_m2 else (low, middle)
     return 0.5 * (low + high)
 
 
 def wide_parts(ground: Ground, least_m: float) -> Ground:
     """The pieces of some ground that are somewhere as wide as that."""
-    kept = [part for part in shapely.get_parts(ground) if not part.buffer(-0.5 * least_m).is_empty]
+    kept = [part for part in shapely.get_parts(ground) if not buffer(part, -0.5 * least_m).is_empty]
     return kept[0] if len(kept) == 1 else shapely.MultiPolygon(kept)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchline.schemas.template import Template
 from touchline.services.core.missed_patches import Patch, patches
+from touchline.services.core.robust_overlay import buffer, difference, intersection, union
 from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
@@ -84,15 +85,13 @@ class AreaMetrics(NamedTuple):
 
 def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> AreaMetrics:
     """Work out everything; takes a moment, so once at the end."""
-    import shapely
-
     vehicle, template = account.vehicle, account.template
     strokes = ledger.strokes()
     way = planned_way(account.trajectory, vehicle)
-    area = shapely.union_all([area.polygon for area in template.areas])
+    area = union([area.polygon for area in template.areas])
     swept, twice = swept_ground(strokes)
-    planned = shapely.intersection(area, swept_ground(way).swept)
-    covered = shapely.intersection(area, swept)
+    planned = intersection(area, swept_ground(way).swept)
+    covered = intersection(area, swept)
     tool, width_m = vehicle.tool.point_m, vehicle.tool.width_m
     within_reach = reachable(area, ground_of(template, area), vehicle.body.footprint_m, tool, width_m)
     looked_at = [thinned(stroke, _LOOK_EVERY_M) for stroke in strokes]
@@ -100,12 +99,12 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
         area_m2=float(area.area),
         covered_m2=float(covered.area),
         reachable_m2=float(within_reach.area),
-        reached_m2=float(shapely.intersection(covered, within_reach).area),
+        reached_m2=float(intersection(covered, within_reach).area),
         planned_m2=float(planned.area),
-        as_planned_m2=float(shapely.intersection(covered, planned).area),
-        overlap_m2=float(shapely.intersection(area, twice).area),
+        as_planned_m2=float(intersection(covered, planned).area),
+        overlap_m2=float(intersection(area, twice).area),
         beside_m2=max(0.0, float(swept.area - covered.area)),
-        missed=patches(shapely.difference(area, swept)),
+        missed=patches(difference(area, swept)),
         body_outside_m=body_outside_m(track.rows, vehicle.body.footprint_m, template),
         lateral=lateral_error(off_the_way_m(looked_at, way)),
         way_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
@@ -117,7 +116,7 @@ def ground_of(template: Template, area: BaseGeometry) -> BaseGeometry:
     import shapely
 
     boundary = template.boundary
-    inside = shapely.Polygon(boundary.corners) if boundary is not None else area.buffer(_ROOM_M, join_style="mitre")
+    inside = shapely.Polygon(boundary.corners) if boundary is not None else buffer(area, _ROOM_M, join_style="mitre")
     return free_ground(inside, [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.template import Template
+from touchline.services.core.robust_overlay import buffer, differences, intersections
 from touchline.services.robot_sim.paint.track import TRACK_EAST, TRACK_HEADING, TRACK_NORTH
 
 if TYPE_CHECKING:
@@ -41,16 +42,16 @@ def body_outside_m(rows: Floats, outline: Sequence[tuple[float, float]], templat
     reach_m, depth_m = _ARCS * max(math.hypot(*corner) for corner in outline), 0.0
     for boundary in ways_out:
         shapely.prepare(boundary)
-        near = rows[~_inside(boundary.buffer(-reach_m), rows)]
+        near = rows[~_inside(buffer(boundary, -reach_m), rows)]
         for bodies in _bodies(near, outline):
             strays = bodies[~shapely.covers(boundary, bodies)]
-            depth_m = max(depth_m, _farthest_m(shapely.difference(strays, boundary), boundary))
+            depth_m = max(depth_m, _farthest_m(differences(strays, boundary), boundary))
     for obstacle in obstacles:
         shapely.prepare(obstacle)
-        near = rows[_inside(obstacle.buffer(reach_m), rows)]
+        near = rows[_inside(buffer(obstacle, reach_m), rows)]
         for bodies in _bodies(near, outline):
             hits = bodies[shapely.intersects(obstacle, bodies)]
-            depth_m = max(depth_m, _farthest_m(shapely.intersection(hits, obstacle), obstacle.exterior))
+            depth_m = max(depth_m, _farthest_m(intersections(hits, obstacle), obstacle.exterior))
     return depth_m
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from touchline.services.core.robust_overlay import union
 from touchline.services.robot_sim.paint.ledger import PaintStroke
 from touchline.services.robot_sim.paint.paint_areas import overlaps, passes_of, pieces_of, strip
 
@@ -27,12 +28,10 @@ class SweptGround(NamedTuple):
 
 def swept_ground(strokes: Sequence[PaintStroke]) -> SweptGround:
     """What the flat-ended strips of strokes cover; where a stroke turns back, another strip begins."""
-    import shapely
-
     looked_at = [thinned(stroke, STEP_M) for stroke in strokes]
     passes = passes_of(looked_at)
     joints = (joint for stroke in looked_at for joint in _joints(stroke))
-    return SweptGround(shapely.union_all([*passes, *joints]), overlaps(passes))
+    return SweptGround(union([*passes, *joints]), overlaps(passes))
 
 
 def _joints(stroke: PaintStroke) -> Iterator[BaseGeometry]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve
+from touchline.services.core.robust_overlay import buffer, difference, intersection, intersections, union
 from touchline.services.robot_sim.paint.ledger import PaintStroke
 
 if TYPE_CHECKING:
@@ -63,19 +64,17 @@ def paint_areas(
     lines' bands (lengthened by half a width)
     cross or join, since there the template itself asks for it.
     """
-    import shapely
-
     bands = [band_of(line, line_width_m) for line in lines]
-    intended = shapely.union_all(bands)
+    intended = union(bands)
     joints = _joints(lines, line_width_m)
 
     def measure(passes: Sequence[BaseGeometry]) -> tuple[float, float, float]:
         """Painted, beside the lines, twice."""
         if not passes:
             return 0.0, 0.0, 0.0
-        painted = shapely.union_all(passes)
-        overspray = shapely.difference(painted, intended)
-        twice = shapely.difference(overlaps(passes), joints)
+        painted = union(passes)
+        overspray = difference(painted, intended)
+        twice = difference(overlaps(passes), joints)
         return float(painted.area), float(overspray.area), float(twice.area)
 
     passes = passes_of(strokes)
@@ -100,10 +99,10 @@ def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> l
     parts: list[list[BaseGeometry]] = [[] for _ in bands]
     if bands and passes:
         index, hit = shapely.STRtree(passes).query(bands, predicate="intersects")
-        shared = shapely.intersection(np.array(bands, dtype=object)[index], np.array(passes, dtype=object)[hit])
+        shared = intersections(np.array(bands, dtype=object)[index], np.array(passes, dtype=object)[hit])
         for band, part in zip(index.tolist(), shared, strict=True):
             parts[band].append(part)
-    return [float(shapely.union_all(part).area) for part in parts]
+    return [float(union(part).area) for part in parts]
 
 
 def band_of(line: Curve, width_m: float) -> BaseGeometry:
@@ -116,7 +115,7 @@ def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] =
     import shapely
 
     line = shapely.LineString(points)
-    return line.buffer(0.5 * width_m, cap_style=cap_style, join_style="mitre", mitre_limit=2.0)
+    return buffer(line, 0.5 * width_m, cap_style=cap_style, join_style="mitre", mitre_limit=2.0)
 
 
 def simplified(points: Points, tolerance_m: float = TOLERANCE_M) -> Points:
@@ -163,8 +162,8 @@ def overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] |
         return shapely.MultiPolygon()
     left, right = shapely.STRtree(strips).query(strips, predicate="intersects")
     pairs = [(i, j) for i, j in zip(left.tolist(), right.tolist(), strict=True) if i < j]
-    shared = [shapely.intersection(strips[i], strips[j]) for i, j in sorted(pairs) if apart is None or apart(i, j)]
-    return shapely.union_all(shared)
+    shared = [intersection(strips[i], strips[j]) for i, j in sorted(pairs) if apart is None or apart(i, j)]
+    return union(shared)
 
 
 def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
@@ -175,7 +174,7 @@ def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
     def apart(i: int, j: int) -> bool:
         return parts[i][0] != parts[j][0] or abs(parts[i][1] - parts[j][1]) > 1
 
-    return overlaps(strips, apart).buffer(0.5 * line_width_m)
+    return buffer(overlaps(strips, apart), 0.5 * line_width_m)
 
 
 def _thirds(line: Curve) -> list[Curve]:

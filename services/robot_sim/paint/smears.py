@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import GroundContact, Vehicle
+from touchline.services.core.robust_overlay import difference, union
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
@@ -171,11 +172,9 @@ def _smears(prints: Floats, width_m: float) -> Iterator[SmearPrint]:
 
 def _outside(smears: Sequence[SmearPrint], targets: Sequence[Target], line_width_m: float) -> float:
     """Area [m²] under prints that is in no line's band."""
-    import shapely
-
     if not smears:
         return 0.0
-    prints = shapely.union_all([strip(smear.points, smear.width_m) for smear in smears])
+    prints = union([strip(smear.points, smear.width_m) for smear in smears])
     bands: list[BaseGeometry] = [band_of(target.curve, line_width_m) for target in targets]
     near = [band for band in bands if band.intersects(prints)]
-    return float(shapely.difference(prints, shapely.union_all(near)).area)
+    return float(difference(prints, union(near)).area)

@@ -9,6 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.robust_overlay import buffer, difference, intersection, union
 from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import swept
@@ -69,13 +70,13 @@ class GroundLeft(LeftWork):
 
         It overlaps what they have driven over as neighbouring lanes do.
         """
-        driven = shapely.union_all([_swept(each, job) for each in told])
+        driven = union([_swept(each, job) for each in told])
         shares = [area.polygon for each in told for area in each.errand.share.areas]
         found = dict[str, Ground]()
         for area in job.template.areas:
             before = self.grounds.get(area.id, shapely.Polygon())
-            left = as_area(shapely.union_all([before, *shares]).difference(driven).intersection(area.polygon))
-            found[area.id] = as_area(_pieces(left, job, job.options.overlap_m).intersection(area.polygon))
+            left = as_area(intersection(difference(union([before, *shares]), driven), area.polygon))
+            found[area.id] = as_area(intersection(_pieces(left, job, job.options.overlap_m), area.polygon))
         return type(self)(_some(found))
 
     def with_ever_less(self) -> Iterator[Self]:
@@ -102,9 +103,9 @@ class GroundLeft(LeftWork):
             raise PlanningError("", "has nothing left that can be reached", "move the robots that stand there")
         made = share_areas(template, job.options, job.vehicle, [each.pose for each in crew], progress, clear)
         covered = swept([section.path for each in made.plans for section in each.sections], job.vehicle.tool.width_m)
-        beside = shapely.union_all([_near(each, job) for each in standing])
+        beside = union([_near(each, job) for each in standing])
         left = {
-            name: _those_at(beside, _pieces(as_area(ground.difference(covered)), job))
+            name: _those_at(beside, _pieces(as_area(difference(ground, covered)), job))
             for name, ground in self.grounds.items()
         }
         return made, type(self)(_some({**left, **self.given_up}))
@@ -117,17 +118,17 @@ def _swept(told: ErrandStatus, job: SharedJob) -> Ground:
 
 def _pieces(ground: Ground, job: SharedJob, wider_m: float = 0.0) -> Ground:
     """The pieces that are worth their time, hairs left out, wider all round by so much."""
-    opened = ground.buffer(-0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE)
-    whole = shapely.simplify(opened.buffer(0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE), STRAIGHT_M)
+    opened = buffer(ground, -0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE)
+    whole = shapely.simplify(buffer(opened, 0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE), STRAIGHT_M)
     wide = wide_parts(as_area(whole), 0.5 * job.vehicle.tool.width_m)
     large = [part for part in shapely.get_parts(whole) if part.area >= SLIVER_M2]
-    return as_area(shapely.union_all([wide, *large]).buffer(wider_m, join_style="mitre", mitre_limit=MITRE))
+    return as_area(buffer(union([wide, *large]), wider_m, join_style="mitre", mitre_limit=MITRE))
 
 
 def _near(standing: Standing, job: SharedJob) -> Ground:
     """Where a body that keeps off a robot that stands there may be in its way."""
     corners = standing.outline(job.vehicle, APART_M + ASTRAY_M).corners
-    return shapely.Polygon(corners).buffer(max(math.hypot(*corner) for corner in job.vehicle.body.footprint_m))
+    return buffer(shapely.Polygon(corners), max(math.hypot(*corner) for corner in job.vehicle.body.footprint_m))
 
 
 def _those_at(place: BaseGeometry, ground: Ground) -> Ground:
@@ -139,7 +140,7 @@ def _within_reach(ground: Ground, task: CoverageTask) -> Ground:
     """The pieces of some ground of which the tool can reach enough to be worth it."""
     machine, free = task.machine, free_ground(task.boundary, task.obstacles, task.margin_m)
     at = as_area(reachable(ground, free, machine.outline, (0.0, 0.0), machine.width_m))
-    kept = [part for part in shapely.get_parts(ground) if part.intersection(at).area >= SLIVER_M2]
+    kept = [part for part in shapely.get_parts(ground) if intersection(part, at).area >= SLIVER_M2]
     return shapely.MultiPolygon(kept)
 
 

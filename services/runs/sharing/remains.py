@@ -12,6 +12,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.arcs import abreast, unit
+from touchline.services.core.robust_overlay import buffer
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.sharing.clear_lines import part_of, redrawn
@@ -45,7 +46,7 @@ class Standing:
         x, y, heading = self.pose
         cos, sin = math.cos(heading), math.sin(heading)
         body = shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
-        room = shapely.simplify(shapely.buffer(body, apart_m, quad_segs=4), 0.01)
+        room = shapely.simplify(buffer(body, apart_m, quad_segs=4), 0.01)
         corners = shapely.get_coordinates(room)[:-1].tolist()
         return Polygon(id=f"robot {self.name}", corners=tuple((a, b) for a, b in corners))
 

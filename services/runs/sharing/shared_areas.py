@@ -15,6 +15,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.robust_overlay import intersection, union
 from touchline.services.fleet.traffic.timetable import timetable
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.coverage.drum_sweep import swept
@@ -127,7 +128,7 @@ class _AreaSharing:
         options = task.options
         self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
         self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
-        whole = as_area(shapely.union_all(list(self.grounds.values())))
+        whole = as_area(union(list(self.grounds.values())))
         angle = options.swath_angle_deg.tolist() or [area.angle_deg for area in task.template.areas]
         pitch_m = self._width_m - self._overlap_m
         self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
@@ -174,9 +175,9 @@ class _AreaSharing:
             self._problem = self._problem or problem
             return None
         self._done += 1
-        whole = shapely.union_all(list(self.grounds.values()))
+        whole = union(list(self.grounds.values()))
         covered = swept([section.path for each in plans for section in each.sections], self._width_m)
-        covered_m2 = float(covered.intersection(whole).area)
+        covered_m2 = float(intersection(covered, whole).area)
         least_s = max(made.report.total_time_s for made in plans) + MISSED_S_PER_M2 * (whole.area - covered_m2)
         return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
 
