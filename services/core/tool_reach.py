@@ -88,7 +88,7 @@ def _places(free: BaseGeometry, outline: tuple[Point, ...], heading_rad: float) 
     corners = [shapely.get_coordinates(ring) for ring in rings]
     walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
     sums = (walls[:, None, :, None] + mirrored[None, :, None]).reshape(-1, 6, 2)
-    hit = shapely.convex_hull(shapely.linestrings(sums))
+    hit = np.asarray(shapely.convex_hull(shapely.linestrings(sums)))
     return difference(free, union(hit))
 
 
@@ -102,7 +102,7 @@ def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: 
         return at
     corners = [shapely.get_coordinates(ring) for ring in rings]
     walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
-    edges = shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2)))
+    edges = np.asarray(shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2))))
     middle = shapely.transform(at, lambda points: points + ends.mean(axis=0))
     return union_of_two(middle, union(edges))
 

@@ -172,7 +172,7 @@ def _nested(rings: "Iterable[tuple[str, shapely.Polygon]]") -> tuple[list[tuple[
             host, polygon = found[within[0]]
             found[within[0]] = (host, difference(polygon, ring))
         elif met:
-            joined = ring
+            joined: Any = ring
             for i in met:
                 joined = union_of_two(joined, found[i][1])
             first = found[met[0]][0]

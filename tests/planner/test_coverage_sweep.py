@@ -92,7 +92,7 @@ def test_what_long_steps_along_bends_miss_is_within_what_is_allowed_for() -> Non
     grid = StrokeMap(shapely.box(-20.0, -20.0, 40.0, 40.0), ROLLER.width_m).grid
     differing = 0
     for path in [_bends(rng) for _ in range(40)]:
-        table, cells = np.array([piece[:4] for piece in path.pieces], dtype=np.float64), []
+        table, cells = np.array(path.pieces, dtype=np.float64), []
         for step_m in (BEND_STEP_M, ROUGH_STEP_M):
             ask(grid)
             cells.append(pass_path(np.array(path.start), table, len(table), grid, 0, step_m))
@@ -109,7 +109,7 @@ def test_a_body_that_leaps_where_it_is_well_off_touches_what_one_touches_that_is
     poses, answers = np.empty((400, 3)), []
     for _ in range(300):
         path = _bends(rng)
-        table = np.array([piece[:4] for piece in path.pieces], dtype=np.float64)
+        table = np.array(path.pieces, dtype=np.float64)
         along = poses[: poses_along(np.array(path.start), table, len(table), poses)]
         touched = first_touch(along, walls.edges, walls.owner, True, walls.body, walls.margin_m)[0]
         if touched == 0:

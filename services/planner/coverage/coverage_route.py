@@ -23,7 +23,7 @@ class DriveKind(StrEnum):
 
 @dataclass(frozen=True)
 class DrivePiece:
-    """A stretch that is driven in one direction without a standstill inside.
+    """A stretch that is driven in one direction, with turns on the spot but no cusp inside.
 
     Attributes:
         kind: What it is there for.
@@ -68,9 +68,8 @@ class CoverageRoute:
         return sum(a.direction != b.direction for a, b in pairwise(self.pieces))
 
     def seconds(self, machine: CoverageMachine) -> float:
-        """From standstill to standstill, if nothing slows the machine down but its cusps."""
-        runs = groupby(self.pieces, key=lambda piece: piece.direction)
-        return sum(machine.run_s(sum(piece.path.length_m for piece in run)) for _, run in runs)
+        """From standstill to standstill, if nothing slows the machine down but cusps, bends and turns on the spot."""
+        return machine.seconds(part for piece in self.pieces for part in piece.path.pieces)
 
 
 def one_way(kind: DriveKind, label: str, path: PiecePath, *, worked: bool) -> Iterator[DrivePiece]:

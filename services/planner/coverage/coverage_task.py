@@ -1,6 +1,7 @@
 """What a coverage method is asked to cover."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import shapely
 
@@ -64,6 +65,8 @@ class CoverageTask:
             PlanningError: An option is out of its range; it names the option.
         """
         options, machine = task.options, machine_of(task.vehicle, task.limits)
+        if options.forward_only:
+            machine = replace(machine, spin_lever_m=math.inf)
         _check(options, machine.width_m)
         angle = options.swath_angle_deg.tolist() or [area.angle_deg]
         grounds, left = task.company.grounds, task.company.left

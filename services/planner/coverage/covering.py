@@ -88,6 +88,9 @@ def _refuse_lines(task: PlanTask) -> None:
 
 def _sections(piece: DrivePiece, area: Area, numbers: Iterator[int]) -> Iterator[Section]:
     """The straights of what is driven for the work along it as swaths, and the bends between them."""
+    if any(part.spin_rad for part in piece.path.pieces):
+        yield Section(piece.label, piece.path)
+        return
     for straight, group in groupby(
         zip(piece.path.pieces, piece.path.knots, strict=False), lambda each: _straight(each[0])
     ):

@@ -79,7 +79,9 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
     worst = -math.inf
     for path in paths:
         count = 2 + math.ceil(path.length_m / BODY_STEP_M)
+        spun = path.spun(BODY_STEP_M / machine.reach_m)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
+        poses, count = np.concatenate((poses, spun)), count + len(spun)
         # Where no part of the body comes nearer to the border than another already did, nobody needs to look.
         block = np.repeat(np.arange(0, count, BLOCK), BLOCK)[:count]
         within_m = np.hypot(*(poses[:, :2] - poses[block, :2]).T)

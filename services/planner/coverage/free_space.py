@@ -51,6 +51,11 @@ class FreeSpace:
         self.home: Area | None = None
         self._at: dict[int, Area] = {}
 
+    @property
+    def swing_m(self) -> float:
+        """How far the body may swing out beside a wall that it keeps the margin from."""
+        return self._margin_m - self._bends_m
+
     @cached_property
     def walls(self) -> Walls:
         """As the kernels take it."""
@@ -90,6 +95,7 @@ class FreeSpace:
         """Whether the body gets nearer to anything than it may in bends."""
         count = 2 + math.ceil(path.length_m / TOUCH_STEP_M)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
+        poses = np.concatenate((poses, path.spun(TOUCH_STEP_M / self.machine.reach_m)))
         edges, owner, body, margin_m, _ = self.walls
         return bool(first_touch(poses, edges, owner, True, body, margin_m - SLACK_M)[0] >= 0)
 

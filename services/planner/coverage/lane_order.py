@@ -10,7 +10,7 @@ import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
-from touchline.services.planner.coverage.kernels.turn_words import Mover, words_s
+from touchline.services.planner.coverage.kernels.turn_words import Mover, spun_between, spun_s, words_s
 from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.stroke_join import Joiner
@@ -110,6 +110,15 @@ class LaneOrder:
             self._words[first, last] = PiecePath(end, shortest_word(end, self._begin(last), turn).pieces(turn))
         return self._words[first, last]
 
+    def _spun_s(self, first: CoverStroke, last: CoverStroke) -> float:
+        """Seconds from one to the next with turns on the spot and the stops that they take; infinite if it has none."""
+        mover, amounts = self.joiner.mover, np.empty(3)
+        if not math.isfinite(mover.spin_lever_m):
+            return math.inf
+        seen, heading = self._begin(last).seen_from(self._end(first))
+        spun_between(seen.real, seen.imag, heading, 1.0, amounts)
+        return float(spun_s(amounts, mover)) + mover.speed_mps / mover.acceleration_mps2
+
     @cached_property
     def _words(self) -> dict[tuple[CoverStroke, CoverStroke], PiecePath]:
         """Those found so far: good orders have most in common."""
@@ -129,7 +138,7 @@ class LaneOrder:
         seconds, gained, counted = self.entry_s(order[0]), 0.0, []
         for first, last in pairwise(order):
             word = self.word(first, last)
-            seconds += word.length_m / self.joiner.mover.speed_mps
+            seconds += min(word.length_m / self.joiner.mover.speed_mps, self._spun_s(first, last))
             gained += self.joiner.covered.add(word)
             counted.append(word)
         for word in counted:

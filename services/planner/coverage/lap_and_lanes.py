@@ -54,6 +54,13 @@ BEYOND_MIN_M2 = 0.05
 ORDERED, JOINED, IMPROVED = 0.2, 0.4, 0.7
 
 
+def _beside(space: FreeSpace) -> Area:
+    """Where the tool can get to along straight walls: a body that is wider than the tool keeps it off."""
+    machine = space.machine
+    apart_m = machine.beside_m - 0.5 * machine.width_m
+    return as_area(buffer(space.free, -apart_m, join_style="mitre")) if apart_m > 0.0 else space.free
+
+
 def cover(task: CoverageTask, progress: Callable[[float], None] = lambda done: None) -> CoverageRoute:
     """A route that covers an area.
 
@@ -111,7 +118,7 @@ class _Covering:
         self.offers = [*ways_off(task.start, space, reversing=self.reversing)] if task.start is not None else []
         found: list[CoverLane] = []
         self.laps_fit = 0
-        pitch, rest = machine.width_m - task.overlap_m, as_area(intersection(space.free, task.area))
+        pitch, rest = machine.width_m - task.overlap_m, as_area(intersection(_beside(space), task.area))
         for lap in range(1 if task.laps is None else task.laps):
             # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
             target = rest if not lap else as_area(buffer(rest, machine.width_m - pitch, join_style="mitre"))

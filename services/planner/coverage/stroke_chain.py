@@ -1,7 +1,6 @@
 """A plan as it grows: strokes in order, the ways between them, and what they cover."""
 
 from collections.abc import Iterable
-from itertools import groupby
 from typing import NamedTuple
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
@@ -166,8 +165,7 @@ class StrokeChain:
     def seconds(self) -> float:
         """For the whole chain, from standstill to standstill."""
         pieces = [p for worked, ways in self.paths() for path in (worked, *ways) if path for p in path.pieces]
-        runs = groupby(pieces, key=lambda piece: piece.direction)
-        return sum(self.joiner.space.machine.run_s(sum(p.length_m for p in run)) for _, run in runs)
+        return self.joiner.space.machine.seconds(pieces)
 
     def _best(
         self, k: int, first: CoverStroke, last: CoverStroke, following: StrokeJoin | None = None
@@ -205,5 +203,5 @@ class StrokeChain:
             ways = [join.way] if join else []
             if join and join.begin_m < join.arrive_m:
                 ways.append(self.strokes[k + 1].part(join.arrive_m, join.begin_m))
-            found.append((worked, [way for way in ways if way.length_m > 0.0]))
+            found.append((worked, [way for way in ways if way.moves]))
         return found

@@ -10,8 +10,9 @@ from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.kernels.stroke_ways import Join
 from touchline.services.planner.coverage.kernels.survey import survey
-from touchline.services.planner.coverage.kernels.turn_words import Mover
+from touchline.services.planner.coverage.kernels.turn_words import SPUN, Mover, spun_between
 from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.coverage.wall_slide import WallSlide
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.turns import ContinuousTurn
@@ -19,8 +20,6 @@ from touchline.services.planner.steering.words import words
 
 # A word may begin and end so far (m) from the ends of its strokes: first looked at every metre, then around the best.
 ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
-# Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
-SLIDE_M = 0.2
 # As the kernel counts them.
 WORDS = ("LSL", "LSR", "LRL", "LRL", "RSR", "RSL", "RLR", "RLR")
 # So many ways are looked at behind the best one.
@@ -57,10 +56,12 @@ class Joiner:
         """A square metre is worth so many seconds."""
         machine = space.machine
         self.space, self.covered, self.seconds_per_m2, self.reversing = space, covered, seconds_per_m2, reversing
+        self.slide = WallSlide.of(machine, space.swing_m)
         self.turn = ContinuousTurn(machine.curvature_max_1pm, machine.sharpness_max_1pm2)
         root = math.sqrt(machine.sharpness_max_1pm2)
         unit = circle(machine.curvature_max_1pm / root)
-        self.mover = Mover(unit, root, machine.speed_mps, machine.acceleration_mps2)
+        driving = machine.speed_mps, machine.acceleration_mps2, machine.spin_lever_m, machine.bend_s_per_m
+        self.mover = Mover(unit, root, *driving)
 
     def best(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float = 0.0, last_to_m: float = math.inf
@@ -96,34 +97,41 @@ class Joiner:
         return max(first.length_m - ZONE_M, first_from_m), min(ZONE_M, last_to_m, last.length_m)
 
     def _leave(self, stroke: CoverStroke, places: Floats, back: bool | None = None) -> Floats:
-        """Rows (how far the stroke is driven, how far back, slide); beside a wall the tail needs the slide."""
-        there = np.column_stack((places, np.zeros((len(places), 2))))
-        behind = stroke.length_m - places[places < stroke.length_m]
-        walled = stroke.kind in (DriveKind.LAP, DriveKind.SETTING_OUT)
+        """Rows (how far the stroke is driven, how far back, slide, which way); the tail needs that beside a wall."""
+        none, behind = np.zeros((len(places), 3)), stroke.length_m - places[places < stroke.length_m]
+        there, last = np.column_stack((places, none)), np.full_like(behind, stroke.length_m)
+        walled = stroke.kind in (DriveKind.LAP, DriveKind.SETTING_OUT) or self.slide.both
         sides = (-1.0, 0.0, 1.0) if walled else (0.0,)
-        rows = [
-            np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side)))
-            for side in sides
-        ]
-        return _either(there, np.concatenate(rows), back, self.reversing)
+        rows = [np.column_stack((last, behind, np.full_like(behind, side), none[: len(behind), 0])) for side in sides]
+        if not self.slide.both:
+            return _either(there, np.concatenate(rows), back, self.reversing)
+        return np.concatenate((there, _onward(there), *(rows if self.reversing else ())))
 
     def _join(self, places: Floats, back: bool | None = None) -> Floats:
-        """Rows (where the word ends, from where the stroke is driven)."""
-        there = np.column_stack((places, places))
-        returned = np.column_stack((places, np.zeros(len(places))))
-        return _either(there, returned[places > 0.0], back, self.reversing)
+        """Rows (where the word or the slide behind it ends, from where the stroke is driven, slide, which way)."""
+        none = np.zeros((len(places), 3))
+        there, returned = np.column_stack((places, places, none[:, :2])), np.column_stack((places, none))
+        if not self.slide.both:
+            return _either(there, returned[places > 0.0], back, self.reversing)
+        slid = [returned + np.array((0.0, 0.0, side, 0.0)) for side in (-1.0, 1.0)]
+        backward = (returned[places > 0.0], *slid) if self.reversing else ()
+        return np.concatenate((there, _onward(there), *backward))
 
     def _among(
         self, first: CoverStroke, last: CoverStroke, zone: tuple[float, float], leave: Floats, join: Floats
     ) -> StrokeJoin | None:
-        slide = self._slide(-first.direction)
-        slid = PiecePath(PathPose(0.0, 0.0, 0.0), slide).end
+        slides = [
+            self.slide.pieces(onward * stroke.direction, onto=stroke is last)
+            for onward in (-1, 1)
+            for stroke in (first, last)
+        ]
+        slid = [PiecePath(PathPose(0.0, 0.0, 0.0), slide).end for slide in slides]
         asked = Join(
             np.array(first.at(zone[0])),
             float(first.direction),
-            leave - np.array((zone[0], 0.0, 0.0)),
-            np.array([piece[:4] for piece in slide]),
-            np.array(slid[:2]),
+            leave - np.array((zone[0], 0.0, 0.0, 0.0)),
+            np.array(slides, dtype=np.float64),
+            np.array([pose[:2] for pose in slid]),
             np.array(last.start),
             float(last.direction),
             zone[1],
@@ -135,24 +143,22 @@ class Joiner:
         if not math.isfinite(best[0]):
             return None
         _, seconds, gained, i, j, direction, kind, first_rad = best.tolist()
-        leave_m, behind_m, side = leave[int(i)].tolist()
-        arrive_m, begin_m = join[int(j)].tolist()
+        leave_m, behind_m, side, off_on = leave[int(i)].tolist()
+        arrive_m, begin_m, onto, onto_on = join[int(j)].tolist()
+        off, on = _sideways(slides[2 * int(off_on)], side), _sideways(slides[1 + 2 * int(onto_on)], onto)
         back = [Piece(behind_m, direction=-first.direction)] if behind_m else []
-        back += slide if side > 0.0 else [piece.mirrored() for piece in slide] if side < 0.0 else []
-        behind = PiecePath(first.at(leave_m), joined(back))
-        word = self._word((behind.end, last.at(arrive_m)), int(direction), WORDS[int(kind)], abs(first_rad))
-        way = PiecePath(behind.start, (*behind.pieces, *word))
+        behind = PiecePath(first.at(leave_m), joined((*back, *off)))
+        goal, slide_on = last.at(arrive_m), PiecePath(PathPose(0.0, 0.0, 0.0), on).end
+        goal = goal.moved(-slide_on.point, 0.0)
+        ends = behind.end, goal
+        if int(kind) == SPUN:
+            word = _spun(*ends, int(direction))
+        else:
+            word = self._word(ends, int(direction), WORDS[int(kind)], abs(first_rad))
+        way = PiecePath(behind.start, (*behind.pieces, *word, *on))
         if self.space.touched(way):
             return None
         return StrokeJoin(leave_m, leave_m - behind_m, way, arrive_m, begin_m, seconds, gained)
-
-    def _slide(self, direction: int) -> tuple[Piece, ...]:
-        """Two bends that lead to the left by `SLIDE_M`."""
-        sharpness = self.space.machine.sharpness_max_1pm2
-        ramp = (0.5 * SLIDE_M / sharpness) ** (1.0 / 3.0)
-        peak = sharpness * ramp
-        signs = ((0.0, 1.0), (peak, -1.0), (0.0, -1.0), (-peak, 1.0))
-        return tuple(Piece(ramp, bend, sign * sharpness, direction) for bend, sign in signs)
 
     def _word(
         self, ends: tuple[PathPose, PathPose], direction: int, letters: str, first_rad: float
@@ -167,6 +173,25 @@ class Joiner:
         if direction < 0:
             pieces = tuple(Piece(p.length_m, -p.curvature_1pm, -p.sharpness_1pm2, -1) for p in pieces)
         return pieces
+
+
+def _onward(there: Floats) -> Floats:
+    """The same rows with slides to either side in the direction of travel."""
+    return np.concatenate([there + np.array((0.0, 0.0, side, 1.0)) for side in (-1.0, 1.0)])
+
+
+def _sideways(slide: tuple[Piece, ...], side: float) -> tuple[Piece, ...]:
+    """A slide to the left, to the other side where that is negative, or none (0)."""
+    return () if side == 0.0 else slide if side > 0.0 else tuple(piece.mirrored() for piece in slide)
+
+
+def _spun(start: PathPose, goal: PathPose, direction: int) -> tuple[Piece, ...]:
+    """Turn on the spot, straight, turn on the spot, from one pose to another."""
+    (seen, heading), amounts = goal.seen_from(start), np.empty(3)
+    spun_between(seen.real, seen.imag, heading, float(direction), amounts)
+    first_rad, straight_m, last_rad = amounts.tolist()
+    pieces = Piece(0.0, 0.0, 0.0, direction, first_rad), Piece(straight_m, direction=direction)
+    return joined((*pieces, Piece(0.0, 0.0, 0.0, direction, last_rad)))
 
 
 def _places(places: Floats, low: float, high: float) -> Floats:

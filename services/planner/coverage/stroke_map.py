@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from touchline.services.planner.coverage.kernels.grid import (
     BEND_STEP_M,
     BLOCK,
+    COLUMNS,
     PassGrid,
     ask,
     count_open,
@@ -56,7 +57,7 @@ class StrokeMap:
     def add(self, path: PiecePath, change: int = 1) -> float:
         """Count a path; how much of what it passes over was uncovered (m²)."""
         ask(self.grid)
-        table: Floats = np.array([piece[:4] for piece in path.pieces], dtype=np.float64).reshape(-1, 4)
+        table: Floats = np.array(path.pieces, dtype=np.float64).reshape(-1, COLUMNS)
         start = np.array(path.start, dtype=np.float64)
         found = pass_path(start, table, len(table), self.grid, change, BEND_STEP_M)
         return float(found) * self.grid.cell_m**2

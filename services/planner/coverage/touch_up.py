@@ -13,8 +13,8 @@ from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
-# Smaller patches (m²) are left.
-PATCH_MIN_M2 = 0.15
+# Smaller patches (m²) are left; of a narrow tool those that are smaller than this share of its width squared.
+PATCH_MIN_M2, PATCH_SHARE = 0.15, 0.125
 # For each stroke so many places in the plan are tried, by the way round the shortest first.
 PLACES_TRIED = 4
 # Of the strokes on offer so many are tried before it is given up.
@@ -33,7 +33,8 @@ def patches(chain: StrokeChain) -> list[Floats]:
     order = np.argsort(which, kind="stable")
     places = np.column_stack((grid.x_m + (columns + 0.5) * grid.cell_m, grid.y_m + (rows + 0.5) * grid.cell_m))[order]
     parts = np.split(places, np.searchsorted(which[order], np.arange(2, count + 1)))
-    large = [part for part in parts if len(part) * grid.cell_m**2 >= PATCH_MIN_M2]
+    least_m2 = min(PATCH_MIN_M2, PATCH_SHARE * (2.0 * grid.half_width_m) ** 2)
+    large = [part for part in parts if len(part) * grid.cell_m**2 >= least_m2]
     return sorted(large, key=len, reverse=True)
 
 

@@ -165,6 +165,20 @@ class PiecePath:
         return self.stations[-1]
 
     @property
+    def moves(self) -> bool:
+        """Whether the robot moves along it, if only by a turn on the spot."""
+        return any(piece.length_m > 0.0 or piece.spin_rad != 0.0 for piece in self.pieces)
+
+    def spun(self, step_rad: float) -> Floats:
+        """Poses (n, 3) x (m), y (m), heading (rad) during its turns on the spot, no more than a step apart."""
+        found: list[Floats] = [np.empty((0, 3))]
+        for piece, pose in zip(self.pieces, self.knots, strict=False):
+            if piece.spin_rad:
+                turned = np.linspace(0.0, piece.spin_rad, 2 + math.ceil(abs(piece.spin_rad) / step_rad))
+                found.append(np.column_stack(np.broadcast_arrays(pose.x_m, pose.y_m, pose.heading_rad + turned)))
+        return np.concatenate(found)
+
+    @property
     def end(self) -> PathPose:
         """The pose after the last piece."""
         return self.knots[-1]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     import shapely
+    from shapely.geometry.base import BaseGeometry
 
 _SPACING_M: Final = 0.05
 """Of the points of the body that are looked at where it is in forbidden ground."""
@@ -55,7 +56,7 @@ def body_outside_m(rows: Floats, outline: Sequence[tuple[float, float]], templat
     return depth_m
 
 
-def _inside(ground: shapely.Polygon, rows: Floats) -> NDArray[np.bool_]:
+def _inside(ground: BaseGeometry, rows: Floats) -> NDArray[np.bool_]:
     """(n,) in which rows the body's origin is inside some ground."""
     import shapely
 

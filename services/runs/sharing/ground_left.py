@@ -128,7 +128,8 @@ def _pieces(ground: Ground, job: SharedJob, wider_m: float = 0.0) -> Ground:
 def _near(standing: Standing, job: SharedJob) -> Ground:
     """Where a body that keeps off a robot that stands there may be in its way."""
     corners = standing.outline(job.vehicle, APART_M + ASTRAY_M).corners
-    return buffer(shapely.Polygon(corners), max(math.hypot(*corner) for corner in job.vehicle.body.footprint_m))
+    reach_m = max(math.hypot(*corner) for corner in job.vehicle.body.footprint_m)
+    return as_area(buffer(shapely.Polygon(corners), reach_m))
 
 
 def _those_at(place: BaseGeometry, ground: Ground) -> Ground:

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import borrowing, kernel
 from touchline.services.core.polygons import apart_squared, off_squared
 from touchline.services.planner.collision.checker import first_touch
-from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, chord
+from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, SPIN, chord
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 # The body is looked at this often (m) along a word.
 BODY_STEP_M = 0.12
+# And this often (rad) in turns on the spot.
+SPIN_STEP_RAD = 0.05
 # How far off the body is is measured exactly up to so much (m).
 MEASURED_M = 1.0
 # Places are no nearer than they are measured but for this (m).
@@ -43,7 +45,7 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
 
     Args:
         start: (3,) x (m), y (m), heading (rad) at the beginning.
-        table: (n, 4) pieces; see `pass_path`.
+        table: (n, COLUMNS) pieces; see `pass_path`.
         count: So many of its rows are driven.
         poses: (m, 3) filled in, `start` first; what there is no room for is left out.
 
@@ -53,6 +55,15 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
     x, y, heading, n = start[0], start[1], start[2], 1
     poses[0, 0], poses[0, 1], poses[0, 2] = x, y, heading
     for k in range(count):
+        if table[k, SPIN] != 0.0:
+            parts = math.ceil(abs(table[k, SPIN]) / SPIN_STEP_RAD)
+            for _ in range(parts):
+                heading += table[k, SPIN] / parts
+                if n < len(poses):
+                    poses[n, 0], poses[n, 1], poses[n, 2] = x, y, heading
+                    n += 1
+            if table[k, LENGTH] == 0.0:
+                continue
         steps = max(1, math.ceil(table[k, LENGTH] / BODY_STEP_M))
         step, curvature, sharpness = table[k, LENGTH] / steps, table[k, CURVATURE], table[k, SHARPNESS]
         dx, dy, turn, cos, sin = 0.0, 0.0, 0.0, 1.0, 0.0

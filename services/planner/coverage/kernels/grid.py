@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
 
-# Columns of a table of pieces; as in `Piece`, the curvature is the robot's and the length is driven either way.
-LENGTH, CURVATURE, SHARPNESS, DIRECTION = range(4)
+# Columns of a table of pieces, as in `Piece`: the curvature is the robot's, the length is driven either way, and a turn
+# on the spot comes first.
+LENGTH, CURVATURE, SHARPNESS, DIRECTION, SPIN = range(5)
+COLUMNS = 5
 # Steps along bends (m): where it counts, and where it need be right only within `ROUGH_OFF_M` times the path's length.
 BEND_STEP_M, ROUGH_STEP_M = 0.1, 0.4
 # For each metre of an arc of radius r a chord cuts off ROUGH_STEP_M²/(12·r) (m): no more than this at the tool's outer
@@ -260,7 +262,8 @@ def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: 
 
     Args:
         start: (3,) or longer: x (m), y (m), heading (rad) at the beginning.
-        table: (n, 4) pieces: length (m), curvature (1/m), sharpness (1/m²), direction (±1).
+        table: (n, COLUMNS) pieces: length (m), curvature (1/m), sharpness (1/m²), direction (±1), turn on the spot
+            (rad), in which the tool is not counted as passing over anything.
         count: So many of its rows are driven.
         grid: Its `passes`, `open` and `seen` are changed.
         change: Added to the passes of the cells met for the first time; 0 only asks.
@@ -274,6 +277,11 @@ def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: 
     across_x, across_y = -grid.half_width_m * math.sin(heading), grid.half_width_m * math.cos(heading)
     for k in range(count):
         length, direction = table[k, LENGTH], table[k, DIRECTION]
+        if table[k, SPIN] != 0.0:
+            heading += table[k, SPIN]
+            across_x, across_y = -grid.half_width_m * math.sin(heading), grid.half_width_m * math.cos(heading)
+            if length == 0.0:
+                continue
         curvature, sharpness = table[k, CURVATURE], table[k, SHARPNESS]
         bent = curvature != 0.0 or sharpness != 0.0
         steps = max(1, math.ceil(length / step_m)) if bent else 1

@@ -2,7 +2,7 @@
 
 A stroke may be left anywhere along its end zone, and the next one joined anywhere along its begin zone; or the zone is
 driven to its end and the machine goes back, which takes a cusp. In between lies one of the eight words of turning
-circles (circles.py), forward or backward.
+circles (circles.py), forward or backward; or, for a machine that can, a turn on the spot, a straight and another turn.
 """
 
 import math
@@ -13,12 +13,25 @@ import numpy as np
 from touchline.services.core.jit import kernel
 from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, LENGTH, SHARPNESS
-from touchline.services.planner.coverage.kernels.turn_words import Mover, along, way_s, word_m, word_rows
+from touchline.services.planner.coverage.kernels.turn_words import (
+    SPUN,
+    Mover,
+    along,
+    run_s,
+    spun_between,
+    spun_s,
+    way_s,
+    word_m,
+    word_rows,
+)
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.circles import word_table
 
 # Longer words wind round themselves to no purpose: so many turning radii, beside the straight distance.
 LONGEST_RADII = 12.0
+# Slides are numbered by where they lead and by direction: backward off the first stroke and onto the second, forward
+# off the first and onto the second.
+OFF, ONTO, SLIDES = 0, 1, 4
 # Roughly, driving a zone further is worth so many times the seconds that it takes.
 WORKED_MORE = 2.5
 
@@ -29,14 +42,15 @@ class Join(NamedTuple):
     Attributes:
         leaving: (3,) pose at the beginning of the first stroke's end zone.
         leaving_direction: ±1.
-        leave: (n, 3) how far the zone is driven, how far straight back from there, and to which side a slide follows
-            (±1, 0: none).
-        slide: (4, 4) pieces of the slide to the left, on the way back.
-        slid: (2,) where it ends, seen from where it begins.
+        leave: (n, 4) how far the zone is driven, how far straight back from there, to which side a slide follows
+            (±1, 0: none), and whether that is driven on in the direction of travel (0: back, 1).
+        slides: (SLIDES, 4, COLUMNS) pieces of the slides to the left.
+        slid: (SLIDES, 2) where each ends, seen from where it begins.
         joining: (3,) pose at the beginning of the second stroke's begin zone.
         joining_direction: ±1.
         zone_m: Length of the begin zone.
-        join: (m, 2) where the word ends, and from where on the zone is driven: the same, or before it.
+        join: (m, 4) where the word or the slide behind it ends, from where on the zone is driven: the same, or before
+            it; to which side that slide leads (±1, 0: none), and whether it is driven on in the direction of travel.
         cusps: Whether the machine may go back on a zone.
         backward: Whether words may be driven backward.
     """
@@ -44,7 +58,7 @@ class Join(NamedTuple):
     leaving: Floats
     leaving_direction: float
     leave: Floats
-    slide: Floats
+    slides: Floats
     slid: Floats
     joining: Floats
     joining_direction: float
@@ -64,10 +78,69 @@ def departure(join: Join, i: int) -> Floats:
     """
     pose: Floats = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
     if join.leave[i, 2] != 0.0:
-        x, y, c, s = join.slid[0], join.leave[i, 2] * join.slid[1], math.cos(pose[2]), math.sin(pose[2])
-        pose[0] += c * x - s * y
-        pose[1] += s * x + c * y
+        slid, side = join.slid[slide_of(join.leave[i], OFF)], join.leave[i, 2]
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        pose[0] += c * slid[0] - s * side * slid[1]
+        pose[1] += s * slid[0] + c * side * slid[1]
     return pose
+
+
+@kernel
+def arrival(join: Join, j: int) -> Floats:
+    """The pose (3,) at which the word ends: x (m), y (m), heading (rad).
+
+    Args:
+        join: Zones of the two strokes.
+        j: Row of `join`.
+    """
+    pose: Floats = along(join.joining, join.joining_direction, join.join[j, 0])
+    if join.join[j, 2] != 0.0:
+        slid, side = join.slid[slide_of(join.join[j], ONTO)], join.join[j, 2]
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        pose[0] -= c * slid[0] - s * side * slid[1]
+        pose[1] -= s * slid[0] + c * side * slid[1]
+    return pose
+
+
+@kernel
+def slide_of(row: Floats, which: int) -> int:
+    """The number of the slide of a row of `leave` or `join`.
+
+    Args:
+        row: (4,) of `Join.leave` or `Join.join`.
+        which: `OFF` or `ONTO`.
+    """
+    return which + 2 * int(row[3])
+
+
+@kernel
+def slide_table(join: Join, row: Floats, which: int) -> Floats:
+    """Pieces (4, COLUMNS) of the slide of a row, which has one.
+
+    Args:
+        join: Zones of the two strokes.
+        row: (4,) of `Join.leave` or `Join.join`.
+        which: `OFF` or `ONTO`.
+    """
+    table: Floats = join.slides[slide_of(row, which)].copy()
+    table[:, CURVATURE] *= row[2]
+    table[:, SHARPNESS] *= row[2]
+    return table
+
+
+@kernel
+def slid_m(join: Join, row: Floats, which: int, onward: float) -> float:
+    """Length of the slide of a row that is driven back (0) or on (1) in the direction of travel; 0 if it has none.
+
+    Args:
+        join: Zones of the two strokes.
+        row: (4,) of `Join.leave` or `Join.join`.
+        which: `OFF` or `ONTO`.
+        onward: 0 or 1.
+    """
+    if row[3] != onward:
+        return 0.0
+    return float(abs(row[2]) * join.slides[slide_of(row, which), :, LENGTH].sum())
 
 
 @kernel
@@ -82,10 +155,25 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
     """
     if join.leave[i, 2] == 0.0:
         return True
-    table = join.slide.copy()
-    table[:, CURVATURE] *= join.leave[i, 2]
-    table[:, SHARPNESS] *= join.leave[i, 2]
     start = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
+    table = slide_table(join, join.leave[i], OFF)
+    length = poses_along(start, table, len(table), poses)
+    return bool(stands_free(start, walls) and keeps_off(poses[:length], walls))
+
+
+@kernel
+def slide_on_is_free(join: Join, j: int, walls: Walls, poses: Floats) -> bool:
+    """Whether the body touches nothing on the slide that leads to a zone; true if there is no slide.
+
+    Args:
+        join: Zones of the two strokes.
+        j: Row of `join`.
+        walls: What the body keeps off.
+        poses: (n, 3) working space.
+    """
+    if join.join[j, 2] == 0.0:
+        return True
+    start, table = arrival(join, j), slide_table(join, join.join[j], ONTO)
     length = poses_along(start, table, len(table), poses)
     return bool(stands_free(start, walls) and keeps_off(poses[:length], walls))
 
@@ -102,8 +190,8 @@ class Room(NamedTuple):
     """Working space, and what is known of places on zones so far.
 
     Attributes:
-        amounts: (8, 3) words of `word_table`.
-        table: (WORD_PIECES, 4) pieces of one.
+        amounts: (KINDS, 3) words of `word_table`, and turns on the spot of `spun_between`.
+        table: (WORD_PIECES, COLUMNS) pieces of one.
         poses: (MOST_POSES, 3) along it.
         driven: (5,) lengths of the stretches of a way.
         heading_to: (5,) their directions.
@@ -132,15 +220,17 @@ def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, am
         j: Row of `join`.
         direction: Of the word: 1 forward, −1 backward.
         mover: How the machine moves.
-        amounts: (8, 3) filled in as by `word_table`, straights in units of unit sharpness.
+        amounts: (KINDS, 3) filled in as by `word_table`, straights in units of unit sharpness, and by `spun_between`.
 
     Returns:
         The straight distance (m).
     """
-    start, goal = departure(join, i), along(join.joining, join.joining_direction, join.join[j, 0])
+    start, goal = departure(join, i), arrival(join, j)
     c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
     x, y = goal[0] - start[0], goal[1] - start[1]
-    word_table((c * x + s * y) * mover.root, (c * y - s * x) * mover.root, goal[2] - start[2], mover.circle, amounts)
+    ahead, left, turn = c * x + s * y, c * y - s * x, goal[2] - start[2]
+    word_table(ahead * mover.root, left * mover.root, turn, mover.circle, amounts[:SPUN])
+    spun_between(direction * ahead, direction * left, turn, direction, amounts[SPUN])
     return math.hypot(x, y)
 
 
@@ -158,13 +248,31 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
         room: Working space.
     """
     driven, sides = room.driven, room.heading_to
-    driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
-    slid = abs(join.leave[i, 2]) * join.slide[:, LENGTH].sum()
-    driven[1], sides[1] = join.leave[i, 1] + slid, -join.leaving_direction
+    driven[0], sides[0] = join.leave[i, 0] + slid_m(join, join.leave[i], OFF, 1.0), join.leaving_direction
+    driven[1], sides[1] = join.leave[i, 1] + slid_m(join, join.leave[i], OFF, 0.0), -join.leaving_direction
     driven[2], sides[2] = length, direction
-    driven[3], sides[3] = join.join[j, 0] - join.join[j, 1], -join.joining_direction
-    driven[4], sides[4] = join.zone_m - join.join[j, 1], join.joining_direction
+    again = join.join[j, 0] - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 0.0)
+    driven[3], sides[3] = again, -join.joining_direction
+    onto = join.zone_m - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 1.0)
+    driven[4], sides[4] = onto, join.joining_direction
     return float(way_s(driven, sides, mover))
+
+
+@kernel
+def resting_s(join: Join, i: int, j: int, mover: Mover) -> float:
+    """Seconds for both zones, at whose near ends the machine rests.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        j: Row of `join`.
+        mover: How the machine moves.
+    """
+    back = join.leave[i, 1] + slid_m(join, join.leave[i], OFF, 0.0)
+    again = join.join[j, 0] - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 0.0)
+    leaving = join.leave[i, 0] + slid_m(join, join.leave[i], OFF, 1.0)
+    joining = join.zone_m - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 1.0)
+    return float(run_s(leaving, mover, 1) + run_s(joining, mover, 1) + run_s(back, mover, 2) + run_s(again, mover, 2))
 
 
 @kernel
@@ -189,11 +297,19 @@ def list_words(join: Join, at: Ints, mover: Mover, room: Room, ways: Ways, found
         length = word_m(room.amounts[kind], kind, mover)
         if length > direct + longest:
             continue
+        middle = room.amounts[kind, 1] / mover.root if kind % 4 < 2 else 0.0
         ways.times[found] = over_zones_s(join, i, j, direction, length, mover, room)
+        ways.times[found] += (length - middle) * mover.bend_s_per_m
         # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
         worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
         ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
         ways.which[found, :3], ways.which[found, 3] = at, kind
+        found += 1
+    if math.isfinite(mover.spin_lever_m):
+        ways.times[found] = resting_s(join, i, j, mover) + spun_s(room.amounts[SPUN], mover)
+        worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
+        ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
+        ways.which[found, :3], ways.which[found, 3] = at, SPUN
         found += 1
     return found
 
@@ -207,16 +323,21 @@ def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) ->
         walls: What the body keeps off.
         mover: How the machine moves.
         room: Working space.
-        ways: Filled in; room for 16 for each row of `leave` with each of `join`.
+        ways: Filled in; room for 2·KINDS for each row of `leave` with each of `join`.
 
     Returns:
         How many there are.
     """
     found, at = 0, np.zeros(3, np.int64)
+    arrives = np.zeros(len(join.join), np.bool_)
+    for j in range(len(join.join)):
+        arrives[j] = slide_on_is_free(join, j, walls, room.poses)
     for i in range(len(join.leave)):
         if not slide_is_free(join, i, walls, room.poses):
             continue
         for j in range(len(join.join)):
+            if not arrives[j]:
+                continue
             if not join.cusps and (join.leave[i, 1] > 0.0 or join.join[j, 1] < join.join[j, 0]):
                 continue
             for back in range(2 if join.backward else 1):

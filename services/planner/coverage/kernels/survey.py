@@ -12,6 +12,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.coverage.kernels.grid import (
     BEND_STEP_M,
+    COLUMNS,
     DIRECTION,
     LENGTH,
     ROUGH_OFF_M,
@@ -21,14 +22,18 @@ from touchline.services.planner.coverage.kernels.grid import (
     pass_path,
 )
 from touchline.services.planner.coverage.kernels.stroke_ways import (
+    OFF,
+    ONTO,
     Join,
     Room,
     Ways,
+    arrival,
     departure,
     lay_word,
     list_ways,
+    slide_table,
 )
-from touchline.services.planner.coverage.kernels.turn_words import WORD_PIECES, Mover, along
+from touchline.services.planner.coverage.kernels.turn_words import KINDS, WORD_PIECES, Mover, along
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 # Where so many ways touch something there is none.
@@ -39,7 +44,11 @@ MOST_POSES = 4000
 @kernel
 def _left_cells(join: Join, i: int, grid: PassGrid) -> int:
     """Cells of the first stroke's end zone, as far as it is driven, that nothing passed over in this question."""
-    return int(_zone_cells(join.leaving, join.leave[i, 0], join.leaving_direction, grid))
+    cells = _zone_cells(join.leaving, join.leave[i, 0], join.leaving_direction, grid)
+    if join.leave[i, 2] != 0.0 and join.leave[i, 3] != 0.0:
+        start = along(join.leaving, join.leaving_direction, join.leave[i, 0])
+        cells += pass_path(start, slide_table(join, join.leave[i], OFF), 4, grid, 0, BEND_STEP_M)
+    return int(cells)
 
 
 @kernel
@@ -47,13 +56,16 @@ def _joined_cells(join: Join, j: int, grid: PassGrid) -> int:
     """Cells of the second stroke's begin zone, as far as it is driven, that nothing passed over in this question."""
     from_m = join.join[j, 1]
     begun = along(join.joining, join.joining_direction, from_m)
-    return int(_zone_cells(begun, join.zone_m - from_m, join.joining_direction, grid))
+    cells = _zone_cells(begun, join.zone_m - from_m, join.joining_direction, grid)
+    if join.join[j, 2] != 0.0 and join.join[j, 3] != 0.0:
+        cells += pass_path(arrival(join, j), slide_table(join, join.join[j], ONTO), 4, grid, 0, BEND_STEP_M)
+    return int(cells)
 
 
 @kernel
 def _zone_cells(begin: Floats, length_m: float, direction: float, grid: PassGrid) -> int:
     """Cells of a straight from a pose (3,) on that nothing passed over in this question."""
-    line = np.zeros((1, 4))
+    line = np.zeros((1, COLUMNS))
     line[0, LENGTH], line[0, DIRECTION] = length_m, direction
     return int(pass_path(begin, line, 1, grid, 0, BEND_STEP_M))
 
@@ -142,14 +154,14 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
         patience: How many free ways in turn may be no better.
 
     Returns:
-        (8,) score (s), seconds, m² gained, row of `leave`, row of `join`, direction (±1), kind (row of `word_table`),
+        (8,) score (s), seconds, m² gained, row of `leave`, row of `join`, direction (±1), kind (row of `Room.amounts`),
         and first deflection (rad). The score is infinite if there is none.
     """
     leaves, joins = len(join.leave), len(join.join)
-    most = leaves * joins * 16
+    most = leaves * joins * 2 * KINDS
     room = Room(
-        np.empty((8, 3)),
-        np.empty((WORD_PIECES, 4)),
+        np.empty((KINDS, 3)),
+        np.zeros((WORD_PIECES, COLUMNS)),
         np.empty((MOST_POSES, 3)),
         np.empty(5),
         np.empty(5),

@@ -6,21 +6,34 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.services.core.jit import kernel
-from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS
+from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, SPIN
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, shortest_word, turn_length
 
 # So many pieces make a word: three turns of three.
 WORD_PIECES = 9
+# Behind the eight words of turning circles: turn on the spot, straight, turn on the spot.
+SPUN, KINDS = 8, 9
 
 
 class Mover(NamedTuple):
-    """How the machine moves: figures of its turning circle at unit sharpness, √sharpness, speed, acceleration."""
+    """How the machine moves.
+
+    Attributes:
+        circle: Figures of its turning circle at unit sharpness.
+        root: √sharpness (1/m).
+        speed_mps: Straight on.
+        acceleration_mps2: From and to standstill.
+        spin_lever_m: As of `CoverageMachine`.
+        bend_s_per_m: As of `CoverageMachine`.
+    """
 
     circle: Floats
     root: float
     speed_mps: float
     acceleration_mps2: float
+    spin_lever_m: float = math.inf
+    bend_s_per_m: float = 0.0
 
 
 @kernel
@@ -33,7 +46,7 @@ def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, 
         deflection: Of the direction of travel, to the left (rad).
         direction: 1 forward, −1 backward.
         mover: How the machine moves.
-        table: (n, 4) filled in: length (m), curvature (1/m), sharpness (1/m²), direction; see grid.py.
+        table: (n, COLUMNS) filled in: length (m), curvature (1/m), sharpness (1/m²), direction; see grid.py.
         row: The first one to fill in.
 
     Returns:
@@ -69,15 +82,20 @@ def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table:
     """Write the pieces of a word that is driven one way.
 
     Args:
-        amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness; of `SPUN` as of `spun_between`.
         kind: The number of that row, which says whether the middle is a straight.
         direction: 1 forward, −1 backward.
         mover: How the machine moves.
-        table: (WORD_PIECES, 4) filled in from the first row on; see `turn_rows`.
+        table: (WORD_PIECES, COLUMNS) filled in from the first row on; see `turn_rows`.
 
     Returns:
         How many pieces there are.
     """
+    if kind == SPUN:
+        table[:3, :SPIN], table[:3, DIRECTION] = 0.0, direction
+        table[0, SPIN], table[1, LENGTH], table[2, SPIN] = amounts[0], amounts[1], amounts[2]
+        return 3
+    table[:, SPIN] = 0.0
     row = turn_rows(amounts[0], direction, mover, table, 0)
     if kind % 4 < 2:
         table[row, LENGTH], table[row, CURVATURE] = amounts[1] / mover.root, 0.0
@@ -105,8 +123,39 @@ def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
 
 
 @kernel
+def spun_between(x: float, y: float, heading: float, direction: float, amounts: Floats) -> None:
+    """Write the turn on the spot, straight and turn on the spot that lead to a pose.
+
+    Args:
+        x: Of the goal, seen from the start (m).
+        y: Of the goal (m).
+        heading: Of the goal (rad).
+        direction: Of the straight: 1 forward, −1 backward.
+        amounts: (3,) filled in: turn (rad, left positive), straight (m), turn (rad).
+    """
+    amounts[1] = math.hypot(x, y)
+    bearing = math.atan2(direction * y, direction * x) if amounts[1] > 0.0 else heading
+    amounts[0] = bearing - math.tau * round(bearing / math.tau)
+    amounts[2] = heading - bearing - math.tau * round((heading - bearing) / math.tau)
+
+
+@kernel
+def spun_s(amounts: Floats, mover: Mover) -> float:
+    """Seconds for a turn on the spot, a straight and a turn on the spot, from standstill to standstill.
+
+    Args:
+        amounts: (3,) as of `spun_between`.
+        mover: How the machine moves.
+    """
+    first, last = abs(amounts[0]) * mover.spin_lever_m, abs(amounts[2]) * mover.spin_lever_m
+    return float(run_s(first, mover, 2) + run_s(amounts[1], mover, 2) + run_s(last, mover, 2))
+
+
+@kernel
 def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
     """Seconds for the shortest words from each of some poses to each of others, whatever is in their way.
+
+    Where the machine turns on the spot, it does so if that is quicker, with the standstills that this takes.
 
     Args:
         starts: (n, 3) x (m), y (m), heading (rad).
@@ -116,7 +165,8 @@ def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
     Returns:
         (n, m).
     """
-    seconds = np.empty((len(starts), len(goals)))
+    seconds, amounts = np.empty((len(starts), len(goals))), np.empty(3)
+    stopping_s = mover.speed_mps / mover.acceleration_mps2
     for i in range(len(starts)):
         facing = complex(math.cos(starts[i, 2]), math.sin(starts[i, 2]))
         for j in range(len(goals)):
@@ -125,6 +175,12 @@ def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
             there = complex(math.cos(turn), math.sin(turn))
             length = shortest_word(z * mover.root, there, turn, mover.circle, 1.0)
             seconds[i, j] = length / mover.root / mover.speed_mps
+            # A word is longer than the straight distance by about what it bends.
+            bent = max(length / mover.root - math.hypot(z.real, z.imag), 0.0)
+            seconds[i, j] += bent * mover.bend_s_per_m
+            if math.isfinite(mover.spin_lever_m):
+                spun_between(z.real, z.imag, turn, 1.0, amounts)
+                seconds[i, j] = min(seconds[i, j], stopping_s + spun_s(amounts, mover))
     return seconds
 
 
