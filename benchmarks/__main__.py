@@ -9,6 +9,7 @@ from pathlib import Path
 LONG = frozenset(
     (
         "coverage",
+        "fields",
         "fleet_recorded",
         "goals",
         "random_fields",
