@@ -25,16 +25,19 @@ def _blake() -> "hashlib.blake2b":
 def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str:
     """16 hex digits over all inputs of a session except the scenario's name.
 
-    How areas are covered decides nothing where there are none.
+    How areas are covered decides nothing where there are none, nor what is done where lines are obstructed where
+    nothing can be in their way.
     """
     without = set() if template.areas else {"area_method"}
+    without |= set() if template.obstacles or template.boundary else {"obstructed"}
     causes = {"template": template.model_dump(mode="json"), "plan": options.model_dump(mode="json", exclude=without)}
     return _of_causes(setup, causes)
 
 
 def goal_scenario_hash(setup: Setup, goal: PoseGoal, options: PlanOptions) -> str:
     """As `scenario_hash`, of a drive to a goal."""
-    return _of_causes(setup, {"goal": goal.model_dump(mode="json"), "plan": options.model_dump(mode="json")})
+    plan = options.model_dump(mode="json", exclude={"obstructed"})
+    return _of_causes(setup, {"goal": goal.model_dump(mode="json"), "plan": plan})
 
 
 def _of_causes(setup: Setup, job: dict[str, Any]) -> str:

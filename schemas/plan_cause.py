@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Self
 
 from pydantic import field_validator
 
-from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.messages import PlanOptions, PlanReport, PoseGoal
 from touchline.schemas.spec import Spec
 
 
 class PlanCause(Spec):
-    """The options of a plan, and the goal of one that leads to a pose."""
+    """The options of a plan, the goal of one that leads to a pose, and the lines left out in part or whole."""
 
     options: PlanOptions = PlanOptions()
     goal: PoseGoal | None = None
+    left_out: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, options: PlanOptions, report: PlanReport) -> Self:
+        """That of a plan of a template, by its report."""
+        return cls(options=options, left_out=tuple(dict.fromkeys(each.line_id for each in report.left_out)))
 
     @field_validator("options", "goal", mode="before")
     @classmethod

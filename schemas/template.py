@@ -20,7 +20,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import GrownSpec, Spec
-from touchline.schemas.swath_ids import area_id_of, swath_id
+from touchline.schemas.swath_ids import area_id_of, line_id_of, swath_id
 
 if TYPE_CHECKING:
     import shapely
@@ -251,8 +251,9 @@ class Template(GrownSpec):
         return next((area for area in self.areas if area.id == name), None) if name else None
 
     def paints(self, segment_id: str) -> bool:
-        """Whether a segment of that id is painted: one of the template's own, or a swath of an area."""
-        return segment_id in self._own_ids or self.area_of(segment_id) is not None
+        """Whether a segment of that id is painted: one of the template's own, a part of one, or a swath of an area."""
+        ids = segment_id, line_id_of(segment_id)
+        return any(each in self._own_ids or self.area_of(each) is not None for each in ids)
 
     @cached_property
     def _own_ids(self) -> frozenset[str]:

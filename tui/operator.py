@@ -179,7 +179,9 @@ class Operator:
             return
         trajectory, template_json = self.state.path.trajectory, self.state.template.text
         own = self._planned is not None and self._planned[0] is trajectory
-        cause_json = PlanCause(options=self._planned[1]).model_dump_json() if self._planned and own else ""
+        report = self.state.path.report
+        cause = PlanCause.of(self._planned[1], report) if self._planned and own and report else None
+        cause_json = cause.model_dump_json() if cause else ""
         order = orders.load(trajectory, template_json, self._request_id(), resume=resume, cause_json=cause_json)
         self._send(order)
 
@@ -298,7 +300,9 @@ class Operator:
             self.state.planned(response.trajectory, response.report)
             self._planned = (response.trajectory, request.options)
             report = response.report
-            return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}"
+            left_out_m = sum(each.length_m for each in report.left_out)
+            less = f", {format.length(left_out_m)} of lines left out" if report.left_out else ""
+            return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}{less}"
         if isinstance(request, LoadRequest):
             self.state.handed_over()
             return f"takes {format.duration(response.total_time)}"

@@ -27,6 +27,7 @@ from touchline.schemas.messages.parameter_messages import (
 from touchline.schemas.messages.plan_messages import (
     ActuatorExtremes,
     LeavingTrajectory,
+    LeftOutStretch,
     PlanOptions,
     PlanReport,
     PlanRequest,
@@ -204,6 +205,7 @@ __all__ = [
     "JointState",
     "KeyValue",
     "LeavingTrajectory",
+    "LeftOutStretch",
     "Line",
     "LinearDirection",
     "ListParametersRequest",

@@ -22,6 +22,9 @@ class PlanOptions(Message):
     ``overlap_m`` at least, keeps the body ``margin_m`` off boundary and obstacles, drives ``laps`` laps along the
     outline (-1: as many as it needs) and lanes in the direction ``swath_angle_deg`` (empty: the area's, or which suits
     best), and goes on touching up until it covers ``coverage_pct`` of what can be reached (0: what is cheap).
+
+    Stretches of lines along which the body would touch an outline are left out and reported; with ``obstructed``
+    "refuse" there is no plan then.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -43,6 +46,35 @@ class PlanOptions(Message):
     laps: Int32 = -1
     swath_angle_deg: Annotated[Float64Array, Field(max_length=1)] = zeros(0)
     coverage_pct: float = 0.0
+    obstructed: str = ""
+
+
+class LeftOutStretch(Message):
+    """A stretch of a line that a plan leaves out, as the body would touch an outline there.
+
+    It lies ``from_m`` to ``to_m`` along the line of the template, or swath of an area, that ``line_id`` names.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/LeftOutStretch"
+    line_id: str = ""
+    outline: str = ""
+    from_m: float = 0.0
+    to_m: float = 0.0
+    from_x_m: float = 0.0
+    from_y_m: float = 0.0
+    to_x_m: float = 0.0
+    to_y_m: float = 0.0
+
+    @property
+    def length_m(self) -> float:
+        """How much of the line is left out."""
+        return self.to_m - self.from_m
+
+    @property
+    def words(self) -> str:
+        """Length, line, place and reason as text."""
+        from_, to = f"({self.from_x_m:.2f}, {self.from_y_m:.2f})", f"({self.to_x_m:.2f}, {self.to_y_m:.2f})"
+        return f'{self.length_m:.2f} m of "{self.line_id}" from {from_} to {to}, beside "{self.outline}"'
 
 
 class PoseGoal(Message):
@@ -94,7 +126,8 @@ class PlanReport(Message):
 
     ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
     counts how often a wheel or caster meets paint that is not dry yet, ``wet_crossings_unavoidable`` those of them that
-    no other order or direction of painting would do away with. ``coverage`` is empty unless a coverage method planned.
+    no other order or direction of painting would do away with. ``coverage`` has an entry for each area,
+    ``left_out`` one for each stretch of a line that something is in the way of.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
@@ -121,6 +154,7 @@ class PlanReport(Message):
     paint_l: float = 0.0
     battery_wh: float = 0.0
     coverage: tuple[PlannedCoverage, ...] = ()
+    left_out: tuple[LeftOutStretch, ...] = ()
 
 
 class PlanRequest(Message):

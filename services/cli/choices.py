@@ -93,6 +93,15 @@ class PlanChoice:
     hard_drying: Annotated[
         bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
     ] = False
+    obstructed: Annotated[
+        str,
+        typer.Option(
+            "--obstructed",
+            metavar="leave-out|refuse",
+            help="Where something is in the way of a line: leave that out and report it (default), or give no plan.",
+            show_default=False,
+        ),
+    ] = ""
     return_to_start: Annotated[bool, typer.Option("--return", help="End where it began, not behind the last line.")] = (
         False
     )
@@ -148,6 +157,7 @@ class PlanChoice:
             forward_only=self.forward_only,
             drying_time_s=self.drying_time,
             hard_drying=self.hard_drying,
+            obstructed=self.obstructed,
             return_to_start=self.return_to_start,
             overlap_m=self.overlap,
             margin_m=self.margin,

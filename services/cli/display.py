@@ -142,6 +142,12 @@ def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:
         print_event(Event.WARN, f"the job {shortage}")
 
 
+def warn_of_left_out(report: PlanReport) -> None:
+    """A line on standard error for each stretch of a line that the plan leaves out."""
+    for stretch in report.left_out:
+        print_event(Event.WARN, f"the plan leaves out {stretch.words}")
+
+
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:
     """A report as a table, a line a figure, named as in its JSON form."""
     table = Table(title=escape(plain(title)), title_justify="left", show_header=False, box=None, padding=(0, 2))

@@ -13,7 +13,7 @@ import typer
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
-from touchline.services.cli.display import progress_bar, say, warn_of_shortages
+from touchline.services.cli.display import progress_bar, say, warn_of_left_out, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
@@ -113,4 +113,5 @@ def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, outp
         )
     timed = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
     warn_of_shortages(timed, vehicle)
+    warn_of_left_out(timed)
     output.deliver(replace(planned, report=timed), template, vehicle)

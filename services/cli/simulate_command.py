@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from touchline.services.cli.choices import PlanChoice, SetupChoice, check_follower
-from touchline.services.cli.display import progress_bar, say, warn_of_shortages
+from touchline.services.cli.display import progress_bar, say, warn_of_left_out, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.groups import with_groups
@@ -49,6 +49,7 @@ def simulate(
         with without_collecting():
             job = Job.prepare(template, planning.options(), setup.vehicle, advance)
         warn_of_shortages(job.plan_report, setup.vehicle)
+        warn_of_left_out(job.plan_report)
         warm_up(say, setup)
         products = Products(hashed, output.record, strokes=output.plot is not None)
         with without_collecting():

@@ -5,11 +5,14 @@ from dataclasses import replace
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
-from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_of
+from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines
+from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name, area_method_of
 from touchline.services.planner.coverage.area_swaths import painted_segments
+from touchline.services.planner.coverage.swath_figures import swath_figures
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.given_pose import pose_of
 from touchline.services.planner.limits import Limits
@@ -22,8 +25,17 @@ from touchline.services.planner.sequencing.unavoidable import unavoidable_crossi
 from touchline.services.planner.sequencing.wet import Wheels
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
-from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
+from touchline.services.planner.tour import (
+    UnreachableError,
+    arranged,
+    crossing_cost_s,
+    drying_s,
+    ordering,
+    refuse_too_many,
+)
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
+
+LEAVE_OUT, REFUSE = "leave-out", "refuse"
 
 
 def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
@@ -40,10 +52,51 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
     template, vehicle, options = task.template, task.vehicle, task.options
     segments = template.segments
     if template.areas:
+        if vehicle.tool.width_m <= 0.0:
+            problem = f'has the area "{template.areas[0].id}", and {vehicle.name} has no tool to cover it with'
+            raise PlanningError("", problem, "use a vehicle with a sprayer or a roller")
         method = area_method_of(options, vehicle.tool)
         assert not isinstance(method, CoverageMethod), "which makes a route instead of swaths"
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
+    if leaves_out(options):
+        return _reachable(
+            task, reachable_lines(segments, template, vehicle, task.limits, turned=ordering(options)), progress, enough
+        )
+    return _along(segments, task, progress, enough)
+
+
+def leaves_out(options: PlanOptions) -> bool:
+    """Whether stretches of lines that an outline is in the way of are left out, rather than that there is no plan.
+
+    Raises:
+        PlanningError: The options ask for something else.
+    """
+    if options.obstructed not in ("", LEAVE_OUT, REFUSE):
+        problem = f'asks for the unknown way "{options.obstructed}" with obstructed lines'
+        raise PlanningError("", problem, f"use {LEAVE_OUT} or {REFUSE}")
+    return options.obstructed != REFUSE
+
+
+def _reachable(task: PlanTask, lines: ReachableLines, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
+    """The route along what can be reached; parts that turn out not to be are shortened, and left out at last."""
+    while lines.segments:
+        try:
+            route = _along(lines.segments, task, progress, enough)
+        except UnreachableError as error:
+            lines = lines.shortened(error.parts, error.segment_id)
+        else:
+            return replace(route, left_out=lines.left_out)
+    outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
+    problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
+    raise PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
+
+
+def _along(
+    segments: tuple[TemplateSegment, ...], task: PlanTask, progress: Progress, enough: Callable[[], bool]
+) -> WorkedRoute:
+    """The route along some segments."""
+    template, vehicle, options = task.template, task.vehicle, task.options
     transitions = transitions_of(vehicle, options, task.limits)
     start, end = pose_of("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
@@ -63,7 +116,9 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
     )
     drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
     unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
-    return WorkedRoute(route(drive), WetCrossings(drive.wet_crossings, unavoidable))
+    sections = route(drive)
+    figures = swath_figures(task, sections, area_method_name(options, vehicle.tool)) if template.areas else ()
+    return WorkedRoute(sections, WetCrossings(drive.wet_crossings, unavoidable), figures)
 
 
 def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> TransitionFamily:

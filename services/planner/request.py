@@ -48,6 +48,8 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
     planned = plan(template, vehicle, request.options, progress)
     report = planned.report
     message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
+    if report.left_out:
+        message += f"; left out: {'; '.join(each.words for each in report.left_out)}"
     flipped = [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]
     if flipped and not ordering(request.options):
         message += f"; turned round to be drivable: {', '.join(flipped)}"

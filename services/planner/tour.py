@@ -211,15 +211,34 @@ def _first_hit(swath: Swath, checker: CollisionChecker) -> tuple[str, Collision]
     return None
 
 
+class UnreachableError(PlanningError):
+    """A segment that cannot be reached, or left, without a collision.
+
+    Attributes:
+        parts: All segments that cannot be reached or left, those before and behind the way included.
+    """
+
+    def __init__(self, segment_id: str, problem: str, remedy: str, parts: tuple[str, ...]) -> None:
+        """`segment_id` is the first that is not reached."""
+        super().__init__(segment_id, problem, remedy)
+        self.parts = parts
+
+
 def _refuse_collisions(drive: Itinerary) -> None:
+    swaths, parts = drive.swaths, list[str]()
+    for i in drive.blocked:
+        parts += (swath.strokes[-1].id for swath in swaths[max(i - 1, 0) : i])
+        parts += (swath.strokes[0].id for swath in swaths[i : i + 1])
     for i in drive.blocked:
         hit = drive.legs[i].collision
-        if i == len(drive.swaths):
+        if i == len(swaths):
             problem = f"leaves no room to stop behind it: the robot's body would touch {hit}"
-            raise PlanningError(drive.strokes[-1].id, problem, "make room there, or end with another line")
-        origin = f'from "{drive.swaths[i - 1].strokes[-1].id}"' if i else "from the start"
+            remedy = "make room there, or end with another line"
+            raise UnreachableError(drive.strokes[-1].id, problem, remedy, tuple(parts))
+        origin = f'from "{swaths[i - 1].strokes[-1].id}"' if i else "from the start"
         problem = f"cannot be reached {origin}: the robot's body would touch {hit}"
-        raise PlanningError(drive.swaths[i].strokes[0].id, problem, "make room there, or let the order be optimised")
+        remedy = "make room there, or let the order be optimised"
+        raise UnreachableError(swaths[i].strokes[0].id, problem, remedy, tuple(parts))
 
 
 def _refuse_crossings(drive: Itinerary) -> None:

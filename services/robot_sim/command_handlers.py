@@ -143,9 +143,8 @@ class Commands:
             raise CommandRefused("resume, here and replace exclude each other: give one of them")
         resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
-        job = self._emulator.prepare(request.trajectory, template, resume, remains, taking)
-        if request.cause_json:
-            job = job._replace(cause=parse(PlanCause, request.cause_json, "cause_json"))
+        cause = parse(PlanCause, request.cause_json, "cause_json") if request.cause_json else None
+        job = self._emulator.prepare(request.trajectory, template, resume, remains, taking, cause)
         return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template), request.trajectory)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:

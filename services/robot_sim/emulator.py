@@ -215,6 +215,7 @@ class Emulator:
         resume: Checkpoint | None = None,
         remains: Remains | None = None,
         taking: Taking = Taking.CARRIED,
+        cause: PlanCause | None = None,
     ) -> LoadedJob:
         """Check a trajectory and what it shall paint; changes nothing, so that any thread may do it meanwhile.
 
@@ -222,7 +223,7 @@ class Emulator:
             CommandRefused: The trajectory cannot be driven.
         """
         try:
-            wanted = targets(trajectory, template, self.vehicle)
+            wanted = targets(trajectory, template, self.vehicle, cause.left_out if cause is not None else ())
             start = start_pose(trajectory)
         except ValueError as error:
             raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
@@ -237,7 +238,7 @@ class Emulator:
         if remains is not None:
             ledger.restore(remains.paint, _of_body(start, tool.point_m))
         account = area_account(template, trajectory, self.vehicle)
-        return LoadedJob(course, start, ledger, account, resume, remains, taking)
+        return LoadedJob(course, start, ledger, account, resume, remains, taking, cause)
 
     def take(self, job: LoadedJob) -> float:
         """Take what `prepare` gave; returns its planned duration [s].

@@ -146,6 +146,8 @@ class BusRun:
             raise JobFailed(response.message)
         for shortage in full(response.report, self.options.vehicle).shortages:
             self.watcher.event(Event.WARN, f"planner: the job {shortage}")
+        for stretch in response.report.left_out:
+            self.watcher.event(Event.WARN, f"planner: the plan leaves out {stretch.words}")
         return response
 
     def _start_recording(self) -> Path | None:
@@ -163,7 +165,7 @@ class BusRun:
             request_id=_new_id(),
             trajectory=plan.trajectory,
             template_json=self.options.template_json,
-            cause_json=PlanCause(options=self.options.plan).model_dump_json(),
+            cause_json=PlanCause.of(self.options.plan, plan.report).model_dump_json(),
         )
         loaded = self._ask(topics.LOAD, load)
         if not loaded.success:
@@ -248,7 +250,7 @@ class BusRun:
             or failing(report, self.area),
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
-            **work_report(report, self.area),
+            **work_report(report, self.area, plan.report),
             "bus": self._bus_figures(),
             "recording": recording,
             "hash": hash_figures(self.options.scenario_hash, report),

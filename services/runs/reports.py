@@ -4,7 +4,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from touchline.schemas.messages import AreaReport, PlannedCoverage, PlanReport, SegmentPaint, TraversalReport
+from touchline.schemas.messages import (
+    AreaReport,
+    LeftOutStretch,
+    PlannedCoverage,
+    PlanReport,
+    SegmentPaint,
+    TraversalReport,
+)
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
@@ -48,6 +55,7 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
         "wet_crossings": {"total": report.wet_crossings, "unavoidable": report.wet_crossings_unavoidable},
         "estimate": {"paint_l": report.paint_l, "battery_wh": report.battery_wh},
         **({"coverage": planned_coverage_figures(report.coverage)} if report.coverage else {}),
+        **({"left_out": left_out_figures(report.left_out)} if report.left_out else {}),
         "planning_time_s": report.planning_time_s,
     }
 
@@ -72,6 +80,24 @@ def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]
         "notes": [note for each in areas for note in each.notes],
         "missed": [
             {"x_m": patch.x_m, "y_m": patch.y_m, "area_m2": patch.area_m2} for each in areas for patch in each.missed
+        ],
+    }
+
+
+def left_out_figures(stretches: Sequence[LeftOutStretch]) -> dict[str, Any]:
+    """What of its lines a plan leaves out, as something is in their way."""
+    return {
+        "total_m": math.fsum(each.length_m for each in stretches),
+        "stretches": [
+            {
+                "line": each.line_id,
+                "outline": each.outline,
+                "length_m": each.length_m,
+                "along_m": [each.from_m, each.to_m],
+                "from_m": [each.from_x_m, each.from_y_m],
+                "to_m": [each.to_x_m, each.to_y_m],
+            }
+            for each in stretches
         ],
     }
 
@@ -102,10 +128,19 @@ def failing(report: TraversalReport, area: AreaReport | None = None) -> str:
     return "" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}"
 
 
-def work_report(report: TraversalReport, area: AreaReport | None) -> dict[str, Any]:
-    """What the robot's reports say: of areas, if a covering tool has worked on some, or else of paint."""
+def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanReport) -> dict[str, Any]:
+    """What the robot's reports say: of areas, if a covering tool has worked on some, or else of paint.
+
+    Where the plan leaves out some of the lines, the figures are of the rest, and the share of all lines stands beside.
+    """
     if area is None:
-        return paint_report(report)
+        figures = paint_report(report)
+        if plan.left_out:
+            left_out_m = math.fsum(each.length_m for each in plan.left_out)
+            reached_m = math.fsum(each.length_m for each in report.segments)
+            share = reached_m / (reached_m + left_out_m)
+            figures["paint"] |= {"left_out_m": left_out_m, "of_all_lines_pct": share * report.coverage_pct}
+        return figures
     return {"area": area_report_figures(area, report), "estimator": estimator_figures(report)}
 
 

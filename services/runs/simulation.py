@@ -101,7 +101,7 @@ class Outcome:
             "reason": self.reason or failing(self.report, self.area),
             "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
-            **work_report(self.report, self.area),
+            **work_report(self.report, self.area, job.plan_report),
             "recording": self.recording,
             "hash": hash_figures(self.scenario_hash, self.report),
         }
@@ -164,7 +164,7 @@ def simulate(
         RecordingError: The recording cannot be written.
     """
     emulator = Emulator(job.vehicle, scenario, config)
-    drive = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause(options=job.options))
+    drive = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause.of(job.options, job.plan_report))
     done = carry_out(emulator, drive, products, progress)
     return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
 
@@ -191,8 +191,7 @@ def carry_out(
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
     emulator.check_load()
-    prepared = emulator.prepare(drive.trajectory, drive.template, taking=drive.taking)
-    emulator.take(prepared._replace(cause=drive.cause))
+    emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
     runner = FastRunner(emulator)
     if products.record is None and not products.hashed:
         emulator.start()

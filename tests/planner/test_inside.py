@@ -22,6 +22,7 @@ from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
 BODY = shapely.Polygon(VEHICLE.body.footprint_m)
+REFUSING = PlanOptions(obstructed="refuse")
 
 
 def box(low: tuple[float, float], high: tuple[float, float], name: str = "boundary") -> Polygon:
@@ -146,7 +147,7 @@ def test_a_line_that_cannot_be_painted_is_named() -> None:
     fence = box((3.9, -0.6), (4.1, -0.2), "fence")
     template = Template(name="bad", segments=lines((0, 0, 8, 0)), obstacles=(post, fence))
     with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .* would touch "post" near \('):
-        plan(template, VEHICLE)
+        plan(template, VEHICLE, REFUSING)
     both = Template(name="side", segments=lines((0, 0, 8, 0)), obstacles=(post,))
     check_clear(plan(both, VEHICLE), both)
 
@@ -154,7 +155,7 @@ def test_a_line_that_cannot_be_painted_is_named() -> None:
 def test_a_template_outside_its_boundary_is_refused_by_the_first_line() -> None:
     template = Template(name="out", segments=lines((20, 20, 28, 20)), boundary=box((-5, -5), (5, 5)))
     with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .*"boundary"'):
-        plan(template, VEHICLE)
+        plan(template, VEHICLE, REFUSING)
 
 
 def test_a_line_walled_in_names_what_cannot_be_reached() -> None:
@@ -169,7 +170,7 @@ def test_a_line_walled_in_names_what_cannot_be_reached() -> None:
     )
     template = Template(name="cage", segments=lines((0, 0, 8, 0), (30, 0, 38, 0)), obstacles=ring)
     with pytest.raises(PlanningError, match=r'segment "s\d" (cannot be reached|leaves no room).* would touch'):
-        plan(template, VEHICLE, enough=lambda: True)  # other orders are of no use
+        plan(template, VEHICLE, REFUSING, enough=lambda: True)  # other orders are of no use
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.messages import PlanOptions
+from touchline.schemas.messages import PlanOptions, PlanReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Area, Polygon, Template
@@ -93,7 +93,7 @@ def test_the_reports_are_the_last_that_is_said(driven):
     assert final is not None and final.area is not None
     assert final.traversal.success and final.traversal.session_hash
     assert final.traversal.verdict.endswith("of what the plan covers is covered, 99 % is asked for")
-    figures = work_report(final.traversal, final.area)
+    figures = work_report(final.traversal, final.area, PlanReport())
     assert set(figures) == {"area", "estimator"}
     assert figures["area"]["coverage_pct"] == final.traversal.coverage_pct
 

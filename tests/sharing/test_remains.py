@@ -9,9 +9,9 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import PaintBelief
+from touchline.services.planner.collision.clear_lines import clear_lines
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan
-from touchline.services.planner.sharing.clear_lines import clear_lines
 from touchline.services.runs.sharing.remains import OVERLAP_M, Standing, left_out, shortened, unfinished
 
 VEHICLE = Vehicle()
@@ -35,7 +35,7 @@ def test_the_rest_of_a_line_goes_on_where_its_paint_stopped():
 def test_of_a_line_under_an_obstacle_both_ends_are_left():
     post = Polygon(id="post", corners=((9.0, -1.0), (11.0, -1.0), (11.0, 1.0), (9.0, 1.0)))
     parts = clear_lines(TEMPLATE.model_copy(update={"obstacles": (post,)}), VEHICLE, LIMITS)
-    assert [part.id for part in parts] == ["line", "line (2)", "bow", "done"]
+    assert [part.id for part in parts] == ["line (1)", "line (2)", "bow", "done"]
     curves = [part.curve() for part in parts[:2]]
     ends = sorted(x for curve in curves for x in (curve.x_m, curve.end[0]))
     assert ends[0] == pytest.approx(0.0) and ends[3] == pytest.approx(20.0)

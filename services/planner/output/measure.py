@@ -75,6 +75,7 @@ def measure(
         paint_l=vehicle.tool.flow_lps * paint_time,
         battery_wh=battery_wh(sent, speeds, vehicle, planned),
         coverage=worked.coverage,
+        left_out=worked.left_out,
     )
 
 

@@ -10,6 +10,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.robust_overlay import difference, union
+from touchline.services.planner.collision.clear_lines import part_of
 from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
@@ -75,7 +76,7 @@ def plot_plan(
 
 
 def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
-    if plan.report.coverage:
+    if plan.report.coverage and vehicle.tool.covers:
         _draw_covered(axes, plan, template, vehicle)
         return
     for section in plan.sections:
@@ -90,7 +91,22 @@ def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> Non
         _line(axes, nozzle, NOZZLE, "nozzle while painting", 1.3)
         _line(axes, centre, CENTRE, "robot while painting", 0.7, (0, (5, 3)))
         _arrow(axes, nozzle, NOZZLE)
+    _left_out(axes, plan, template)
     _ends(axes, plan)
+
+
+def _left_out(axes: "Axes", plan: Plan, template: Template) -> None:
+    """The stretches of lines that the plan leaves out, and what is in their way."""
+    import shapely
+
+    lines = {segment.id: segment.curve() for segment in template.segments}
+    for each in plan.report.left_out:
+        points = np.array(((each.from_x_m, each.to_x_m), (each.from_y_m, each.to_y_m)))
+        if each.line_id in lines:
+            points = _curve_points(part_of(lines[each.line_id], each.from_m, each.to_m))[0]
+        _line(axes, points, MISSED, "left out", 2.0)
+    if plan.report.left_out:
+        fill_ground(axes, union([shapely.Polygon(each.corners) for each in template.obstacles]), OBSTACLE, "obstacles")
 
 
 def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
@@ -125,6 +141,7 @@ def _draw_along(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle, 
             _band(axes, section.stroke, template)
         else:
             _arrows(axes, _path_points(section.path), INK)
+    _left_out(axes, plan, template)
     lines = draw_along(axes, plan, vehicle, colour)
     for width, label in ((PAINTED_PT, "robot while painting"), (TRANSITION_PT, "robot between lines")):
         axes.plot([], [], color=INK, linewidth=width, label=label)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from touchline.schemas.messages import PlannedCoverage
+from touchline.schemas.messages import LeftOutStretch, PlannedCoverage
 from touchline.services.planner.segments.section import Section
 
 
@@ -24,9 +24,11 @@ class WorkedRoute:
     Attributes:
         sections: The ideal curve.
         wet: Crossings of wet paint along it.
-        coverage: Of areas, by a coverage method.
+        coverage: Of areas.
+        left_out: Stretches of lines that outlines are in the way of.
     """
 
     sections: list[Section]
     wet: WetCrossings = NONE_WET
     coverage: tuple[PlannedCoverage, ...] = ()
+    left_out: tuple[LeftOutStretch, ...] = ()

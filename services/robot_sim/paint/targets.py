@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import islice
 from typing import Final, NamedTuple
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
+from touchline.schemas.swath_ids import area_id_of, line_id_of
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 
@@ -23,11 +24,14 @@ class Target(NamedTuple):
     curve: Curve
 
 
-def targets(trajectory: Trajectory, template: Template | None, vehicle: Vehicle) -> list[Target]:
+def targets(
+    trajectory: Trajectory, template: Template | None, vehicle: Vehicle, left_out: Collection[str] = ()
+) -> list[Target]:
     """Lines to be painted, in the order of the path; lines of the template that the path leaves out come last.
 
     The swaths of the template's areas are taken from the path, as far as it has them. Without a template the sprayed
-    stretches of the path are taken, moved to the nozzle. A vehicle that does not paint has none.
+    stretches of the path are taken, moved to the nozzle. A vehicle that does not paint has none. Of the lines that the
+    plan has `left_out`, as something is in their way, the parts on the path are wanted.
 
     Raises:
         ValueError: A sprayed segment of the trajectory is neither a line nor an arc; or the trajectory has no swath of
@@ -39,10 +43,14 @@ def targets(trajectory: Trajectory, template: Template | None, vehicle: Vehicle)
     if template is None:
         return [Target(segment.id, nozzle_curve(segment, first, last, vehicle)) for segment, first, last in sprayed]
     wanted = {segment.id: Target(segment.id, segment.curve()) for segment in template.segments}
-    covered: set[str] = set()
-    for segment in trajectory.path.segments if template.areas else ():
-        if area := template.area_of(segment.id):
+    covered = {area.id for area in template.areas if any(area_id_of(name) == area.id for name in left_out)}
+    for name in left_out:
+        wanted.pop(name, None)
+    for segment in trajectory.path.segments if template.areas or left_out else ():
+        area = template.area_of(segment.id) or template.area_of(line_id_of(segment.id))
+        if area is not None:
             covered.add(area.id)
+        if area is not None or line_id_of(segment.id) in left_out:
             wanted[segment.id] = Target(segment.id, nozzle_curve(segment, 0.0, segment_length_m(segment), vehicle))
     if missing := [area.id for area in template.areas if area.id not in covered]:
         raise ValueError(f'it has no swath of the area "{missing[0]}"')

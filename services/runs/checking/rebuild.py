@@ -117,8 +117,7 @@ class Rebuild:
     def _load(self, job: GivenJob, order: TimedOrder) -> list[Payload]:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]
         resume, remains = restored_from(order.details)
-        prepared = self._emulator.prepare(job.trajectory, job.template, resume, remains, taking)
-        self._emulator.take(prepared._replace(cause=job.cause))
+        self._emulator.take(self._emulator.prepare(job.trajectory, job.template, resume, remains, taking, job.cause))
         told = self._telemetry.loaded(job.trajectory, job.template)
         return told + (self._telemetry.restored_paint() if remains is not None else [])
 

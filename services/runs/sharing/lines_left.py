@@ -6,8 +6,8 @@ from typing import Any, Final, Self
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import TemplateSegment
+from touchline.services.planner.collision.clear_lines import clear_lines
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.sharing.clear_lines import clear_lines
 from touchline.services.runs.sharing.errand import ErrandStatus
 from touchline.services.runs.sharing.left_work import Floats, LeftWork, Progress, round_standing
 from touchline.services.runs.sharing.remains import Standing, left_out, shortened

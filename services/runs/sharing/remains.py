@@ -14,8 +14,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.arcs import abreast, unit
 from touchline.services.core.robust_overlay import buffer
 from touchline.services.onboard.interface import PaintBelief
+from touchline.services.planner.collision.clear_lines import part_of, redrawn
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.sharing.clear_lines import part_of, redrawn
 
 OVERLAP_M: Final = 0.005
 """Where a line is taken up again, paint begins so far before it stopped, as after a pause."""

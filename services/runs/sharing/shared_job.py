@@ -17,6 +17,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.fleet.traffic.conflicts import TimedPath
 from touchline.services.fleet.traffic.timetable import Delay, Timetable, timetable
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
+from touchline.services.planner.marking import REFUSE
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
@@ -177,7 +178,9 @@ def _planned(
     task: PlanTask, way: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
 ) -> Iterator[SharedJob | None]:
     """The jobs of one way to share: at several prices of a wet crossing, and then round the wet paint of the others."""
-    asked = [task.options if at is None else task.options.model_copy(update={"start": np.array(at)}) for at in starts]
+    # What robots share is all painted or refused: a share that leaves something out would be nobody's.
+    options = task.options.model_copy(update={"obstructed": REFUSE})
+    asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
 
     def planned(robot: int, price_s: float, others: Sequence[Floats] = ()) -> Plan:
         company = Company(np.concatenate((task.company.painted, *others)), price_s)
