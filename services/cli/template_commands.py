@@ -1,5 +1,6 @@
 """``touchline templates``: what can be planned out of the box, from text, and from other programs' drawings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,13 +23,14 @@ from touchline.services.runs.writing import check_writable, write_text, writing
 if TYPE_CHECKING:
     from touchline.schemas.fields import Field
     from touchline.services.drawings.importer import Imported, ImportOptions
+    from touchline.services.drawings.omissions import Omission
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
 LineWidthOption = Annotated[float, typer.Option(help="Width of the strokes, m.", min=0.02, max=0.3)]
 
 _SHOW = "show"
 #: So many of what was left out are named one by one.
-_NAMED = 5
+_NAMED = 12
 
 
 class _ShowByDefault(TyperGroup):
@@ -175,7 +177,7 @@ class ImportChoice:
         ),
     ] = ""
     anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre"
-    skip_others: Annotated[bool, typer.Option("--skip-others", help="Leave out what cannot be painted.")] = False
+    skip_others: Annotated[bool, typer.Option("--skip-others", hidden=True, help="Is what happens anyway.")] = False
 
     def options(self) -> "ImportOptions":
         """As the importer wants them.
@@ -193,7 +195,6 @@ class ImportChoice:
             self.fill,
             self.fill_angle,
             Anchor(self.anchor),
-            self.skip_others,
             self.detail,
             self.areas,
             tuple(self.layer or ()),
@@ -258,8 +259,18 @@ def _tell(name: str, imported: "Imported") -> None:
     ]
     if changes:
         print_event(Event.INFO, f"smaller than --detail, or drawn twice: {'; '.join(changes)}")
+    for reason, elements in _by_reason(imported.omissions):
+        print_event(Event.WARN, f"{', '.join(elements[:_NAMED])}{_more(len(elements))} {reason}")
     if imported.skipped:
         print_event(Event.WARN, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
+
+
+def _by_reason(omissions: Sequence["Omission"]) -> list[tuple[str, list[str]]]:
+    """Elements that are not painted, or not all of them, by the reason."""
+    found: dict[str, list[str]] = {}
+    for omission in omissions:
+        found.setdefault(omission.reason, []).append(omission.element)
+    return list(found.items())
 
 
 def _counted(count: int, what: str) -> str:

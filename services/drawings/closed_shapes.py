@@ -57,8 +57,8 @@ class FoundAreas:
 
 
 def is_shape(outline: Outline) -> bool:
-    """Whether an outline encloses something: it ends where it begins, or is filled and without a line."""
-    if outline.closed or outline.closes_itself:
+    """Whether an outline encloses something: it ends where it begins."""
+    if outline.closed:
         return True
     start, end = sampled(outline.pieces[0], 2)[0], sampled(outline.pieces[-1], 2)[-1]
     return bool(
@@ -110,7 +110,11 @@ def boundary_of(source: str, layer: str, outlines: Sequence[Outline], feature_m:
         remedy = "close the outline of the boundary, or name another layer"
         raise SpecError(source, layer, "has no closed shape for the boundary", remedy)
     name, largest = max(polygons, key=lambda each: each[1].area)
-    return Polygon(corners=_corners(source, name, largest.exterior, feature_m))
+    try:
+        return Polygon(corners=_corners(source, name, largest.exterior, feature_m))
+    except ValidationError as error:
+        problem = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise SpecError(source, name, f"makes no boundary: {problem}", "redraw it") from error
 
 
 def _enclosed(source: str, outlines: Sequence[Outline]) -> "tuple[list[tuple[str, shapely.Polygon]], list[str]]":

@@ -1,5 +1,6 @@
-"""DXF drawings as outlines: what lies in model space, blocks included, on layers that are on."""
+"""DXF drawings as outlines: what a plot of model space shows of lines and curves, blocks included."""
 
+import logging
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,6 +12,8 @@ import numpy as np
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
+from touchline.services.drawings.deviation import sampled
+from touchline.services.drawings.omissions import Omission, Unclear
 from touchline.services.drawings.outline import Edge, FillRule, Floats, Outline, Piece, Smooth, bezier, ellipse
 
 #: How deep blocks may hold blocks.
@@ -22,45 +25,65 @@ MOST_BINARY_BYTES = 1_000_000
 #: A point is painted as a stroke of this length along x, m.
 POINT_M = 0.24
 FLAT = (0.0, 0.0, 1.0)
-_CURVES = frozenset(("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"))
+#: The layer of a drawing program's own points, which no plot shows.
+NEVER_PLOTTED = "defpoints"
+_SOLIDS = frozenset(("SOLID", "TRACE"))
+_CURVES = _SOLIDS | {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE", "HELIX"}
+#: Entities that show nothing on paper.
+_SILENT = frozenset(("VIEWPORT", "ATTDEF", "LIGHT", "SUN", "SECTIONOBJECT"))
 
 
-def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
-    """(outlines in metres, names of what was skipped) of a DXF file.
+#: What the library raises for values that no entity may have.
+_STUMBLES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+
+
+def read_dxf(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
+    """(outlines in metres, what was left out) of a DXF file.
 
     Args:
         path: The file.
         scale_m: Metres per drawing unit; None: from the header's $INSUNITS.
-        skip_others: Leave out texts, dimensions and whatever else is no line instead of refusing them.
 
     Raises:
-        SpecError: It is no DXF, it states no unit, or an entity cannot be painted; it names which.
+        SpecError: It is no DXF, it states no unit, or it is beyond a limit.
     """
     _check_size(path)
     try:
-        return _read(path, scale_m, skip_others)
+        return _read(path, scale_m)
     except SpecError:
         raise
     except Exception as error:  # whatever damage leads the library into
         raise SpecError(path.name, "", f"is not a readable DXF ({error})", "save it as DXF R2000 or newer") from error
 
 
-def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
-    from ezdxf.filemanagement import readfile
-
-    drawing = readfile(path)
+def _read(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
+    drawing, damaged = _opened(path)
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
-    reader = _Reader(path.name, scale, skip_others)
+    reader = _Reader(path.name, scale, drawing)
+    if damaged:
+        reader.omissions.append(Omission(path.name, f"is damaged ({damaged}); what could be read of it is painted"))
     _give_blocks_a_height(drawing)
     _expand_arrays(path.name, drawing)
-    hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
-    outlines = [
-        outline
-        for entity in drawing.modelspace()
-        if str(entity.dxf.get("layer", "0")).lower() not in hidden
-        for outline in reader.outlines(entity, 0, "0")
-    ]
-    return outlines, reader.skipped
+    outlines = [outline for entity in drawing.modelspace() for outline in reader.outlines(entity, (), "0")]
+    if not len(drawing.modelspace()):
+        for layout in drawing.layouts:
+            if not layout.is_modelspace and len(layout):
+                reader.omissions.append(Omission(layout.name, "is a layout on paper; draw in model space"))
+    return outlines, reader.omissions
+
+
+def _opened(path: Path) -> tuple[Any, str]:
+    """The library's document, and what is wrong with the file; "": nothing."""
+    from ezdxf import recover
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
+
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # what it mends is reported here
+    try:
+        return readfile(path), ""
+    except (DXFError, *_STUMBLES) as error:
+        drawing, _ = recover.readfile(path)
+        return drawing, " ".join(str(error).split())
 
 
 def _give_blocks_a_height(drawing: Any) -> None:
@@ -121,22 +144,45 @@ def _is_mesh(entity: Any, kind: str) -> bool:
 
 
 class _Reader:
-    """Turns entities into outlines in metres; what it may skip it lists."""
+    """Turns entities into outlines in metres; what it leaves out it lists."""
 
-    def __init__(self, source: str, scale: float, skip_others: bool) -> None:
-        self.source, self.scale, self.skip_others = source, scale, skip_others
-        self.skipped: list[str] = []
+    def __init__(self, source: str, scale: float, drawing: Any) -> None:
+        self.source, self.scale = source, scale
+        self.omissions: list[Omission] = []
+        self._frozen = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen()}
+        hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or not layer.dxf.plot}
+        self._hidden = hidden | self._frozen | {NEVER_PLOTTED}
         self._count = self._entities = 0
 
-    def outlines(self, entity: Any, depth: int, layer: str) -> Iterator[Outline]:
-        """Those of an entity; `layer` is that of the block that it is in, which entities of layer 0 take on."""
+    def outlines(self, entity: Any, blocks: tuple[str, ...], layer: str) -> Iterator[Outline]:
+        """Those of an entity that a plot shows.
+
+        Args:
+            entity: Anything in a layout or block.
+            blocks: Names of the blocks that it is in.
+            layer: That of the insert of the innermost one, which entities of layer 0 take on.
+        """
         own = str(entity.dxf.get("layer", "0"))
         layer = layer if own == "0" else own
+        if entity.dxf.get("invisible", 0):
+            return
         if entity.dxftype() == "INSERT":
-            yield from self._block(entity, self._counted(entity), depth, layer)
-        else:
-            for outline in self._lines(entity):
-                yield replace(outline, layers=(layer,))
+            # Where its own layer is off, or not plotted, only what takes that layer on is hidden.
+            if layer.lower() not in self._frozen:
+                yield from self._block(entity, self._counted(entity), blocks, layer)
+        elif layer.lower() not in self._hidden:
+            name = self._counted(entity)
+            try:
+                found = list(self._lines(entity, name))
+            except Unclear as reason:
+                self._omit(name, str(reason))
+            except _STUMBLES as error:
+                self._omit(name, f"cannot be followed ({error}); redraw or remove it")
+            else:
+                yield from (replace(outline, layers=(layer,)) for outline in found)
+
+    def _omit(self, name: str, reason: str) -> None:
+        self.omissions.append(Omission(name, reason))
 
     def _counted(self, entity: Any) -> str:
         """The name of one more entity."""
@@ -145,31 +191,46 @@ class _Reader:
             raise SpecError(self.source, "", f"makes more than {MOST_ENTITIES:,} entities of its blocks", "simplify it")
         return self._name(entity, entity.dxftype())
 
-    def _lines(self, entity: Any) -> Iterator[Outline]:
-        kind, name = entity.dxftype(), self._counted(entity)
+    def _lines(self, entity: Any, name: str) -> Iterator[Outline]:
+        kind = entity.dxftype()
         if kind == "HATCH":
             yield from self._hatch(entity, name)
         elif kind == "POINT":
-            x, y = self._at(name, entity.dxf.location)
+            x, y = self._at(entity.dxf.location)
             yield Outline(name, (Curve.from_line((x - POINT_M / 2, y), (x + POINT_M / 2, y)),))
         elif kind in _CURVES and not _is_mesh(entity, kind):
-            pieces = tuple(self._pieces(entity, kind, name))
+            pieces = tuple(self._pieces(entity, kind))
+            if pieces and not all(np.isfinite(sampled(piece, 3)).all() for piece in pieces):
+                raise Unclear("has a coordinate that is not finite; mend or remove it")
+            filled = kind in _SOLIDS
             if pieces:
-                yield Outline(name, pieces, closed=_closed(entity, kind))
-        elif self.skip_others:
-            self.skipped.append(name)
-        else:
-            remedy = "explode it or convert it to lines, or leave it out with --skip-others"
-            raise SpecError(self.source, name, "cannot be painted", remedy)
+                edge = Edge.UNLESS_FILLED if filled else Edge.PAINTED
+                yield Outline(name, pieces, closed=filled or _closed(entity, kind), filled=filled, edge=edge)
+        elif kind not in _SILENT:
+            raise Unclear(f"is {kind}, which is no line; explode it or convert it to lines")
 
     def _name(self, entity: Any, kind: str) -> str:
         handle = entity.dxf.get("handle")
         self._count += 1
         return f"{kind.lower()}-{handle}" if handle else f"{kind.lower()}-{self._count}"
 
-    def _block(self, entity: Any, name: str, depth: int, layer: str) -> Iterator[Outline]:
-        if depth == MAX_DEPTH:
-            raise SpecError(self.source, name, "nests blocks too deeply", "explode the blocks")
+    def _block(self, entity: Any, name: str, blocks: tuple[str, ...], layer: str) -> Iterator[Outline]:
+        from ezdxf.xclip import XClip
+
+        block = str(entity.dxf.get("name", "")).lower()
+        clip = XClip(entity)
+        if block in blocks:
+            self._omit(name, "inserts the block that it is in; remove it")
+        elif entity.block() is None:
+            self._omit(name, f"inserts the block {block[:40]!r}, which is not there; remove it")
+        elif len(blocks) == MAX_DEPTH:
+            self._omit(name, "nests blocks too deeply; explode the blocks")
+        elif clip.has_clipping_path and clip.is_clipping_enabled:
+            self._omit(name, "is a clipped block; explode it and cut the lines")
+        else:
+            yield from self._copies(entity, name, (*blocks, block), layer)
+
+    def _copies(self, entity: Any, name: str, blocks: tuple[str, ...], layer: str) -> Iterator[Outline]:
         if entity.mcount > MOST_ENTITIES:
             problem = f"repeats a block {entity.mcount:,} times"
             raise SpecError(self.source, name, problem, f"give at most {MOST_ENTITIES:,}")
@@ -177,7 +238,7 @@ class _Reader:
         for part in (part for copy in copies for part in copy.virtual_entities()):
             # The parts of a block have the handles of its definition, which may be inserted often: name them anew.
             self._count += 1
-            for outline in self.outlines(part, depth + 1, layer):
+            for outline in self.outlines(part, blocks, layer):
                 prefix = f"{name}-{self._count}"
                 area = outline.area or outline.name
                 yield replace(outline, name=f"{prefix}-{outline.name}", area=f"{prefix}-{area}")
@@ -186,40 +247,40 @@ class _Reader:
         from ezdxf import path
 
         for index, ring in enumerate(path.from_hatch(entity), 1):
-            pieces = tuple(self._path(ring, name))
+            pieces = tuple(self._path(ring))
             if pieces:
                 part = f"{name}-{index}"
                 yield Outline(part, pieces, True, filled=True, edge=Edge.NEVER, area=name, rule=FillRule.EVEN_ODD)
 
-    def _pieces(self, entity: Any, kind: str, name: str) -> Iterator[Piece]:
+    def _pieces(self, entity: Any, kind: str) -> Iterator[Piece]:
         flat = tuple(entity.dxf.get("extrusion", FLAT)) == FLAT
         if kind in ("LWPOLYLINE", "POLYLINE") and flat and _is_flat(entity, kind):
             for part in entity.virtual_entities():
-                yield from self._pieces(part, part.dxftype(), name)
+                yield from self._pieces(part, part.dxftype())
         elif kind == "LINE":
-            yield from self._line(name, entity.dxf.start, entity.dxf.end)
+            yield from self._line(entity.dxf.start, entity.dxf.end)
         elif kind in ("ARC", "CIRCLE") and flat:
-            yield self._arc(entity, kind, name)
+            yield self._arc(entity, kind)
         elif kind == "ELLIPSE":
-            yield self._ellipse(entity, name)
-        elif kind == "SPLINE":
-            yield self._spline(entity, name)
+            yield self._ellipse(entity)
+        elif kind in ("SPLINE", "HELIX"):
+            yield self._spline(entity)
         else:
             from ezdxf import path
 
-            yield from self._path(path.make_path(entity), name)
+            yield from self._path(path.make_path(entity))
 
-    def _arc(self, entity: Any, kind: str, name: str) -> Piece:
-        center, radius = self._at(name, entity.dxf.center), self.scale * float(entity.dxf.radius)
+    def _arc(self, entity: Any, kind: str) -> Piece:
+        center, radius = self._at(entity.dxf.center), self.scale * float(entity.dxf.radius)
         if radius <= 0.0:
-            raise SpecError(self.source, name, f"has a radius of {radius:g} m", "give it a positive radius")
+            raise Unclear(f"has a radius of {radius:g} m; give it a positive one")
         begin = math.radians(entity.dxf.start_angle) if kind == "ARC" else 0.0
         sweep = math.radians(entity.dxf.end_angle) - begin if kind == "ARC" else 2 * math.pi
         start = (center[0] + radius * math.cos(begin), center[1] + radius * math.sin(begin))
         return Curve.from_arc(start, center, sweep % (2 * math.pi) or 2 * math.pi)
 
-    def _ellipse(self, entity: Any, name: str) -> Piece:
-        center = self._at(name, entity.dxf.center)
+    def _ellipse(self, entity: Any) -> Piece:
+        center = self._at(entity.dxf.center)
         major, up = entity.dxf.major_axis, entity.dxf.extrusion
         minor = up.normalize().cross(major) * entity.dxf.ratio
         axes = [(self.scale * v.x, self.scale * v.y) for v in (major, minor)]
@@ -227,11 +288,11 @@ class _Reader:
         sweep = (end - begin) % (2 * math.pi) or 2 * math.pi
         return ellipse(center, axes[0], axes[1], begin, begin + sweep)
 
-    def _spline(self, entity: Any, name: str) -> Piece:
+    def _spline(self, entity: Any) -> Piece:
         try:
             tool = entity.construction_tool()
         except ValueError as error:
-            raise SpecError(self.source, name, f"is no usable spline ({error})", "redraw or remove it") from error
+            raise Unclear(f"is no usable spline ({error}); redraw or remove it") from error
 
         def every(order: int, t: Floats) -> Floats:
             found = tool.derivatives(t.tolist(), 1)
@@ -244,27 +305,27 @@ class _Reader:
         breaks = [float(b) for a, c in pairwise(inside) for b in np.linspace(a, c, 3)[:-1]]
         return Smooth(lambda t: every(0, t), lambda t: every(1, t), (*breaks, inside[-1]))
 
-    def _path(self, drawn: Any, name: str) -> Iterator[Piece]:
+    def _path(self, drawn: Any) -> Iterator[Piece]:
         """The library's path: lines and Bézier curves."""
         here = drawn.start
         for command in drawn.commands():
             controls = [command.ctrl] if hasattr(command, "ctrl") else []
             controls = [command.ctrl1, command.ctrl2] if hasattr(command, "ctrl1") else controls
             if controls:
-                yield bezier([self._at(name, point) for point in (here, *controls, command.end)])
+                yield bezier([self._at(point) for point in (here, *controls, command.end)])
             else:
-                yield from self._line(name, here, command.end)
+                yield from self._line(here, command.end)
             here = command.end
 
-    def _line(self, name: str, start: Any, end: Any) -> Iterator[Curve]:
-        first, last = self._at(name, start), self._at(name, end)
+    def _line(self, start: Any, end: Any) -> Iterator[Curve]:
+        first, last = self._at(start), self._at(end)
         if first != last:
             yield Curve.from_line(first, last)
 
-    def _at(self, name: str, point: Any) -> tuple[float, float]:
+    def _at(self, point: Any) -> tuple[float, float]:
         x, y = self.scale * float(point.x), self.scale * float(point.y)
         if not (math.isfinite(x) and math.isfinite(y)):
-            raise SpecError(self.source, name, "has a coordinate that is not finite", "mend or remove it")
+            raise Unclear("has a coordinate that is not finite; mend or remove it")
         return (x, y)
 
 

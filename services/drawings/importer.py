@@ -9,25 +9,27 @@ from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import Transform
 from touchline.schemas.plain_text import plain
 from touchline.schemas.spec import MAX_SPEC_BYTES
-from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.services.drawings.areas import fill_areas
 from touchline.services.drawings.closed_shapes import FoundAreas, areas_of, boundary_of, is_shape
 from touchline.services.drawings.detail import FINEST_M, Detail
 from touchline.services.drawings.deviation import apart_m, sampled
 from touchline.services.drawings.dxf import read_dxf
-from touchline.services.drawings.outline import Edge, Floats, Outline
+from touchline.services.drawings.omissions import Omission
+from touchline.services.drawings.outline import Edge, Floats, Outline, shifted
 from touchline.services.drawings.picture import bounds
 from touchline.services.drawings.repeats import Repeats
 from touchline.services.drawings.strokes import StrokeKind, Strokes
 from touchline.services.drawings.svg import read_svg
 
-Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
+Reader = Callable[[Path, float | None], tuple[list[Outline], list[Omission]]]
 Progress = Callable[[float, str], None]
 READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
 #: The planner takes no more.
@@ -60,7 +62,6 @@ class ImportOptions:
     fill: bool = False
     fill_angle_deg: float = 0.0
     anchor: Anchor = Anchor.CENTRE
-    skip_others: bool = False
     detail_m: float | None = None
     """The smallest feature that is kept; None: as long as the line is wide; 0: all that a template may hold."""
     areas: bool = False
@@ -77,6 +78,14 @@ class ImportOptions:
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """What was read of a file."""
+
+    outlines: list[Outline]
+    omissions: list[Omission]
+
+
+@dataclass(frozen=True)
 class Imported:
     """A drawing's template, and what its author should know.
 
@@ -84,7 +93,8 @@ class Imported:
         template: The strokes.
         deviation_m: How far the strokes are from the drawn lines at most, and these from them; dots apart.
         farthest_m: (x, y) where that is, in the template's frame.
-        skipped: Elements left out: unpaintable ones, those too small to paint, and repeated ones.
+        omissions: Elements that are not painted, or not all of them, with the reasons.
+        skipped: Names of outlines left out: those too small to paint, and repeated ones.
         pieces: Lines and curves that the drawing has.
         dots: How many outlines are painted as a dot.
         doubled: How many are painted once in place of there and back.
@@ -97,6 +107,7 @@ class Imported:
     template: Template
     deviation_m: float
     farthest_m: tuple[float, float]
+    omissions: tuple[Omission, ...]
     skipped: tuple[str, ...]
     pieces: int
     dots: int
@@ -111,7 +122,7 @@ class Imported:
 class _Collected:
     """What an import has found so far."""
 
-    skipped: list[str]
+    skipped: list[str] = field(default_factory=list)
     segments: list[TemplateSegment] = field(default_factory=list)
     areas: list[tuple[Outline, list[Curve]]] = field(default_factory=list)
     kinds: Counter[StrokeKind] = field(default_factory=Counter)
@@ -152,24 +163,34 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         raise SpecError(path.name, "", f"ends in {path.suffix!r}", f"give a file that ends in {' or '.join(READERS)}")
     _check(path, options)
     progress(0.0, "reading")
-    outlines, skipped = reader(path, options.scale_m, options.skip_others)
-    pieces = sum(len(outline.pieces) for outline in outlines)
+    drawing = Drawing(*reader(path, options.scale_m))
+    try:
+        return _imported(path, drawing, options, progress)
+    except ValidationError as error:
+        field, problem = error.errors()[0]["loc"], error.errors()[0]["msg"].removeprefix("Value error, ")
+        place = ".".join(map(str, field))
+        raise SpecError(path.name, place, f"makes no template ({problem})", "redraw or remove it") from error
+
+
+def _imported(path: Path, drawing: Drawing, options: ImportOptions, progress: Progress) -> Imported:
+    """The template of what was read."""
+    pieces = sum(len(outline.pieces) for outline in drawing.outlines)
     if pieces > MAX_PIECES:
         raise SpecError(path.name, "", f"has {pieces:,} lines and curves", f"give at most {MAX_PIECES:,}")
-    _check_reach(path.name, outlines, options.anchor)
-    boundary = _boundary(path.name, outlines, options)
-    outlines = _chosen(path.name, outlines, options)
+    fence = _fence(path.name, drawing.outlines, options)
+    outlines = _chosen(path.name, drawing.outlines, options)
+    away = _check_reach(path.name, outlines, fence, options.anchor)
+    outlines, fence = [shifted(each, -away) for each in outlines], [shifted(each, -away) for each in fence]
+    boundary = boundary_of(path.name, options.boundary, fence, options.detail.feature_m) if options.boundary else None
     shapes = [outline for outline in outlines if options.areas and is_shape(outline)]
     areas = areas_of(path.name, shapes, options.detail.feature_m) if shapes else NO_AREAS
     outlines = [outline for outline in outlines if not (options.areas and is_shape(outline))]
-    found = _collected(path.name, outlines, skipped, options, progress)
+    found = _collected(outlines, options, progress)
     if options.fill:
         angle = math.radians(options.fill_angle_deg)
         found.segments += fill_areas(found.areas, options.line_width_m, angle, options.detail.feature_m / 2)
     if not (found.segments or areas.areas):
-        least = max(options.detail.stray_m, FINEST_M)
-        remedy = f"draw lines at least {1e2 * least:.2g} cm long, or check --scale and --detail"
-        raise SpecError(path.name, "", "has nothing to paint", remedy)
+        raise _nothing(path.name, drawing, options.detail)
     template = Template(
         name=plain(path.stem, 100) or "drawing",
         title=plain(path.stem),
@@ -187,6 +208,7 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         template=moved,
         deviation_m=found.worst_m,
         farthest_m=(found.where_m[0] + x, found.where_m[1] + y),
+        omissions=tuple(drawing.omissions),
         skipped=tuple(found.skipped),
         pieces=pieces,
         dots=found.kinds[StrokeKind.DOT],
@@ -196,6 +218,20 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         left_out=_shifted(found.left_out, x, y),
         found=areas,
     )
+
+
+def _nothing(source: str, drawing: Drawing, detail: Detail) -> SpecError:
+    """Why there is no template."""
+    if drawing.omissions and not drawing.outlines:
+        first = drawing.omissions[0]
+        others = len(drawing.omissions) - 1
+        more = f" (and {others:,} more)" if others else ""
+        return SpecError(source, "", "has nothing to paint", f"{plain(first.element, 80)} {first.reason}{more}")
+    if not drawing.outlines:
+        return SpecError(source, "", "has nothing to paint", "draw lines that are visible")
+    least = max(detail.stray_m, FINEST_M)
+    remedy = f"draw lines at least {1e2 * least:.2g} cm long, or check --scale and --detail"
+    return SpecError(source, "", "has nothing to paint", remedy)
 
 
 def _chosen(source: str, outlines: list[Outline], options: ImportOptions) -> list[Outline]:
@@ -211,18 +247,15 @@ def _chosen(source: str, outlines: list[Outline], options: ImportOptions) -> lis
     return chosen
 
 
-def _boundary(source: str, outlines: list[Outline], options: ImportOptions) -> Polygon | None:
-    """The boundary asked for, once every layer that is asked for is known to be there."""
+def _fence(source: str, outlines: list[Outline], options: ImportOptions) -> list[Outline]:
+    """What lies in the boundary's layer, once every layer that is asked for is known to be there."""
     known = {name.lower(): name for outline in outlines for name in outline.layers}
     for option, layer in [("--layer", layer) for layer in options.layers] + [("--boundary", options.boundary)]:
         if layer and layer.lower() not in known:
             named = f"give one of: {', '.join(plain(name, 40) for name in list(known.values())[:_NAMED])}"
             remedy = named if known else "leave it out: the drawing has no layers"
             raise SpecError(source, option, f"is {layer!r}, in which nothing is drawn", remedy)
-    if not options.boundary:
-        return None
-    inside = [outline for outline in outlines if _lies_in(outline, (options.boundary,))]
-    return boundary_of(source, options.boundary, inside, options.detail.feature_m)
+    return [outline for outline in outlines if _lies_in(outline, (options.boundary,))]
 
 
 def _lies_in(outline: Outline, layers: tuple[str, ...]) -> bool:
@@ -234,11 +267,9 @@ def _silent(_fraction: float, _doing: str) -> None:
     pass
 
 
-def _collected(
-    source: str, outlines: Sequence[Outline], skipped: list[str], options: ImportOptions, progress: Progress
-) -> _Collected:
+def _collected(outlines: Sequence[Outline], options: ImportOptions, progress: Progress) -> _Collected:
     """What is painted of outlines, but for areas."""
-    found, detail = _Collected(skipped), options.detail
+    found, detail = _Collected(), options.detail
     done, every = 0, sum(len(outline.pieces) for outline in outlines)
     for outline in outlines:
         progress(READING + (1.0 - READING) * done / max(every, 1), f"fitting {plain(outline.name, 40)}")
@@ -248,8 +279,8 @@ def _collected(
         if area:
             found.areas.append((outline, strokes.curves))
         hidden = outline.edge is Edge.NEVER and not options.fill
-        repeated = not hidden and detail.feature_m and found.repeats.has(strokes.drawn, detail)
-        if strokes.kind is StrokeKind.SPECK or hidden or repeated:
+        unseen = hidden or strokes.kind is StrokeKind.SPECK
+        if unseen or (detail.feature_m and found.repeats.has(strokes.drawn, detail)):
             found.leave_out(outline, strokes)
         elif area and outline.edge is not Edge.PAINTED:
             found.drawn += strokes.drawn
@@ -271,18 +302,32 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise SpecError("command line", "--scale", f"is {scale}", "give metres per unit of the drawing, above 0")
 
 
-def _check_reach(source: str, outlines: Sequence[Outline], anchor: Anchor) -> None:
-    """Refuse what lies or reaches too far out, before anything is fitted to it."""
+def _check_reach(source: str, outlines: Sequence[Outline], fence: Sequence[Outline], anchor: Anchor) -> Floats:
+    """Refuse what lies or reaches too far out, before anything is fitted to it.
+
+    Returns:
+        (2,) middle of a drawing so far out (map coordinates, mostly) that it is moved before anything is made of it, m.
+    """
     if not outlines:
-        return
-    every = []
-    for outline in outlines:
-        points = np.concatenate([sampled(piece, 9) for piece in outline.pieces])
-        if not np.abs(points).max() <= MAX_REACH_M:
-            raise SpecError(source, outline.name, f"is further out than {MAX_REACH_M / 1e3:,.0f} km", "check --scale")
-        every.append(points)
-    points = np.concatenate(every)
-    _origin(source, points.min(axis=0), points.max(axis=0), anchor)
+        return np.zeros(2)
+    every = np.concatenate([_extent(source, outline) for outline in outlines])
+    low, high = every.min(axis=0), every.max(axis=0)
+    at = _origin(source, low, high, anchor)
+    for outline in fence:
+        away = float(np.abs(_extent(source, outline) - at).max())
+        if away > MAX_COORDINATE_M:
+            remedy = "check --scale and --boundary"
+            raise SpecError(source, outline.name, f"reaches {away:,.0f} m from the {anchor.value} origin", remedy)
+    far = anchor is not Anchor.OWN and max(abs(low).max(), abs(high).max()) > MAX_COORDINATE_M / 2
+    return np.asarray((low + high) / 2 if far else np.zeros(2))
+
+
+def _extent(source: str, outline: Outline) -> Floats:
+    """(n, 2) points of an outline."""
+    points = np.concatenate([sampled(piece, 9) for piece in outline.pieces])
+    if not np.abs(points).max() <= MAX_REACH_M:
+        raise SpecError(source, outline.name, f"is further out than {MAX_REACH_M / 1e3:,.0f} km", "check --scale")
+    return points
 
 
 def _origin(source: str, low: Floats, high: Floats, anchor: Anchor) -> Floats:

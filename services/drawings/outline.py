@@ -1,7 +1,7 @@
 """What a drawing's elements are, whatever file they come from: chains of straight, circular and smooth pieces."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
@@ -70,10 +70,18 @@ class Outline:
     rule: FillRule | None = None
     layers: tuple[str, ...] = ()
 
-    @property
-    def closes_itself(self) -> bool:
-        """Whether it is open, but shown as what a straight line back would enclose: filled, and without a line."""
-        return not self.closed and self.filled and self.edge is Edge.UNLESS_FILLED
+
+def shifted(outline: Outline, by: Floats) -> Outline:
+    """The outline moved by ``by``, (2,) m."""
+    if not by.any():
+        return outline
+    return replace(outline, pieces=tuple(_moved(piece, by) for piece in outline.pieces))
+
+
+def _moved(piece: Piece, by: Floats) -> Piece:
+    if isinstance(piece, Smooth):
+        return replace(piece, point=lambda t: piece.point(t) + by)
+    return replace(piece, x_m=piece.x_m + float(by[0]), y_m=piece.y_m + float(by[1]))
 
 
 def bezier(points: npt.ArrayLike) -> Smooth:

@@ -1,176 +1,380 @@
-"""SVG drawings as outlines: every shape and path, its transforms carried out, y turned up."""
+"""SVG drawings as outlines, as a browser shows them: what is visible, where it is, cut to what clips it; y turned up.
+
+Text, images, masks, markers and whatever else is no line or cannot be followed exactly is left out, by element.
+"""
 
 import math
-import re
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element
 
 import numpy as np
+from shapely.errors import ShapelyError
 
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings.outline import Edge, FillRule, Floats, Outline, Piece, bezier, ellipse
-from touchline.services.drawings.svg_limits import check_svg
+from touchline.services.drawings.deviation import sampled
+from touchline.services.drawings.omissions import Omission, Unclear
+from touchline.services.drawings.outline import FillRule, Floats, Outline
+from touchline.services.drawings.outline_clipping import region_of
+from touchline.services.drawings.svg_document import SvgDocument, href, parse_svg
+from touchline.services.drawings.svg_lengths import SvgViewport, fitted, view_box
+from touchline.services.drawings.svg_limits import MOST_ELEMENTS, check_svg
+from touchline.services.drawings.svg_page import SvgPage
+from touchline.services.drawings.svg_paint import in_context
+from touchline.services.drawings.svg_painter import SvgPainter, SvgPlace
+from touchline.services.drawings.svg_pieces import (
+    parallelogram,
+)
+from touchline.services.drawings.svg_shapes import SHAPES, shape_of
+from touchline.services.drawings.svg_style import UNSUPPORTED, Cascade, Style, alpha_of, reference_of
+from touchline.services.drawings.svg_transforms import about, moved, origin_of, parse_transform
 
-ToMetres: TypeAlias = Callable[[Any], tuple[float, float]]
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
-INCH_M = 0.0254
-#: Metres of the units of length that have a size in the world; px and % have none.
-UNITS_M = {"mm": 0.001, "cm": 0.01, "in": INCH_M, "pt": INCH_M / 72, "pc": INCH_M / 6, "m": 1.0}
-#: Relative difference up to which an ellipse is a circle.
-ROUND = 1e-9
-#: By how much a view box, and a unit in metres, may scale; beyond it numbers have no digits left.
-MOST_SCALE = 1e9
 #: The name of a layer, as drawing programs write it.
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 #: Elements that show something which is no line.
-UNPAINTABLE = {"Text": "convert it to paths", "Image": "trace it"}
+UNPAINTABLE = {
+    "text": "is a text; convert it to paths",
+    "image": "is an image; trace it",
+    "foreignObject": "holds something that is no SVG; convert it to paths",
+    "video": "is a video",
+    "audio": "is a sound",
+    "canvas": "is a canvas",
+    "iframe": "is a page",
+}
+_GROUPS = frozenset(("g", "a", "svg", "switch"))
+_ANIMATIONS = frozenset(("animate", "animateMotion", "animateTransform", "animateColor", "set"))
+_SHOWN = frozenset((*_GROUPS, "use", *SHAPES, *UNPAINTABLE))
+_LANGUAGE = "en"
+#: What numbers of an extreme size lead the libraries into.
+_STUMBLES = (ArithmeticError, LookupError, TypeError, ValueError, ShapelyError)
+#: Points of a piece by which the size of an element is taken.
+_MEASURED = 65
 
 
-def read_svg(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
-    """(outlines in metres, names of what was skipped) of an SVG file.
+def read_svg(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
+    """(outlines in metres, what was left out) of an SVG file.
 
     Args:
         path: The file.
         scale_m: Metres per user unit; None: from the drawing's width or height, if they have a unit of length.
-        skip_others: Leave out texts and images instead of refusing them.
 
     Raises:
-        SpecError: It is no SVG, its size in metres is unknown, or an element cannot be painted; it names which.
+        SpecError: It is no SVG, its size in metres is unknown, or it is beyond a limit.
     """
-    check_svg(path)
     try:
-        return _read(path, scale_m, skip_others)
+        check_svg(path)
+        return _read(path, scale_m)
     except SpecError:
         raise
-    except Exception as error:  # whatever its numbers lead the library into
+    except Exception as error:  # whatever its numbers and styles lead the libraries into
         raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
 
 
-def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
-    import svgelements
+def _read(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
+    document = parse_svg(path)
+    cascade = Cascade(document, path.name)
+    style = cascade.computed(document.root, cascade.root(), SvgViewport(100.0, 100.0))
+    page = SvgPage.of(path.name, document.root, style, scale_m)
+    painter = SvgPainter(document, page.edge)
+    if page.visible:
+        with np.errstate(all="ignore"):  # what is not finite is left out by name
+            _SvgReader(path.name, document, cascade, painter).read(page)
+    return painter.outlines, painter.omissions
 
-    drawing = svgelements.SVG.parse(str(path), reify=True)
-    if not isinstance(drawing, svgelements.SVG):  # another kind of XML
-        raise SpecError(path.name, "", "has no svg element at its root", "save it as plain SVG")
-    to_metres = _to_metres(path.name, drawing, _metres_per_unit(path.name, drawing, scale_m))
-    outlines: list[Outline] = []
-    skipped: list[str] = []
-    seen: dict[str, int] = {}
-    for element, layers in _elements(drawing, ()):
-        kind = type(element).__name__
-        name = _name(element, kind, seen)
+
+class _SvgReader:
+    """Walks through a document, and has a painter collect what shows."""
+
+    def __init__(self, source: str, document: SvgDocument, cascade: Cascade, painter: SvgPainter) -> None:
+        self._source, self._document, self._cascade, self._painter = source, document, cascade, painter
+        self._page: SvgPage | None = None
+        self._measures = False
+        self._regions: dict[tuple[Element, bytes], BaseGeometry] = {}
+        self._clips = 0
+
+    def read(self, page: SvgPage) -> None:
+        """Find all that the page shows."""
+        root, self._page = self._document.root, page
+        for element, reason in self._cascade.unread:
+            self._painter.omit(element, reason)
+        if self._document.linked_styles:
+            self._painter.omit(root, "names a style sheet in another file, which is not read; save it as plain SVG")
+        self._element(root, SvgPlace(page.matrix, page.viewport, self._cascade.root()))
+
+    def _element(self, element: Element, place: SvgPlace) -> None:
+        kind = self._document.kind(element)
+        if kind not in _SHOWN or not _wanted(element):
+            return
+        style = self._cascade.computed(element, place.style, place.viewport)
+        if style["display"] == "none" or (alpha_of(style["opacity"]) == 0.0 and not self._measures):
+            return
+        place = replace(place, style=style, viewport=replace(place.viewport, font=float(style["font-size"])))
+        try:
+            place = self._transformed(element, place)
+            if not abs(np.linalg.det(place.matrix)) > 0.0:
+                return
+            if not self._measures:
+                self._check_effects(element, style)
+                place = self._cut(element, place)
+        except Unclear as reason:
+            self._painter.omit(element, str(reason))
+            return
+        except _STUMBLES as error:
+            self._painter.omit(element, f"cannot be followed ({error}); redraw or remove it")
+            return
+        self._content(element, kind, place)
+
+    def _content(self, element: Element, kind: str, place: SvgPlace) -> None:
         if kind in UNPAINTABLE:
-            if not skip_others:
-                remedy = f"{UNPAINTABLE[kind]}, or leave it out with --skip-others"
-                raise SpecError(path.name, name, "cannot be painted", remedy)
-            skipped.append(name)
-        elif isinstance(element, svgelements.Shape):
-            rule = FillRule.EVEN_ODD if element.values.get("fill-rule") == "evenodd" else FillRule.NONZERO
-            found = _outlines(path.name, name, element, to_metres)
-            outlines += [replace(outline, rule=rule, layers=layers) for outline in found]
-    return outlines, skipped
+            if place.style["visibility"] == "visible":
+                self._painter.omit(element, UNPAINTABLE[kind])
+            return
+        if any(self._document.kind(child) in _ANIMATIONS for child in element):
+            self._painter.omit(element, "is animated, and painted as it stands without that")
+        if kind in SHAPES:
+            try:
+                self._painter.paint(element, kind, place)
+            except _STUMBLES as error:
+                self._painter.omit(element, f"cannot be followed ({error}); redraw or remove it")
+            return
+        names = tuple(name for name in (element.get("id"), element.get(LABEL)) if name)
+        place = replace(place, layers=place.layers + names)
+        if kind == "use":
+            self._use(element, place)
+        elif kind == "svg" and element is not self._document.root:
+            self._nested(element, place, (place.style["width"], place.style["height"]))
+        else:
+            self._children(element, place, kind == "switch")
+
+    def _children(self, element: Element, place: SvgPlace, first: bool = False) -> None:
+        for child in element:
+            if not first:
+                self._element(child, place)
+            elif self._document.kind(child) in _SHOWN and _wanted(child):
+                self._element(child, place)
+                return
+
+    def _use(self, element: Element, place: SvgPlace) -> None:
+        reference = href(element)
+        target = self._document.target(reference)
+        if target is None:
+            missing = f"refers to {reference[:60]!r}, which is not there; draw it or remove the element"
+            self._painter.omit(
+                element, missing if reference.startswith("#") or not reference else "refers to another file; embed it"
+            )
+            return
+        if target in place.used or target is element or target in self._document.ancestors(element):
+            self._painter.omit(element, "refers to what it is in; remove it")
+            return
+        x, y = (place.viewport.length(place.style[axis], axis, 0.0) for axis in "xy")
+        context = {f"--context-{name}": in_context(place.style[name], place.style) for name in ("fill", "stroke")}
+        place = replace(place.then(moved(x, y)), used=(*place.used, target), style=place.style | context)
+        kind = self._document.kind(target)
+        if kind not in ("symbol", "svg"):
+            self._element(target, place)
+            return
+        size = (place.style["width"], place.style["height"])
+        style = self._cascade.computed(target, place.style, place.viewport)
+        if style["display"] != "none" and alpha_of(style["opacity"]) > 0.0:
+            self._symbol(target, replace(place, style=style), size)
+
+    def _symbol(self, target: Element, place: SvgPlace, size: tuple[str, str]) -> None:
+        """A symbol or svg that is used; the use element's width and height, if it has them, are its own."""
+        own = (place.style["width"], place.style["height"])
+        size = (_or(size[0], own[0]), _or(size[1], own[1]))
+        try:
+            place = self._cut(target, self._transformed(target, place))
+            self._check_effects(target, place.style)
+        except Unclear as reason:
+            self._painter.omit(target, str(reason))
+            return
+        self._nested(target, place, size)
+
+    def _nested(self, element: Element, place: SvgPlace, size: tuple[str, str]) -> None:
+        """What is in an element that has a viewport of its own."""
+        style, outer = place.style, place.viewport
+        if self._document.kind(element) == "svg":
+            place = place.then(moved(outer.length(style["x"], "x", 0.0), outer.length(style["y"], "y", 0.0)))
+        width, height = (outer.length(_or(side, "100%"), axis, 0.0) for side, axis in zip(size, "xy", strict=True))
+        box = view_box(element.get("viewBox"))
+        if math.isnan(width + height):
+            self._painter.omit(
+                element, "has the size of the page, which has none; give the outermost svg a width and height"
+            )
+        if not (width > 0.0 and height > 0.0) or (box is not None and min(box[2:]) <= 0.0):
+            return
+        if style["overflow"] not in ("visible", "auto") and not self._measures:
+            corners = np.array([(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)])
+            place = replace(place, regions=(*place.regions, parallelogram(place.matrix, corners)))
+        if box is not None:
+            place = place.then(fitted(box, (width, height), element.get("preserveAspectRatio")))
+        inner = (width, height) if box is None else box[2:]
+        self._children(element, replace(place, viewport=replace(place.viewport, width=inner[0], height=inner[1])))
+
+    def _transformed(self, element: Element, place: SvgPlace) -> SvgPlace:
+        value, origin = place.style["transform"], place.style["transform-origin"]
+        if any(place.style.get(name, "none") not in ("none", "auto") for name in UNSUPPORTED):
+            raise Unclear("is moved by a CSS property other than transform; use transform")
+        if value == "none":
+            return place
+        viewport = place.viewport
+        corner = np.zeros(2)
+        if place.style["transform-box"] not in ("view-box", "") and origin:
+            low, high = self._box(element, place)
+            corner, (width, height) = low, (high - low).tolist()
+            viewport = replace(viewport, width=width, height=height)
+        root = element is self._document.root and self._page is not None
+        if root and self._page is not None:
+            viewport, origin = replace(viewport, width=viewport.page[0], height=viewport.page[1]), origin or "50% 50%"
+        matrix = parse_transform(value, True, viewport)
+        if matrix is None:
+            matrix = parse_transform(value, False, viewport)
+        about_point = origin_of(origin, viewport)
+        if matrix is None:
+            return place
+        if about_point is not None:
+            matrix = about(matrix, corner + about_point)
+        if root and self._page is not None:
+            matrix = np.linalg.inv(self._page.fit) @ matrix @ self._page.fit
+        return place.then(matrix)
+
+    def _check_effects(self, element: Element, style: Style) -> None:
+        """Refuse an element that is not shown as it is drawn."""
+        for name, remedy in (("mask", "cut the shape itself"), ("filter", "remove it")):
+            if style[name] in ("none", ""):
+                continue
+            reference = reference_of(style[name])
+            target = None if reference is None else self._document.target(reference[0])
+            if (
+                reference is None
+                or not reference[0].startswith("#")
+                or (target is not None and self._document.kind(target) == name)
+            ):
+                raise Unclear(f"has a {name}, which cannot be followed; {remedy}")
+
+    def _cut(self, element: Element, place: SvgPlace) -> SvgPlace:
+        """The place with the region of the element's clip path."""
+        value = place.style["clip-path"]
+        if value == "none":
+            return place
+        reference = reference_of(value)
+        if reference is None or not reference[0].startswith("#"):
+            raise Unclear("is clipped by what is no clipPath of the file; cut the shape itself")
+        clip = self._document.target(reference[0])
+        if clip is None or self._document.kind(clip) != "clipPath":
+            return place
+        return replace(place, regions=(*place.regions, self._region(clip, element, place, ())))
+
+    def _region(
+        self,
+        clip: Element,
+        element: Element,
+        place: SvgPlace,
+        chain: tuple[Element, ...],
+    ) -> "BaseGeometry":
+        """What a clipPath lets show of an element at a place, m."""
+        import shapely
+
+        if clip in chain:
+            raise Unclear("is clipped by a clipPath that refers to itself")
+        style = self._style_of(clip)
+        inner = self._transformed(clip, replace(place, style=style))
+        if clip.get("clipPathUnits") == "objectBoundingBox":
+            low, high = self._box(element, place)
+            width, height = (high - low).tolist()
+            inner = inner.then(np.array([[width, 0.0, low[0]], [0.0, height, low[1]], [0.0, 0.0, 1.0]]))
+        key = (clip, inner.matrix.tobytes())
+        if not abs(np.linalg.det(inner.matrix)) > 0.0:
+            self._regions[key] = shapely.Polygon()
+        if key not in self._regions:
+            parts = [self._clip_part(child, inner, (*chain, clip)) for child in clip]
+            self._regions[key] = shapely.union_all([part for part in parts if part is not None])
+        region = self._regions[key]
+        return self._within(region, clip, element, replace(place, style=style), (*chain, clip))
+
+    def _within(
+        self,
+        region: "BaseGeometry",
+        owner: Element,
+        element: Element,
+        place: SvgPlace,
+        chain: tuple[Element, ...],
+    ) -> "BaseGeometry":
+        """The part of a region that its owner's own clip path leaves."""
+        reference = reference_of(place.style["clip-path"])
+        clip = None if reference is None else self._document.target(reference[0])
+        if clip is None or self._document.kind(clip) != "clipPath":
+            return region
+        return region.intersection(self._region(clip, element, place, chain))
+
+    def _clip_part(self, child: Element, place: SvgPlace, chain: tuple[Element, ...]) -> "BaseGeometry | None":
+        """What one child of a clipPath adds to it."""
+        self._clips += 1
+        if self._clips > MOST_ELEMENTS:
+            raise SpecError(self._source, "clipPath", f"is made of more than {MOST_ELEMENTS:,} shapes", "simplify it")
+        kind = self._document.kind(child)
+        if kind not in _SHOWN or not _wanted(child):
+            return None
+        style = self._cascade.computed(child, place.style, place.viewport)
+        if style["display"] == "none":
+            return None
+        place = self._transformed(child, replace(place, style=style))
+        shape = child
+        if kind == "use" and (used := self._document.target(href(child))) is not None:
+            x, y = (place.viewport.length(style[axis], axis, 0.0) for axis in "xy")
+            style = self._cascade.computed(used, style, place.viewport)
+            place = self._transformed(used, replace(place.then(moved(x, y)), style=style))
+            shape, kind = used, self._document.kind(used)
+        if style["visibility"] != "visible" or style["display"] == "none":
+            return None
+        if kind in UNPAINTABLE:
+            raise Unclear(f"is clipped by a {kind}; cut the shape itself")
+        if kind not in SHAPES:
+            return None
+        if not abs(np.linalg.det(place.matrix)) > 0.0:
+            return None
+        subpaths, _ = shape_of(kind, shape, style, place.viewport)
+        outlines = self._painter.drawn(shape, kind, subpaths, place)
+        rule = FillRule(style["clip-rule"])
+        region = region_of([replace(each, rule=rule) for each in outlines])
+        return self._within(region, child, shape, place, chain)
+
+    def _style_of(self, element: Element) -> Style:
+        """The style of an element where it stands."""
+        style = self._cascade.root()
+        for each in (*self._document.ancestors(element), element):
+            style = self._cascade.computed(each, style, SvgViewport(100.0, 100.0))
+        return style
+
+    def _box(self, element: Element, place: SvgPlace) -> tuple[Floats, Floats]:
+        """Lowest and highest (x, y) of what an element holds, in its own user units."""
+        painter = SvgPainter(self._document, None, measures=True)
+        reader = _SvgReader(self._source, self._document, self._cascade, painter)
+        reader._measures = True
+        kind = self._document.kind(element)
+        reader._content(element, kind, replace(place, matrix=np.eye(3), regions=()))
+        if any(omission.reason in UNPAINTABLE.values() for omission in painter.omissions):
+            raise Unclear("depends on the size of what is no line; cut the shape itself")
+        points = [sampled(piece, _MEASURED) for outline in painter.outlines for piece in outline.pieces]
+        if not points:
+            raise Unclear("depends on the size of nothing; cut the shape itself")
+        every = np.concatenate(points)
+        return every.min(axis=0), every.max(axis=0)
 
 
-def _elements(group: Any, layers: tuple[str, ...]) -> Iterator[tuple[Any, tuple[str, ...]]]:
-    """All that a group holds, and what is in that, each with the ids and the labels of the groups that it is in."""
-    import svgelements
-
-    for element in group:
-        yield element, layers
-        if isinstance(element, svgelements.Group | svgelements.Use):
-            own = element.values.get("attributes", {})
-            names = tuple(str(own[key]) for key in ("id", LABEL) if own.get(key))
-            yield from _elements(element, layers + names)
+def _wanted(element: Element) -> bool:
+    """Whether the conditions of an element hold: none for extensions, and one for its languages."""
+    languages = element.get("systemLanguage")
+    if languages is not None:
+        tags = [tag.strip().lower() for tag in languages.split(",")]
+        if not any(tag == _LANGUAGE or tag.startswith(f"{_LANGUAGE}-") for tag in tags):
+            return False
+    return element.get("requiredExtensions") is None
 
 
-def _metres_per_unit(source: str, drawing: Any, scale_m: float | None) -> float:
-    if scale_m is not None:
-        return scale_m
-    box = drawing.viewbox
-    for side in ("width", "height"):
-        found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([a-z]+)\s*", str(drawing.values.get(side) or ""))
-        if found and found[2] in UNITS_M:
-            units = getattr(box, side) if box is not None else None
-            return float(found[1]) * UNITS_M[found[2]] / float(units) if units else INCH_M / 96
-    raise SpecError(
-        source, "svg", "has no width or height in a unit of length", "give the metres of one user unit with --scale"
-    )
-
-
-def _to_metres(source: str, drawing: Any, scale: float) -> ToMetres:
-    """From the library's pixels back through the view box to user units, and on to metres with y up."""
-    import svgelements
-
-    box = svgelements.Matrix(drawing.viewbox_transform or "")
-    smallest, largest = 1 / MOST_SCALE, MOST_SCALE
-    if not all(smallest <= abs(factor) <= largest for factor in (scale, box.a, box.d)):
-        remedy = f"give it a viewBox that is scaled by {smallest:g} to {largest:g}, or none"
-        raise SpecError(source, "viewBox", "cannot be carried to metres", remedy)
-
-    def to_metres(point: Any) -> tuple[float, float]:
-        return (scale * (float(point.x) - box.e) / box.a, -scale * (float(point.y) - box.f) / box.d + 0.0)
-
-    return to_metres
-
-
-def _name(element: Any, kind: str, seen: dict[str, int]) -> str:
-    base = re.sub(r"\s+", "-", str(element.id))[:60] if element.id else kind.lower()
-    seen[base] = seen.get(base, 0) + 1
-    return base if seen[base] == 1 and element.id else f"{base}-{seen[base]}"
-
-
-def _outlines(source: str, name: str, shape: Any, to_metres: ToMetres) -> Iterator[Outline]:
-    import svgelements
-
-    segments = list(svgelements.Path(shape).segments(transformed=True))
-    filled = shape.fill is not None and shape.fill.value is not None
-    stroked = shape.stroke is not None and shape.stroke.value is not None
-    edge = Edge.PAINTED if stroked or not filled else Edge.UNLESS_FILLED
-    pieces: list[Piece] = []
-    count = 0
-    for segment in [*segments, svgelements.Move(end=(0.0, 0.0))]:
-        kind = type(segment).__name__
-        if kind != "Move":
-            pieces += _pieces(source, name, kind, segment, to_metres)
-        if kind in ("Move", "Close") and pieces:
-            count += 1
-            part = name if count == 1 else f"{name}-part-{count}"
-            yield Outline(part, tuple(pieces), closed=kind == "Close", filled=filled, edge=edge, area=name)
-            pieces = []
-    if not count and getattr(shape, "d", None) and len(segments) < 2 and isinstance(shape, svgelements.Path):
-        raise SpecError(source, name, "has path data that cannot be read", "mend its d attribute or remove it")
-
-
-def _pieces(source: str, name: str, kind: str, segment: Any, to_metres: ToMetres) -> list[Piece]:
-    def at(point: Any) -> tuple[float, float]:
-        x, y = to_metres(point)
-        if not (math.isfinite(x) and math.isfinite(y)):
-            raise SpecError(source, name, "has a coordinate that is not finite", "mend or remove it")
-        return (x, y)
-
-    if kind in ("Line", "Close"):
-        start, end = at(segment.start), at(segment.end)
-        return [Curve.from_line(start, end)] if math.dist(start, end) > 0.0 else []
-    if kind == "QuadraticBezier":
-        return [bezier([at(segment.start), at(segment.control), at(segment.end)])]
-    if kind == "CubicBezier":
-        return [bezier([at(p) for p in (segment.start, segment.control1, segment.control2, segment.end)])]
-    begin, center, first, second = (
-        np.array(at(point)) for point in (segment.start, segment.center, segment.prx, segment.pry)
-    )
-    return [_arc(begin, center, first, second, float(segment.sweep))]
-
-
-def _arc(start: Floats, center: Floats, first_tip: Floats, second_tip: Floats, sweep: float) -> Piece:
-    """An elliptical arc, or the exact circular one if both half-diameters are as long and square to each other."""
-    p, q = first_tip - center, second_tip - center
-    size = float(p @ p)
-    if abs(size - float(q @ q)) <= ROUND * size and abs(float(p @ q)) <= ROUND * size:
-        turn = math.copysign(1.0, float(p[0] * q[1] - p[1] * q[0]))
-        return Curve.from_arc((float(start[0]), float(start[1])), (float(center[0]), float(center[1])), turn * sweep)
-    cos, sin = np.linalg.solve(np.column_stack((p, q)), start - center)
-    begin = math.atan2(sin, cos)
-    return ellipse(center, p, q, begin, begin + sweep)
+def _or(value: str, other: str) -> str:
+    return other if value in ("", "auto") else value

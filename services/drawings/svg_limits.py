@@ -9,7 +9,7 @@ from touchline.schemas.errors import SpecError
 MOST_ELEMENTS = 20_000
 #: How deep elements may stand in each other, copies included.
 MOST_DEPTH = 100
-#: Characters of all attributes; a path's lines are in one.
+#: Characters of all attributes but images; a path's lines are in one.
 MOST_ATTRIBUTE_CHARACTERS = 1_000_000
 _NOTHING = "nothing"
 
@@ -35,7 +35,7 @@ class _Scan:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self._elements += 1
-        self._characters += sum(map(len, attributes.values()))
+        self._characters += sum(len(value) for value in attributes.values() if not value.startswith("data:"))
         if self._elements > MOST_ELEMENTS:
             raise self.refuse("", f"has more than {MOST_ELEMENTS:,} elements", "simplify the drawing")
         if self._characters > MOST_ATTRIBUTE_CHARACTERS:
@@ -59,7 +59,7 @@ class _Scan:
         self._stack.pop()
 
     def check_copies(self) -> None:
-        """Refuse what copies itself, or makes too many copies."""
+        """Refuse what makes too many copies; one of itself within itself counts as none."""
         sizes: dict[str, int] = {}
         self._size(_NOTHING, sizes, [])
 
@@ -67,7 +67,7 @@ class _Scan:
         if name in sizes:
             return sizes[name]
         if name in above:
-            raise self.refuse(name, "contains itself", "remove the use element that refers to it")
+            return 0
         if len(above) > MOST_DEPTH:
             raise self.refuse(name, f"nests elements deeper than {MOST_DEPTH}", "ungroup them")
         parts = (self._size(each, sizes, [*above, name]) for each in self._copies.get(name, ()))
@@ -90,6 +90,6 @@ def check_svg(path: Path) -> None:
     parser.EntityDeclHandler = scan.entity
     try:
         parser.Parse(path.read_bytes(), True)
-    except (expat.ExpatError, ValueError, OSError) as error:
+    except (expat.ExpatError, LookupError, ValueError, OSError) as error:
         raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
     scan.check_copies()

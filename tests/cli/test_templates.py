@@ -53,11 +53,11 @@ def test_text_and_drawings_become_templates(touchline, tmp_path: Path) -> None:
     assert err == ""
     assert any(segment.arc for segment in parse_template(rounded).segments)
     drawing, out = tmp_path / "logo.svg", tmp_path / "logo.json"
-    drawing.write_text('<svg><path d="M0 0C5 0 5 5 9 5"/><text>GO</text></svg>')
-    plot, options = tmp_path / "logo.png", ["--scale", "2", "--skip-others"]
+    drawing.write_text('<svg><path d="M0 0C5 0 5 5 9 5" fill="none" stroke="black"/><text>GO</text></svg>')
+    plot, options = tmp_path / "logo.png", ["--scale", "2"]
     code, _, err = touchline("templates", "import", str(drawing), *options, "--out", str(out), "--plot", str(plot))
     assert code == 0, err
-    assert "left out: text-1" in err and "of 1 drawn ones" in err
+    assert "text (line 1) is a text; convert it to paths" in err and "of 1 drawn ones" in err
     assert plot.read_bytes().startswith(b"\x89PNG")
     _, _, finer = touchline("templates", "import", str(drawing), *options, "--detail", "0")
     assert "within 0." in finer
@@ -93,7 +93,7 @@ def test_what_cannot_be_meant_is_told_in_one_line(
 def test_closed_shapes_become_areas(touchline, tmp_path: Path) -> None:
     path, out, plot = tmp_path / "pan.svg", tmp_path / "pan.json", tmp_path / "pan.png"
     path.write_text(
-        '<svg viewBox="0 0 20 10"><path d="M0 0H20V10H0ZM5 2V8H15V2Z"/><path d="M30 0L34 4V0L30 4Z"/></svg>'
+        '<svg viewBox="0 0 40 20"><path d="M0 0H20V10H0ZM5 2V8H15V2Z"/><path d="M30 0L34 4V0L30 4Z"/></svg>'
     )
     arguments = ["import", str(path), "--scale", "1", "--areas", "--out", str(out), "--plot", str(plot)]
     code, _, err = touchline("templates", *arguments)

@@ -21,7 +21,7 @@ from touchline.services.drawings.outline import FillRule
 def svg(tmp_path: Path, body: str, **options: Any) -> Imported:
     path = tmp_path / "field.svg"
     space = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
-    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" {space} viewBox="0 0 90 90">{body}</svg>')
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" {space}>{body}</svg>')
     return import_drawing(path, ImportOptions(1.0, anchor=Anchor.OWN, areas=True, **options))
 
 
@@ -187,7 +187,7 @@ def test_what_cannot_be_chosen_is_refused(tmp_path: Path, options: dict[str, Any
 
 def test_more_refusals(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match=r"has no closed shape for the boundary"):
-        dxf(tmp_path, lambda space: space.add_line((0, 0), (9, 0)), boundary="0")
+        dxf(tmp_path, lambda space: space.add_line((0, 0), (9, 0)), boundary="0", layers=("0",))
     with pytest.raises(SpecError, match=r"give --layer '0' as well"):
         dxf(tmp_path, lambda space: space.add_circle((0, 0), 9), boundary="0")
     squares = "".join(f'<rect x="{2 * (k % 12)}" y="{2 * (k // 12)}" width="1" height="1"/>' for k in range(120))
@@ -195,7 +195,9 @@ def test_more_refusals(tmp_path: Path) -> None:
         svg(tmp_path, squares)
     with pytest.raises(SpecError, match=r"has 120 holes, more than the 100"):
         svg(tmp_path, f'<rect x="-1" y="-1" width="50" height="50"/>{squares}')
-    crumbs = svg(tmp_path, f'<path d="{BOX}"/><rect x="40" width="0.1" height="0.1"/><path d="M50 0H60Z"/>')
+    crumbs = svg(
+        tmp_path, f'<path d="{BOX}"/><rect x="40" width="0.1" height="0.1"/><path d="M50 0H60Z" stroke="red"/>'
+    )
     assert shape(crumbs.template) == [(200.0, 0)]
     assert crumbs.found.small == 2
 
