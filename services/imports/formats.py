@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from touchline.schemas.plugins import Registry
+from touchline.services.imports.clock_sections import of_one_clock
 from touchline.services.imports.log_table import LogContent, LogError, LogStream
 
 _SNIFFED_BYTES = 4096
@@ -80,7 +81,8 @@ def read_logs(paths: Sequence[Path], streams: Collection[str] | None = None) -> 
 
     Args:
         paths: Of the files.
-        streams: Names of streams to be read; all if it is None.
+        streams: Names of streams to be read; all, as they are, if it is None. Of each log those named are cut to the
+            longest section in which no clock was set.
 
     Raises:
         LogError: One of them cannot be read, or two have a stream of the same name.
@@ -95,6 +97,8 @@ def read_logs(paths: Sequence[Path], streams: Collection[str] | None = None) -> 
         listed += held
         names = [stream.name for stream in held if streams is None or stream.name in streams]
         found = reader.read(names) if names else LogContent()
+        if streams is not None:
+            found = of_one_clock(found)
         content.tables.update(found.tables)
         content.problems += found.problems
     return listed, content

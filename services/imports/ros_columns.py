@@ -91,14 +91,14 @@ class RosColumns:
             found |= _fix(found)
         return found
 
-    def times(self) -> tuple[Floats, Floats]:
-        """(n,) stamps [s] (when it came, where a message has none), and when the messages came [s]."""
+    def times(self) -> Floats:
+        """(n,) stamps [s]; when it came, where a message has none."""
         arrived = np.array(self._arrived)
         if not set(_STAMP) <= set(self._numbers):
-            return arrived, arrived
+            return arrived
         table = np.array(self._rows, dtype=np.float64).reshape(len(arrived), len(self._numbers))
         sec, nanosec = (table[:, self._numbers.index(path)] for path in _STAMP)
-        return np.where(sec > 0, sec + nanosec / 1e9, arrived), arrived
+        return np.where(sec > 0, sec + nanosec / 1e9, arrived)
 
 
 def _yaw(found: dict[str, Floats], path: str) -> Floats:
