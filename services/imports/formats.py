@@ -11,6 +11,16 @@ from touchline.services.imports.clock_sections import of_one_clock
 from touchline.services.imports.log_table import LogContent, LogError, LogStream
 
 _SNIFFED_BYTES = 4096
+_PACKED: Final = {
+    b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "zip",
+    b"BZh": "bzip2",
+    b"\xfd7zXZ": "xz",
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"\x04\x22\x4d\x18": "lz4",
+    b"7z\xbc\xaf": "7z",
+}
+"""By how the file begins."""
 
 
 class LogReader(Protocol):
@@ -65,6 +75,9 @@ def open_log(path: Path) -> LogReader:
             raise LogError(f"{path}: is an empty folder; give a log")
         if begin.startswith(b"version https://git-lfs"):
             raise LogError(f"{path}: is a Git LFS pointer and not the log; `git lfs pull` gets that")
+        for magic, what in _PACKED.items():
+            if begin.startswith(magic):
+                raise LogError(f"{path}: is packed ({what}); unpack it, and give what was in it")
         for name in LOG_FORMATS.names():
             kind = LOG_FORMATS.find(name)
             if kind.recognises(path, begin):

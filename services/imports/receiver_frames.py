@@ -11,6 +11,8 @@ from functools import reduce
 from operator import xor
 from typing import Final, NamedTuple
 
+import numpy as np
+
 NMEA: Final = "nmea"
 UBX: Final = "ubx"
 RTCM: Final = "rtcm"
@@ -93,10 +95,8 @@ def _ubx(data: bytes, at: int, counts: FrameCounts) -> int:
     if at + size > len(data):
         counts.cut += 1
         return 0
-    a = b = 0
-    for byte in data[at + 2 : at + size - 2]:
-        a = (a + byte) & 0xFF
-        b = (b + a) & 0xFF
+    checked = np.frombuffer(data, np.uint8, size - 4, at + 2).astype(np.uint64)
+    a, b = int(checked.sum()) & 0xFF, int(checked @ np.arange(len(checked), 0, -1, dtype=np.uint64)) & 0xFF
     if (a, b) != (data[at + size - 2], data[at + size - 1]):
         counts.bad_checksums += 1
         return 0

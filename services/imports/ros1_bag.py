@@ -157,4 +157,6 @@ def _fields(header: bytes) -> Fields:
         field, at = _part(header, at)
         name, _, value = field.partition(b"=")
         found[name] = value
+    if not found:
+        raise Damage("a record without a header")
     return found
