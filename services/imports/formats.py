@@ -52,6 +52,7 @@ LOG_FORMATS: Final[Registry[LogFormat]] = Registry("log format")
 _HERE = "touchline.services.imports"
 LOG_FORMATS.register("rosbag", "ROS 1 bags, ROS 2 bags and their folders, MCAP", f"{_HERE}.rosbag_log:RosbagLog")
 LOG_FORMATS.register("rtklib", "solutions of RTKLIB (.pos)", f"{_HERE}.rtklib_log:RtklibLog")
+LOG_FORMATS.register("gpx", "tracks of GPX", f"{_HERE}.gpx_log:GpxLog")
 LOG_FORMATS.register("csv", "tables with a line of column names", f"{_HERE}.csv_log:CsvLog")
 LOG_FORMATS.register("receiver", "NMEA, UBX and both in one stream", f"{_HERE}.receiver_log:ReceiverLog")
 

@@ -25,6 +25,8 @@ _QUALITY: Final = {0: NONE, 1: SINGLE, 2: SINGLE, 3: SINGLE, 4: FIXED, 5: FLOAT,
 _MODES: Final = {"R": FIXED, "F": FLOAT, "A": SINGLE, "D": SINGLE, "P": SINGLE}
 _CARRIER: Final = {0: SINGLE, 1: FLOAT, 2: FIXED}
 _SAME_EPOCH_S: Final = 0.02
+_SEARCHED_BYTES: Final = 65_536  # for a first frame with a checksum
+_FEWEST_UNCHECKED: Final = 2
 _PLACE: Final = "place"  # of a row in the log
 Row = dict[str, float]
 
@@ -47,7 +49,7 @@ class ReceiverLog:
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
         """Whether there is a frame of NMEA or UBX near its begin."""
-        return any(frame.protocol in (NMEA, UBX) for frame in frames(begin, FrameCounts()))
+        return _is_checked(begin) or _sentences(begin) >= _FEWEST_UNCHECKED
 
     def streams(self) -> list[LogStream]:
         """See `LogReader`."""
@@ -73,6 +75,16 @@ class ReceiverLog:
                 self._path, self._parse_nmea, self._parse_ubx, self._ubx_names, self._counts
             ).content()
         return self._content
+
+
+def _is_checked(data: bytes) -> bool:
+    """Whether there is a frame of NMEA or UBX with a checksum."""
+    return any(frame.protocol in (NMEA, UBX) for frame in frames(data, FrameCounts()))
+
+
+def _sentences(data: bytes) -> int:
+    """How many sentences there are, with a checksum or without."""
+    return sum(frame.protocol == NMEA for frame in frames(data, FrameCounts(), checked=False))
 
 
 class _Messages:
@@ -106,7 +118,8 @@ class _Messages:
     def content(self) -> LogContent:
         """See `ReceiverLog`."""
         lost = FrameCounts()
-        for protocol, raw in frames(self._path.read_bytes(), lost):
+        data = self._path.read_bytes()
+        for protocol, raw in frames(data, lost, checked=_is_checked(data[:_SEARCHED_BYTES])):
             if protocol == NMEA:
                 self._take_nmea(raw)
             elif protocol == UBX:
@@ -128,6 +141,8 @@ class _Messages:
         name, told = self._path.name, []
         if lost.bad_checksums:
             told.append(f"{name}: {lost.bad_checksums:,} messages have a wrong checksum, and are left out")
+        if lost.unchecked:
+            told.append(f"{name}: {lost.unchecked:,} sentences have no checksum; damage in them goes unnoticed")
         if lost.cut:
             told.append(f"{name}: {lost.cut:,} messages are cut off by the end of the file or by damage")
         if lost.foreign_bytes:

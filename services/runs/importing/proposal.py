@@ -13,7 +13,7 @@ from touchline.services.imports.stream_quantities import STANDARD_COLUMNS
 from touchline.services.runs.importing.reading_apart import read_apart
 
 _PREFERRED: Final = {
-    "fixes": ("ubx/NAV-PVT", "nmea/GGA", "rtklib/pos", "ubx/NAV-HPPOSLLH", "sensor_msgs/msg/NavSatFix", "csv"),
+    "fixes": ("ubx/NAV-PVT", "nmea/GGA", "rtklib/pos", "ubx/NAV-HPPOSLLH", "sensor_msgs/msg/NavSatFix", "gpx", "csv"),
     "imu": ("sensor_msgs/msg/Imu", "csv"),
     "wheels": ("sensor_msgs/msg/JointState", "nav_msgs/msg/Odometry", "geometry_msgs/msg/TwistStamped", "csv"),
     "reference": ("csv",),

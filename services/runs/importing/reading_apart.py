@@ -81,12 +81,15 @@ def _read(limits: ReadingLimits, task: Task) -> tuple[list[LogStream], LogConten
     _limit(resource.RLIMIT_AS, limits.memory_bytes + _address_space_bytes())
     _limit(resource.RLIMIT_CPU, limits.processor_s + round(used_s) + 1)
     paths, streams = task
-    return read_logs(paths, streams)
+    try:
+        return read_logs(paths, streams)
+    finally:
+        _limit(resource.RLIMIT_AS, resource.RLIM_INFINITY)  # what was read is sent in copies
 
 
 def _limit(what: int, most: int) -> None:
     _, hard = resource.getrlimit(what)
-    within = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    within = most if hard == resource.RLIM_INFINITY else hard if most == resource.RLIM_INFINITY else min(most, hard)
     with suppress(ValueError, OSError):  # the system does not limit that
         resource.setrlimit(what, (within, hard))
 
