@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from touchline.schemas.angles import Angle
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plain_text import plain
 from touchline.schemas.scenario import Origin

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from touchline.schemas.angles import instead_of_degrees
+from touchline.schemas.given_angles import instead_of_degrees
 
 Told = tuple[str, str]
 """(problem as a predicate, remedy)."""

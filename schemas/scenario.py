@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from touchline.schemas.angles import Angle
 from touchline.schemas.faults import Fault, Share
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.spec import GrownSpec, Spec
 
 Noise = Literal["default", "none"]

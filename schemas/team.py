@@ -6,8 +6,8 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from touchline.schemas.angles import Angle
 from touchline.schemas.faults import Fault
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Coordinate, Pose2, Scenario
 from touchline.schemas.setup import Setup

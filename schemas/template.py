@@ -16,8 +16,8 @@ from pydantic import (
     model_validator,
 )
 
-from touchline.schemas.angles import Angle
 from touchline.schemas.curves import Curve
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import GrownSpec, Spec

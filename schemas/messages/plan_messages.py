@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from touchline.schemas.angles import AngleOrAny
+from touchline.schemas.given_angles import AngleOrAny
 from touchline.schemas.messages.base import Float64Array, Int32, Message, UInt32, zeros
 from touchline.schemas.messages.coverage_messages import PlannedCoverage
 from touchline.schemas.messages.turf_tank import Trajectory

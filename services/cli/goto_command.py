@@ -12,8 +12,8 @@ import typer
 from pydantic import ValidationError
 
 from touchline.schemas import topics
-from touchline.schemas.angles import given_angle
 from touchline.schemas.errors import SpecError
+from touchline.schemas.given_angles import given_angle
 from touchline.schemas.messages import Event, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.scenario import Pose2

@@ -8,9 +8,9 @@ from typing import Annotated, Final
 
 import typer
 
-from touchline.schemas.angles import given_angle
 from touchline.schemas.catalogue import shipped_templates
 from touchline.schemas.errors import SpecError
+from touchline.schemas.given_angles import given_angle
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import read_text

@@ -11,12 +11,12 @@ from touchline.services.imports.log_table import LogContent
 
 def of_one_clock(content: LogContent) -> LogContent:
     """The streams of a log over the section that holds most of them, and a line that says so."""
-    tables = {name: table for name, table in content.tables.items() if table.place is not None}
+    places = {name: table.place for name, table in content.tables.items() if table.place is not None}
     cuts: set[int] = set()
     most = 0
-    for table in tables.values():
-        assert table.place is not None
-        place = table.place[np.isfinite(table.time_s)]
+    for name, placed in places.items():
+        table = content.tables[name]
+        place = placed[np.isfinite(table.time_s)]
         if len(place):
             runs, _ = clock_runs(table.time_s[np.isfinite(table.time_s)])
             cuts.update(int(place[run[0]]) for run in runs[1:])
@@ -24,12 +24,12 @@ def of_one_clock(content: LogContent) -> LogContent:
     if not cuts:
         return content
     edges = np.array(sorted(cuts))
-    sections = {name: np.searchsorted(edges, table.place, side="right") for name, table in tables.items()}
+    sections = {name: np.searchsorted(edges, place, side="right") for name, place in places.items()}
     chosen = int(np.argmax(sum(_shares(section, len(edges) + 1) for section in sections.values())))
     used = sum(int((section == chosen).sum()) for section in sections.values())
     others = sum(map(len, sections.values())) - used
     told = f"the clock was set {most:,} times: {others:,} messages outside of the longest run are left out"
-    cut = {name: table.rows(sections[name] == chosen) for name, table in tables.items()}
+    cut = {name: content.tables[name].rows(section == chosen) for name, section in sections.items()}
     return LogContent({**content.tables, **cut}, [*content.problems, told])
 
 

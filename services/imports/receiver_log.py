@@ -262,10 +262,9 @@ def _same_epoch(table: LogTable, other: LogTable) -> NDArray[np.int64]:
     assert table.place is not None
     assert other.place is not None
     order = np.argsort(other.time_s, kind="stable")
-    begin, end = (
-        np.searchsorted(other.time_s[order], table.time_s + margin_s, side=side)
-        for margin_s, side in ((-_SAME_EPOCH_S, "left"), (_SAME_EPOCH_S, "right"))
-    )
+    times = other.time_s[order]
+    begin = np.searchsorted(times, table.time_s - _SAME_EPOCH_S, side="left")
+    end = np.searchsorted(times, table.time_s + _SAME_EPOCH_S, side="right")
     found = np.where(end > begin, order[begin.clip(0, len(order) - 1)], -1)
     for i in np.flatnonzero(end > begin + 1):  # of a clock that was set back
         rows = order[begin[i] : end[i]]

@@ -116,7 +116,7 @@ def _connection(fields: Fields, data: bytes) -> tuple[str, RecordingKind]:
 
 def _read_record(stream: BinaryIO) -> tuple[Fields, bytes] | None:
     """Header and data of the next record; None at the end of the file."""
-    parts = []
+    parts: list[bytes] = []
     for _ in range(2):
         head = stream.read(_LENGTH.size)
         if not head and not parts:

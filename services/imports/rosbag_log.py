@@ -77,8 +77,8 @@ class RosbagLog:
                 else:
                     damaged[message.topic] += 1
         for topic, taker in takers.items():
-            place = np.array(places[topic], dtype=np.int64)
-            content.tables[topic] = LogTable(topic, taker.type, taker.times(), taker.columns(), place)
+            placed = np.array(places[topic], dtype=np.int64)
+            content.tables[topic] = LogTable(topic, taker.type, taker.times(), taker.columns(), placed)
         content.problems += [f"{topic}: cannot be read: {why}" for topic, why in refused.items()]
         content.problems += [f"{topic}: {count:,} messages are damaged" for topic, count in damaged.items()]
         content.problems += self._problems

@@ -2,8 +2,8 @@
 
 from typing import Final
 
-from touchline.schemas.angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.schemas.errors import PlanningError
+from touchline.schemas.given_angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
 POSE_MAX: Final = 20_000.0

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 
 from touchline.schemas import messages
-from touchline.schemas.angles import FULL_TURN_RAD, AngleOrAny
 from touchline.schemas.cdr import typestore
+from touchline.schemas.given_angles import FULL_TURN_RAD, AngleOrAny
 from touchline.schemas.messages import Message
 
 MODELS: dict[str, type[Message]] = {

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.schemas.curves import Curve, spin_rad, wrap_angle
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.given_angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.schemas.messages import CurveType, LinearDirection, Segment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
