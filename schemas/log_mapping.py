@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plain_text import plain
 from touchline.schemas.scenario import Origin
@@ -85,7 +86,7 @@ class WheelSource(StreamSource):
 class HeadingSource(Spec):
     """The heading at the start; later the estimator has none to go by, as the magnetometer is left out."""
 
-    start_rad: Annotated[float, Field(ge=-100, le=100)] | None = None
+    start_rad: Angle | None = None
     """Counter-clockwise from east. By default it is the course over the first metres by the fixes, less that by the
     odometry."""
     course_m: Annotated[float, Field(gt=0, le=1000)] = 3.0

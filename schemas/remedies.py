@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from touchline.schemas.given_angles import instead_of_degrees
+
 Told = tuple[str, str]
 """(problem as a predicate, remedy)."""
 
@@ -34,7 +36,10 @@ _UNITS = {
     "nms": "N m s",
     "kgm2": "kg m²",
 }
-_MISTAKEN = {"m": " (in metres, not cm or mm)", "rad": " (in radians, not degrees)"}
+_MISTAKEN: Mapping[str, Callable[[float], str]] = {
+    "m": lambda given: " (in metres, not cm or mm)",
+    "rad": lambda given: f" ({instead_of_degrees(given)})",
+}
 """What a number that is far too large was probably meant in."""
 _ENDS = {"le": "at most", "ge": "at least", "lt": "less than", "gt": "more than"}
 _TYPES = {
@@ -84,7 +89,8 @@ def told(kind: str, location: tuple[int | str, ...], given: Any, context: Mappin
 
 
 def _bound(bound: float, unit: str, given: Any, end: str) -> str:
-    mistaken = _MISTAKEN.get(unit, "") if end in ("le", "lt") or (given < 0 and bound < 0) else ""
+    far = end in ("le", "lt") or (given < 0 and bound < 0)
+    mistaken = _MISTAKEN[unit](given) if far and unit in _MISTAKEN else ""
     number = f"{bound:.10g}" if isinstance(bound, float) else str(bound)
     return f"{number}{' ' if unit else ''}{unit}{mistaken}"
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from touchline.schemas.faults import Fault, Share
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.spec import GrownSpec, Spec
 
 Noise = Literal["default", "none"]
@@ -156,7 +157,7 @@ class Ground(Spec):
     surface: SurfaceName = "grass"
     grade: Annotated[float, Field(ge=0, le=0.15)] = 0.0
     """Rise over run; 0.02 is 2 %."""
-    uphill_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
+    uphill_rad: Angle = 0.0
     """Direction of the rise in the map frame: 0 east, π/2 north."""
 
 
@@ -171,7 +172,7 @@ class Pose2(Spec):
 
     x_m: Coordinate
     y_m: Coordinate
-    heading_rad: Annotated[float, Field(ge=-7, le=7)]
+    heading_rad: Angle
 
 
 class Origin(Spec):

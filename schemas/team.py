@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from touchline.schemas.faults import Fault
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Coordinate, Pose2, Scenario
 from touchline.schemas.setup import Setup
@@ -96,7 +97,7 @@ class FormationTask(Spec):
     shape: Literal["line", "circle", "grid"] = "circle"
     x_m: Coordinate
     y_m: Coordinate
-    heading_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
+    heading_rad: Angle = 0.0
     apart_m: Annotated[float, Field(gt=0, le=1000)] = 1.0
 
 

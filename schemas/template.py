@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from touchline.schemas.curves import Curve
+from touchline.schemas.given_angles import Angle
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import GrownSpec, Spec
@@ -69,7 +70,7 @@ class ArcSpec(Spec):
 
     start: Position
     center: Position
-    sweep_angle: Annotated[float, Field(ge=-2 * math.pi - 1e-9, le=2 * math.pi + 1e-9)]
+    sweep_angle: Angle
 
     @model_validator(mode="after")
     def _has_length(self) -> Self:

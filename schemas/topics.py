@@ -315,12 +315,16 @@ def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiag
     return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
 
 
+#: What changes nothing, whoever asks.
+READ_ONLY_SERVICES: tuple[Service[Any, Any], ...] = (
+    GET_PAINT,
+    *(diagnostics_service(node) for node in (PLANNER, ROBOT_SIM, TELEMETRY, BRIDGE)),
+)
 #: What Touchline itself serves.
 SERVICES: tuple[Service[Any, Any], ...] = (
     PLAN_SERVICE,
     *ROBOT_SERVICES,
-    GET_PAINT,
     RECORD,
     RECORD_STOP,
-    *(diagnostics_service(node) for node in (PLANNER, ROBOT_SIM, TELEMETRY, BRIDGE)),
+    *READ_ONLY_SERVICES,
 )

@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from touchline.schemas.given_angles import AngleOrAny
 from touchline.schemas.messages.base import Float64Array, Int32, Message, UInt32, zeros
 from touchline.schemas.messages.coverage_messages import PlannedCoverage
 from touchline.schemas.messages.turf_tank import Trajectory
@@ -88,7 +89,7 @@ class PoseGoal(Message):
     ros_type: ClassVar[str] = "touchline_msgs/msg/PoseGoal"
     x_m: float = 0.0
     y_m: float = 0.0
-    heading_rad: float = math.nan
+    heading_rad: AngleOrAny = math.nan
     method: str = ""
     tangents_m: Annotated[Float64Array, Field(max_length=2)] = zeros(0)
     law: str = ""

@@ -1,6 +1,7 @@
 """Decodes recorded payloads into trees of fields, by the schemas stored in the recording."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -17,6 +18,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import TOPICS, VIEWING
 from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
+from touchline.services.bridge.type_extent import check_extent
 
 M = TypeVar("M", bound=Message)
 Decode = Callable[[bytes], object]
@@ -24,7 +26,9 @@ Decode = Callable[[bytes], object]
 #: A longer definition is not parsed: the longest of ROS 2's own have some 10,000 characters.
 LONGEST_SCHEMA = 200_000
 _DEEPEST = 32
-_PARSED_FORMS = ("ros2msg", "ros1msg", "ros2idl", "msg", "idl", "")
+_PARSED_FORMS = ("ros2msg", "ros1msg", "ros2idl", "omgidl", "msg", "idl", "")
+#: Lines between the files of a definition (``IDL: std_msgs/msg/Header``), and those for a preprocessor.
+_NO_IDL = re.compile(r"^(={10,}|IDL: .*|\s*#.*)$", re.MULTILINE)
 
 
 def fields_of(node: object) -> Mapping[str, object] | None:
@@ -141,8 +145,13 @@ def _parsed(name: str, text: str, idl: bool) -> Typestore | None:
 
 def _register(store: Typestore, name: str, text: str, idl: bool) -> None:
     try:
-        found: dict[str, Any] = dict(get_types_from_idl(text) if idl else get_types_from_msg(text, name))
-        store.register({name: found[name], **_standard(found), **found})
+        parsed = get_types_from_idl(_NO_IDL.sub("", text)) if idl else get_types_from_msg(text, name)
+        found: dict[str, Any] = dict(parsed)
+        described = {name: found[name], **_standard(found), **found}
+        check_extent(described)
+        store.register(described)
+    except Damage:
+        raise
     except Exception as error:  # whatever the text leads the parser into
         raise Damage(f"a schema that is no definition of {name}") from error
 

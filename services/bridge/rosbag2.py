@@ -6,20 +6,17 @@ from collections.abc import Collection, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorded import NO_END, Loss, Recorded, RecordingKind, Summary
+from touchline.services.bridge.sqlite_limits import bytes_of, open_limited, plain_tables
 
 METADATA = "metadata.yaml"
 SQLITE_MAGIC = b"SQLite format 3\0"
 _ENDINGS = (".mcap", ".db3")
-_LARGEST_METADATA_BYTES = 16 * 1024 * 1024
-_LARGEST_CELL_BYTES = 64 * 1024 * 1024
-_MESSAGES = (
-    "SELECT topics.name, topics.type, topics.serialization_format, messages.timestamp, messages.data "
-    "FROM messages LEFT JOIN topics ON messages.topic_id = topics.id ORDER BY messages.id"
-)
+_LARGEST_METADATA_BYTES = 4 * 1024 * 1024
+_MESSAGES = "SELECT topic_id, timestamp, data FROM messages ORDER BY rowid"
+_CIRCLES = "it gives more than a file of its size can hold; give a bag as ros2 bag wrote it"
 
 
 def bag_files(folder: Path) -> tuple[list[Path], list[Path]]:
@@ -67,8 +64,11 @@ def _listed(metadata: Path) -> list[str] | None:
         if metadata.stat().st_size > _LARGEST_METADATA_BYTES:
             raise RecordingError(f"{metadata}: has more than {_LARGEST_METADATA_BYTES:,} bytes")
         information: Any = YAML(typ="safe").load(metadata.read_bytes())["rosbag2_bagfile_information"]
-        names = [str(name) for name in information["relative_file_paths"]]
-        mode = str(information.get("compression_mode") or "").lower()
+        names = list(information["relative_file_paths"])
+        mode = information.get("compression_mode") or ""
+        if not all(isinstance(text, str) for text in (*names, mode)):  # aliases of YAML may stand for anything
+            raise ValueError("a path that is no text")
+        mode = mode.lower()
     except RecordingError:
         raise
     except OSError as error:
@@ -94,16 +94,15 @@ class SqliteFile:
     def __init__(self, path: Path, summary: Summary) -> None:
         self._path = path
         self._summary = summary
-        self._size_bytes = path.stat().st_size
+        self._size_bytes = bytes_of(path)
         self.at_bytes = 0
         self.complete = True
         try:
-            self._database = sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True, timeout=1.0)
-            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LARGEST_CELL_BYTES)
-            (self._count,) = self._database.execute("SELECT COUNT(*) FROM messages").fetchone()
+            self._database = open_limited(path)
             self._define()
+            (self._count,) = self._database.execute("SELECT TOTAL(1) FROM messages").fetchone()
         except (sqlite3.Error, UnicodeError, TypeError, ValueError) as error:
-            raise RecordingError(f"{path}: cannot be read as a rosbag2 database: {error}") from error
+            raise RecordingError(f"{path}: cannot be read as a rosbag2 database: {_told(error)}") from error
 
     def close(self) -> None:
         """Close the file before its end; harmless when repeated."""
@@ -111,36 +110,52 @@ class SqliteFile:
 
     def _define(self) -> None:
         """Learn the topics, and since Iron the definitions of their types."""
-        has = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        has = plain_tables(self._database)
+        for name in ("messages", "topics"):
+            if name not in has:
+                raise ValueError(f"it has no plain table {name}; give a bag as ros2 bag wrote it")
         definitions: dict[str, tuple[str, str]] = {}
         if "message_definitions" in has:
             found = self._database.execute(
                 "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
             )
             definitions = {str(name): (str(encoding), str(text)) for name, encoding, text in found}
-        self._kinds: dict[str, RecordingKind] = {}
-        for name, ros_type, encoding in self._database.execute("SELECT name, type, serialization_format FROM topics"):
+        self._kinds: dict[object, tuple[str, RecordingKind]] = {}
+        for number, name, ros_type, encoding in self._database.execute(
+            "SELECT id, name, type, serialization_format FROM topics"
+        ):
             kind = RecordingKind(str(encoding), str(ros_type), *definitions.get(str(ros_type), ("", "")))
-            self._kinds[str(name)] = kind
+            self._kinds[number] = str(name), kind
             self._summary.define(str(name), kind, {})
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]:
         """The messages in the order of their recording, of ``topics`` only if given."""
-        read, unnamed = 0, 0
+        read, unnamed, held_bytes = 0, 0, 0
         with closing(self._database) as database:
             try:
-                for name, _, _, time_ns, data in database.execute(_MESSAGES):
+                for number, time_ns, data in database.execute(_MESSAGES):
                     read += 1
-                    self.at_bytes = self._size_bytes * read // max(self._count, 1)
-                    kind = self._kinds.get(name)
-                    if kind is None or not isinstance(time_ns, int) or not isinstance(data, bytes):
+                    self.at_bytes = self._size_bytes * read // max(int(self._count), 1)
+                    known = self._kinds.get(number)
+                    if known is None or not isinstance(time_ns, int) or not isinstance(data, bytes):
                         unnamed += 1
-                    elif topics is None or name in topics:
+                        continue
+                    held_bytes += len(data)
+                    if held_bytes > self._size_bytes:
+                        raise sqlite3.DatabaseError(_CIRCLES)
+                    name, kind = known
+                    if topics is None or name in topics:
                         self._summary.count(name, time_ns, len(data))
                         yield Recorded(name, time_ns, time_ns, 0, data, kind)
             except (sqlite3.Error, UnicodeError) as error:
                 self.complete = False
-                self._summary.lose(Loss(f"{error}, after message {read:,} of {self._path.name}", self._count - read))
+                lost = max(int(self._count) - read, 0)
+                self._summary.lose(Loss(f"{_told(error)}, after message {read:,} of {self._path.name}", lost))
                 self._summary.ending = NO_END
         if unnamed:
             self._summary.lose(Loss(f"of a topic that {self._path.name} does not describe", unnamed))
+
+
+def _told(error: Exception) -> str:
+    """Why SQLite ended; of a statement that took too long it says no more than that it was interrupted."""
+    return _CIRCLES if str(error) == "interrupted" else str(error)

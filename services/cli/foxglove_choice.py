@@ -26,10 +26,22 @@ class FoxgloveChoice:
         str,
         typer.Option(
             metavar="HOST:PORT",
-            help="Serve them at this address; default 127.0.0.1:8765. Whoever reaches it can command the robots.",
+            help="Serve them at this address; default 127.0.0.1:8765, which no other machine reaches.",
             show_default=False,
         ),
     ] = ""
+    foxglove_orders: Annotated[
+        bool,
+        typer.Option("--foxglove-orders", help="Let viewers command robots, recordings and replays, not only look."),
+    ] = False
+    foxglove_origin: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ORIGIN",
+            help="Let web pages of this origin connect, too, as in https://viewer.example; may be repeated.",
+            show_default=False,
+        ),
+    ] = None
     clock: Annotated[
         bool,
         typer.Option("--clock", help="Tell viewers and ROS 2 nodes the first robot's sim time as /clock, too."),
@@ -39,18 +51,24 @@ class FoxgloveChoice:
         """The server that is asked for, if one is.
 
         Raises:
-            SpecError: The address is none, or given without the server.
+            SpecError: Address or origin is none, or given without the server.
             TouchlineError: The server's package is not installed.
         """
         if not self.foxglove:
-            if self.foxglove_listen:
-                problem = f"is {self.foxglove_listen!r}"
-                raise SpecError("command line", "--foxglove-listen", problem, "give --foxglove, too")
+            beside = (
+                ("--foxglove-listen", self.foxglove_listen),
+                ("--foxglove-orders", self.foxglove_orders),
+                ("--foxglove-origin", self.foxglove_origin),
+            )
+            for option, given in beside:
+                if given:
+                    raise SpecError("command line", option, "is given without a server", "give --foxglove, too")
             return None
         require("foxglove", "--foxglove")
         from touchline.services.bridge.foxglove import DEFAULT_ADDRESS, FoxgloveConfig
 
-        return FoxgloveConfig(self.foxglove_listen or DEFAULT_ADDRESS, self.clock)
+        address, origins = self.foxglove_listen or DEFAULT_ADDRESS, tuple(self.foxglove_origin or ())
+        return FoxgloveConfig(address, self.clock, self.foxglove_orders, origins)
 
     def check_free(self) -> None:
         """Refuse an address that somebody else listens on, before anything is started.
@@ -71,7 +89,10 @@ class FoxgloveChoice:
     def told(self) -> str:
         """Where viewers find the robots, for who starts them; empty without the server."""
         server = self.server()
-        return f"Foxglove and Lichtblick find it at {server.url}" if server is not None else ""
+        if server is None:
+            return ""
+        allowed = "" if server.orders else " (to look only; --foxglove-orders lets them command)"
+        return f"Foxglove and Lichtblick find it at {server.url}{allowed}"
 
     def with_clock(self, gateway: "GatewayConfig | None") -> "GatewayConfig | None":
         """The gateway to ROS 2, if there is one, with the clock if that is asked for.

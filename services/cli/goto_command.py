@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
+from touchline.schemas.given_angles import given_angle
 from touchline.schemas.messages import Event, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.scenario import Pose2
@@ -72,12 +73,12 @@ class GoalChoice:
         """The pose to drive to.
 
         Raises:
-            SpecError: A tangent length is no number.
+            SpecError: The heading is no angle, or a tangent length no number.
         """
         return PoseGoal(
             x_m=self.x,
             y_m=self.y,
-            heading_rad=math.nan if self.heading is None else self.heading,
+            heading_rad=math.nan if self.heading is None else given_angle("HEADING", self.heading),
             method=self.method or "",
             law=self.law or "",
             duration_s=self.duration,
@@ -117,6 +118,7 @@ def goto(
     """
     check_recordable(record)
     check_writable(report)
+    goal.goal()  # which refuses what is none before anything starts
     if robot.vehicle is not None:
         if name is not None:
             raise SpecError("command line", "--robot", f"is {name}, and --vehicle is given, too", "give one of both")
@@ -173,7 +175,7 @@ def _standing_at(setup: Setup, start: str | None) -> Setup:
         pose = setup.scenario.standing()
     else:
         x_m, y_m, heading_rad = numbers_of("--start", start, (3,), "0,0,0")
-        data = {"x_m": x_m, "y_m": y_m, "heading_rad": heading_rad}
+        data = {"x_m": x_m, "y_m": y_m, "heading_rad": given_angle("--start", heading_rad)}
         try:
             pose = Pose2.model_validate(data)
         except ValidationError as error:

@@ -1,6 +1,7 @@
 """What the runs of a sweep are to do: work on a template, or drive to a goal."""
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
@@ -9,6 +10,7 @@ import typer
 
 from touchline.schemas.catalogue import shipped_templates
 from touchline.schemas.errors import SpecError
+from touchline.schemas.given_angles import given_angle
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import read_text
@@ -62,8 +64,9 @@ class SubjectChoice:
                     problem = f"is {self.goal}, and the template {named} is given, too"
                     raise SpecError("command line", "--goal", problem, _BESIDE_GOAL)
             example = "3,2,1.2, or 3,2 for any heading"
-            x_m, y_m, *heading_rad = numbers_of("--goal", self.goal, (2, 3), example)
-            goal = PoseGoal(x_m=x_m, y_m=y_m, **({"heading_rad": heading_rad[0]} if heading_rad else {}))
+            x_m, y_m, *given = numbers_of("--goal", self.goal, (2, 3), example)
+            heading_rad = given_angle("--goal", given[0]) if given else math.nan
+            goal = PoseGoal(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
             return goal, PlanOptions(), scenario.model_copy(update={"start": scenario.standing()})
         if self.subject is None:
             remedy = "give a template, a scenario file, or --goal X,Y[,HEADING]"

@@ -221,9 +221,11 @@ def _words(fix: NDArray[np.int64]) -> str:
     return ", ".join(f"{UNKNOWN_SIGMA_M[int(each)]:g} m ({FIX_KINDS[int(each)]})" for each in np.unique(fix))
 
 
-def _ordered(part: str, quantities: Quantities, values: Floats, told: list[str]) -> tuple[Floats, Floats]:
-    """Stamps and values in order, without those that are not finite."""
-    finite = np.asarray(np.isfinite(values).all(axis=1))
+def _ordered(
+    part: str, quantities: Quantities, values: Floats, told: list[str], needed: int | None = None
+) -> tuple[Floats, Floats]:
+    """Stamps and values in order, without those of which the first `needed` (all) are not finite."""
+    finite = np.asarray(np.isfinite(values[:, :needed]).all(axis=1))
     if not finite.all():
         told.append(f"{part}: {int((~finite).sum()):,} of {len(finite):,} readings are no numbers, and are left out")
     kept, problems = in_order(np.where(finite, quantities.time_s, np.nan)[finite])
@@ -283,13 +285,8 @@ def _track(source: TrackSource, content: LogContent, place: Placing, told: list[
     quantities = Quantities("reference", source, content)
     place_m = place(quantities)
     heading = quantities.get("heading_rad")
-    time_s, values = _ordered("reference", quantities, place_m, told)
-    headings = np.interp(time_s, *_headings(quantities.time_s, heading)) if np.isfinite(heading).any() else None
-    headings = np.full(len(time_s), np.nan) if headings is None else headings
-    return TrackSeries(time_s, values, headings, source.point == "antenna")
-
-
-def _headings(time_s: Floats, heading: Floats) -> tuple[Floats, Floats]:
-    good = np.isfinite(time_s) & np.isfinite(heading)
-    order = np.argsort(time_s[good], kind="stable")
-    return time_s[good][order], np.unwrap(heading[good][order])
+    time_s, values = _ordered("reference", quantities, np.column_stack([place_m, heading]), told, needed=3)
+    headings, there = values[:, 3], np.isfinite(values[:, 3])
+    if there.any():
+        headings = np.interp(time_s, time_s[there], np.unwrap(headings[there]))
+    return TrackSeries(time_s, values[:, :3], headings, source.point == "antenna")

@@ -7,9 +7,20 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from touchline.schemas.plugins import Registry
+from touchline.services.imports.clock_sections import of_one_clock
 from touchline.services.imports.log_table import LogContent, LogError, LogStream
 
 _SNIFFED_BYTES = 4096
+_PACKED: Final = {
+    b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "zip",
+    b"BZh": "bzip2",
+    b"\xfd7zXZ": "xz",
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"\x04\x22\x4d\x18": "lz4",
+    b"7z\xbc\xaf": "7z",
+}
+"""By how the file begins."""
 
 
 class LogReader(Protocol):
@@ -41,6 +52,7 @@ LOG_FORMATS: Final[Registry[LogFormat]] = Registry("log format")
 _HERE = "touchline.services.imports"
 LOG_FORMATS.register("rosbag", "ROS 1 bags, ROS 2 bags and their folders, MCAP", f"{_HERE}.rosbag_log:RosbagLog")
 LOG_FORMATS.register("rtklib", "solutions of RTKLIB (.pos)", f"{_HERE}.rtklib_log:RtklibLog")
+LOG_FORMATS.register("gpx", "tracks of GPX", f"{_HERE}.gpx_log:GpxLog")
 LOG_FORMATS.register("csv", "tables with a line of column names", f"{_HERE}.csv_log:CsvLog")
 LOG_FORMATS.register("receiver", "NMEA, UBX and both in one stream", f"{_HERE}.receiver_log:ReceiverLog")
 
@@ -64,6 +76,9 @@ def open_log(path: Path) -> LogReader:
             raise LogError(f"{path}: is an empty folder; give a log")
         if begin.startswith(b"version https://git-lfs"):
             raise LogError(f"{path}: is a Git LFS pointer and not the log; `git lfs pull` gets that")
+        for magic, what in _PACKED.items():
+            if begin.startswith(magic):
+                raise LogError(f"{path}: is packed ({what}); unpack it, and give what was in it")
         for name in LOG_FORMATS.names():
             kind = LOG_FORMATS.find(name)
             if kind.recognises(path, begin):
@@ -80,7 +95,8 @@ def read_logs(paths: Sequence[Path], streams: Collection[str] | None = None) -> 
 
     Args:
         paths: Of the files.
-        streams: Names of streams to be read; all if it is None.
+        streams: Names of streams to be read; all, as they are, if it is None. Of each log those named are cut to the
+            longest section in which no clock was set.
 
     Raises:
         LogError: One of them cannot be read, or two have a stream of the same name.
@@ -95,6 +111,8 @@ def read_logs(paths: Sequence[Path], streams: Collection[str] | None = None) -> 
         listed += held
         names = [stream.name for stream in held if streams is None or stream.name in streams]
         found = reader.read(names) if names else LogContent()
+        if streams is not None:
+            found = of_one_clock(found)
         content.tables.update(found.tables)
         content.problems += found.problems
     return listed, content

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +52,20 @@ class LogTable:
         kind: Its type.
         time_s: (n,) stamps by the log's clock; neither sorted nor free of repetitions.
         columns: (n,) each, NaN where a message has no such number.
-        arrived_s: (n,) when the messages came, if the log tells that apart from the stamps.
+        place: (n,) each message's number among all of the log, if other streams are in the same log.
     """
 
     stream: str
     kind: str
     time_s: Floats
     columns: Mapping[str, Floats]
-    arrived_s: Floats | None = None
+    place: NDArray[np.int64] | None = None
+
+    def rows(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> LogTable:
+        """The table of some of the messages, by index or by a mask."""
+        columns = {name: values[chosen] for name, values in self.columns.items()}
+        place = None if self.place is None else self.place[chosen]
+        return replace(self, time_s=self.time_s[chosen], columns=columns, place=place)
 
 
 @dataclass

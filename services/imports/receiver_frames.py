@@ -11,6 +11,8 @@ from functools import reduce
 from operator import xor
 from typing import Final, NamedTuple
 
+import numpy as np
+
 NMEA: Final = "nmea"
 UBX: Final = "ubx"
 RTCM: Final = "rtcm"
@@ -32,22 +34,31 @@ class FrameCounts:
 
     Attributes:
         bad_checksums: Frames whose checksum is wrong.
+        unchecked: Sentences without a checksum.
         cut: Frames that the end of the log cuts off.
         foreign_bytes: Bytes that belong to no frame.
     """
 
     bad_checksums: int = 0
+    unchecked: int = 0
     cut: int = 0
     foreign_bytes: int = 0
 
 
-def frames(data: bytes, counts: FrameCounts) -> Iterator[Frame]:
-    """The frames of a stream, in order."""
+def frames(data: bytes, counts: FrameCounts, *, checked: bool = True) -> Iterator[Frame]:
+    """The frames of a stream, in order.
+
+    Args:
+        data: The stream.
+        counts: Of what is passed over; added to.
+        checked: Whether sentences need a checksum; one that is there has to be right in any case. Those that lack it
+            get it.
+    """
     at, n = 0, len(data)
     while at < n:
         first = data[at]
         if first == 0x24:  # $
-            size = _nmea(data, at, counts)
+            size = _nmea(data, at, counts, checked=checked)
             protocol = NMEA
         elif first == 0xB5 and data.startswith(_UBX_HEAD, at):
             size, protocol = _ubx(data, at, counts), UBX
@@ -56,14 +67,20 @@ def frames(data: bytes, counts: FrameCounts) -> Iterator[Frame]:
         else:
             size, protocol = 0, ""
         if size:
-            yield Frame(protocol, data[at : at + size])
+            content = data[at : at + size]
+            yield Frame(protocol, _with_checksum(content) if protocol == NMEA and b"*" not in content else content)
             at += size
         else:
             counts.foreign_bytes += 1
             at += 1
 
 
-def _nmea(data: bytes, at: int, counts: FrameCounts) -> int:
+def _with_checksum(sentence: bytes) -> bytes:
+    body = sentence.rstrip(b"\r\n")
+    return body + f"*{reduce(xor, body[1:], 0):02X}\r\n".encode()
+
+
+def _nmea(data: bytes, at: int, counts: FrameCounts, *, checked: bool) -> int:
     """Bytes of a sentence that begins here; 0 if there is none."""
     end = data.find(b"\n", at, at + _LONGEST_SENTENCE)
     if end < 0:
@@ -74,6 +91,10 @@ def _nmea(data: bytes, at: int, counts: FrameCounts) -> int:
     star = line.rfind(b"*")
     if not line[1:6].isalnum() or b"$" in line[1:]:
         return 0
+    if star < 0 and not checked:
+        plausible = line[1:6].isupper() and line[6:7] == b"," and line.isascii() and line.decode().isprintable()
+        counts.unchecked += plausible
+        return end + 1 - at if plausible else 0
     try:
         told = int(line[star + 1 : star + 3], 16) if star > 0 else -1
     except ValueError:
@@ -93,10 +114,8 @@ def _ubx(data: bytes, at: int, counts: FrameCounts) -> int:
     if at + size > len(data):
         counts.cut += 1
         return 0
-    a = b = 0
-    for byte in data[at + 2 : at + size - 2]:
-        a = (a + byte) & 0xFF
-        b = (b + a) & 0xFF
+    checked = np.frombuffer(data, np.uint8, size - 4, at + 2).astype(np.uint64)
+    a, b = int(checked.sum()) & 0xFF, int(checked @ np.arange(len(checked), 0, -1, dtype=np.uint64)) & 0xFF
     if (a, b) != (data[at + size - 2], data[at + size - 1]):
         counts.bad_checksums += 1
         return 0

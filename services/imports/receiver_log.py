@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchline.schemas.optional_packages import require
 from touchline.services.imports.foreign_sensors import FIXED, FLOAT, NONE, SINGLE
@@ -23,6 +25,9 @@ _QUALITY: Final = {0: NONE, 1: SINGLE, 2: SINGLE, 3: SINGLE, 4: FIXED, 5: FLOAT,
 _MODES: Final = {"R": FIXED, "F": FLOAT, "A": SINGLE, "D": SINGLE, "P": SINGLE}
 _CARRIER: Final = {0: SINGLE, 1: FLOAT, 2: FIXED}
 _SAME_EPOCH_S: Final = 0.02
+_SEARCHED_BYTES: Final = 65_536  # for a first frame with a checksum
+_FEWEST_UNCHECKED: Final = 2
+_PLACE: Final = "place"  # of a row in the log
 Row = dict[str, float]
 
 
@@ -44,7 +49,7 @@ class ReceiverLog:
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
         """Whether there is a frame of NMEA or UBX near its begin."""
-        return any(frame.protocol in (NMEA, UBX) for frame in frames(begin, FrameCounts()))
+        return _is_checked(begin) or _sentences(begin) >= _FEWEST_UNCHECKED
 
     def streams(self) -> list[LogStream]:
         """See `LogReader`."""
@@ -70,6 +75,16 @@ class ReceiverLog:
                 self._path, self._parse_nmea, self._parse_ubx, self._ubx_names, self._counts
             ).content()
         return self._content
+
+
+def _is_checked(data: bytes) -> bool:
+    """Whether there is a frame of NMEA or UBX with a checksum."""
+    return any(frame.protocol in (NMEA, UBX) for frame in frames(data, FrameCounts()))
+
+
+def _sentences(data: bytes) -> int:
+    """How many sentences there are, with a checksum or without."""
+    return sum(frame.protocol == NMEA for frame in frames(data, FrameCounts(), checked=False))
 
 
 class _Messages:
@@ -103,7 +118,8 @@ class _Messages:
     def content(self) -> LogContent:
         """See `ReceiverLog`."""
         lost = FrameCounts()
-        for protocol, raw in frames(self._path.read_bytes(), lost):
+        data = self._path.read_bytes()
+        for protocol, raw in frames(data, lost, checked=_is_checked(data[:_SEARCHED_BYTES])):
             if protocol == NMEA:
                 self._take_nmea(raw)
             elif protocol == UBX:
@@ -125,6 +141,8 @@ class _Messages:
         name, told = self._path.name, []
         if lost.bad_checksums:
             told.append(f"{name}: {lost.bad_checksums:,} messages have a wrong checksum, and are left out")
+        if lost.unchecked:
+            told.append(f"{name}: {lost.unchecked:,} sentences have no checksum; damage in them goes unnoticed")
         if lost.cut:
             told.append(f"{name}: {lost.cut:,} messages are cut off by the end of the file or by damage")
         if lost.foreign_bytes:
@@ -151,7 +169,7 @@ class _Messages:
         if taken is None:
             return
         row, time_s = taken
-        row["time_s"] = time_s
+        row["time_s"], row[_PLACE] = time_s, sum(self._counts.values())
         self._rows.setdefault(name, []).append(row)
         if not dated and not self._clock.is_dated:
             self._undated.append(row)
@@ -162,7 +180,8 @@ class _Messages:
         table = np.array([[row.get(column, math.nan) for column in columns] for row in rows], dtype=np.float64)
         kind = f"ubx/{name}" if "-" in name else f"nmea/{name}"
         values = {column: table[:, i] for i, column in enumerate(columns)}
-        return LogTable(name, kind, values.pop("time_s"), values)
+        place = values.pop(_PLACE).astype(np.int64)
+        return LogTable(name, kind, values.pop("time_s"), values, place)
 
     def _gga(self, told: Any) -> tuple[Row, float]:
         quality = int(told.quality or 0)
@@ -228,17 +247,29 @@ def _join(tables: dict[str, LogTable], into: str, of: str, names: tuple[str, ...
     if into not in tables or of not in tables:
         return
     table, other = tables[into], tables[of]
-    order = np.argsort(other.time_s, kind="stable")
-    times = other.time_s[order]
-    where = np.searchsorted(times, table.time_s - _SAME_EPOCH_S).clip(0, len(times) - 1)
-    same = np.abs(times[where] - table.time_s) <= _SAME_EPOCH_S
+    where = _same_epoch(table, other)
     columns: dict[str, Floats] = dict(table.columns)
     for name in names:
         if name in other.columns:
-            values = other.columns[name][order][where]
+            values = np.where(where >= 0, other.columns[name][where], np.nan)
             before = columns.get(name, np.full(len(table.time_s), np.nan))
-            columns[name] = np.where(same & np.isfinite(values), values, before)
-    tables[into] = LogTable(table.stream, table.kind, table.time_s, columns)
+            columns[name] = np.where(np.isfinite(values), values, before)
+    tables[into] = replace(table, columns=columns)
+
+
+def _same_epoch(table: LogTable, other: LogTable) -> NDArray[np.int64]:
+    """(n,) rows of another stream of the same epochs, of several the nearest in the log; −1 where there is none."""
+    assert table.place is not None
+    assert other.place is not None
+    order = np.argsort(other.time_s, kind="stable")
+    times = other.time_s[order]
+    begin = np.searchsorted(times, table.time_s - _SAME_EPOCH_S, side="left")
+    end = np.searchsorted(times, table.time_s + _SAME_EPOCH_S, side="right")
+    found = np.where(end > begin, order[begin.clip(0, len(order) - 1)], -1)
+    for i in np.flatnonzero(end > begin + 1):  # of a clock that was set back
+        rows = order[begin[i] : end[i]]
+        found[i] = rows[np.abs(other.place[rows] - table.place[i]).argmin()]
+    return found
 
 
 def _place(latitude: Any, longitude: Any, altitude: float) -> Row:

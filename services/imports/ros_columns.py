@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any, Final
@@ -41,7 +42,8 @@ class RosColumns:
         self.type = full_name(kind.type)
         read, fields = decoder(kind), layout(kind)
         if read is None or fields is None:
-            raise Damage(f"its type {kind.type or '(none)'} is not defined in the log, or its encoding is not known")
+            told = f"its type {kind.type or '(none)'} is not defined in the log, or is too large"
+            raise Damage(f"{told}, or its encoding is not known")
         self._read: Decode = read
         self._numbers = [path for path, form in fields.items() if "[" not in path and form not in _NO_TEXT]
         self._arrays = [
@@ -51,10 +53,9 @@ class RosColumns:
         ]
         self._get: Callable[[Any], Any] = attrgetter(*self._numbers, *self._arrays, "__class__", "__class__")
         self._named = self.type == "sensor_msgs/msg/JointState"
-        self._rows: list[tuple[float, ...]] = []
-        self._extra: dict[str, list[tuple[int, float]]] = {}
-        self._times: list[float] = []
-        self._arrived: list[float] = []
+        self._values = array("d")
+        self._extra: dict[str, tuple[array[int], array[float]]] = {}
+        self._arrived = array("d")
 
     def take(self, payload: bytes, log_time_ns: int) -> None:
         """Take a message.
@@ -64,26 +65,27 @@ class RosColumns:
         """
         message: Any = self._read(payload)
         *values, _, _ = self._get(message)  # of two names at least, as of one alone it gives no tuple
-        row = len(self._rows)
-        self._rows.append(tuple(map(float, values[: len(self._numbers)])))
+        row = len(self._arrived)
+        told = tuple(map(float, values[: len(self._numbers)]))
         names: Sequence[str] = message.name if self._named else ()
         for path, elements in zip(self._arrays, values[len(self._numbers) :], strict=True):
             if len(elements) > _MOST_ELEMENTS:
                 continue
             labels = names if len(names) == len(elements) and self._named else range(len(elements))
             for label, value in zip(labels, elements, strict=True):
-                self._extra.setdefault(f"{path}[{label}]", []).append((row, float(value)))
+                rows, numbers = self._extra.setdefault(f"{path}[{label}]", (array("q"), array("d")))
+                rows.append(row)
+                numbers.append(float(value))
+        self._values.extend(told)
         self._arrived.append(log_time_ns / 1e9)
 
     def columns(self) -> dict[str, Floats]:
         """(n,) each; see the module."""
-        n = len(self._rows)
-        table = np.array(self._rows, dtype=np.float64).reshape(n, len(self._numbers))
+        n, table = len(self._arrived), self._table()
         found = {path: table[:, i] for i, path in enumerate(self._numbers)}
-        for path, pairs in self._extra.items():
+        for path, (rows, values) in self._extra.items():
             column = np.full(n, np.nan)
-            rows, values = zip(*pairs, strict=True)
-            column[list(rows)] = values
+            column[np.array(rows)] = np.array(values)
             found[path] = column
         if self.type in _YAWS:
             found["heading_rad"] = _yaw(found, _YAWS[self.type])
@@ -91,14 +93,18 @@ class RosColumns:
             found |= _fix(found)
         return found
 
-    def times(self) -> tuple[Floats, Floats]:
-        """(n,) stamps [s] (when it came, where a message has none), and when the messages came [s]."""
+    def times(self) -> Floats:
+        """(n,) stamps [s]; when it came, where a message has none."""
         arrived = np.array(self._arrived)
         if not set(_STAMP) <= set(self._numbers):
-            return arrived, arrived
-        table = np.array(self._rows, dtype=np.float64).reshape(len(arrived), len(self._numbers))
+            return arrived
+        table = self._table()
         sec, nanosec = (table[:, self._numbers.index(path)] for path in _STAMP)
-        return np.where(sec > 0, sec + nanosec / 1e9, arrived), arrived
+        return np.where(sec > 0, sec + nanosec / 1e9, arrived)
+
+    def _table(self) -> Floats:
+        """(n, k) the numbers that every message has."""
+        return np.array(self._values).reshape(len(self._arrived), len(self._numbers))
 
 
 def _yaw(found: dict[str, Floats], path: str) -> Floats:

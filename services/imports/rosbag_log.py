@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Final
 
-from rosbags.interfaces import MessageDefinitionFormat
-from rosbags.rosbag1 import Reader, ReaderError
+import numpy as np
 
 from touchline.services.bridge.decoding import full_name
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 from touchline.services.imports.log_table import LogContent, LogError, LogStream, LogTable
+from touchline.services.imports.ros1_bag import BAG1_MAGIC, Ros1Bag
 from touchline.services.imports.ros_columns import RosColumns
 
-_BAG1: Final = b"#ROSBAG V"
+_BAG1: Final = BAG1_MAGIC[:9]
 _MCAP: Final = b"\x89MCAP0\r\n"
 _SQLITE: Final = b"SQLite format 3\0"
 
@@ -27,6 +27,10 @@ class RosbagLog:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._ros1 = path.suffix == ".bag" and not path.is_dir()
+        if not path.is_dir():
+            with path.open("rb") as stream:
+                self._ros1 |= stream.read(len(_BAG1)) == _BAG1
         self._problems: list[str] = []
         self._streams: list[LogStream] | None = None
 
@@ -58,21 +62,23 @@ class RosbagLog:
         takers: dict[str, RosColumns] = {}
         refused: dict[str, str] = {}
         damaged: Counter[str] = Counter()
-        for message in self._messages(streams):
+        places: defaultdict[str, list[int]] = defaultdict(list)
+        for place, message in enumerate(self._messages(streams)):
             if message.topic in refused:
                 continue
             try:
                 if message.topic not in takers:
                     takers[message.topic] = RosColumns(message.kind)
                 takers[message.topic].take(message.payload, message.log_time_ns)
+                places[message.topic].append(place)
             except Damage as damage:
                 if message.topic not in takers:
                     refused[message.topic] = str(damage)
                 else:
                     damaged[message.topic] += 1
         for topic, taker in takers.items():
-            time_s, arrived_s = taker.times()
-            content.tables[topic] = LogTable(topic, taker.type, time_s, taker.columns(), arrived_s)
+            placed = np.array(places[topic], dtype=np.int64)
+            content.tables[topic] = LogTable(topic, taker.type, taker.times(), taker.columns(), placed)
         content.problems += [f"{topic}: cannot be read: {why}" for topic, why in refused.items()]
         content.problems += [f"{topic}: {count:,} messages are damaged" for topic, count in damaged.items()]
         content.problems += self._problems
@@ -85,7 +91,7 @@ class RosbagLog:
             LogError: The bag cannot be read.
         """
         self._problems = []
-        if not self._path.is_dir() and self._path.suffix == ".bag":
+        if self._ros1:
             yield from self._of_ros1(streams)
             return
         try:
@@ -97,23 +103,16 @@ class RosbagLog:
             self._problems.append(f"{self._path.name}: {reader.summary.problem}")
 
     def _of_ros1(self, streams: Collection[str] | None) -> Iterator[Recorded]:
+        found = 0
         try:
-            with Reader(self._path) as reader:
-                kinds = {}
-                for connection in reader.connections:
-                    told = connection.msgdef.data if connection.msgdef.format == MessageDefinitionFormat.MSG else ""
-                    kinds[connection.id] = RecordingKind("ros1", connection.msgtype, "ros1msg", told)
-                wanted = [each for each in reader.connections if streams is None or each.topic in streams]
-                if not wanted:
-                    return
-                for connection, time_ns, raw in reader.messages(wanted):
-                    yield Recorded(connection.topic, time_ns, time_ns, 0, bytes(raw), kinds[connection.id])
-        except ReaderError as error:
-            told = str(error).rstrip(".")
-            remedy = (
-                "`rosbag reindex` mends a bag that was broken off" if "index" in told.lower() else "give a whole bag"
-            )
-            raise LogError(f"{self._path}: cannot be read as a ROS 1 bag ({told}); {remedy}") from error
-        except (OSError, EOFError, ValueError, KeyError, AssertionError, IndexError) as error:
-            what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-            raise LogError(f"{self._path}: cannot be read as a ROS 1 bag ({what}); give a whole bag") from error
+            with self._path.open("rb") as stream:
+                bag = Ros1Bag(self._path, stream)
+                for message in bag.messages(streams):
+                    found += 1
+                    yield message
+        except (OSError, Damage) as error:
+            raise LogError(f"{self._path}: cannot be read as a ROS 1 bag ({error}); give a whole bag") from error
+        if bag.problem and not found:
+            raise LogError(f"{self._path}: cannot be read as a ROS 1 bag ({bag.problem}); give a whole bag")
+        if bag.problem:
+            self._problems.append(f"{self._path.name}: the rest cannot be read: {bag.problem}")

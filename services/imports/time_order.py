@@ -1,22 +1,23 @@
-"""Stamps of a log put in order: repetitions, small disorder, and clocks that begin anew."""
+"""Stamps of a log put in order: repetitions, small disorder, and clocks that were set back."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.imports.clock_runs import clock_runs
 from touchline.services.imports.log_table import Floats
 
-BACK_S = 60.0
-"""A stamp further back than this is of a clock that began anew; less is disorder, and is sorted."""
-AHEAD_S = 6 * 3600.0
-"""A step further ahead than this is of a clock that was set."""
+MOSTLY: Final = 0.9
+"""A log in which more of the steps than this go back has its newest message first."""
 
 
 def in_order(time_s: Floats) -> tuple[NDArray[np.int64], list[str]]:
     """Indices of the messages to use, in the order of their stamps, and what is left out, a line each.
 
-    Of a clock that was set or began anew the longest run is used. Of several messages of one stamp the first is.
+    Of a clock that was set back or began anew the longest run is used. Of several messages of one stamp the first is.
 
     Args:
         time_s: (n,) stamps in the order of the log; NaN where there is none.
@@ -27,17 +28,20 @@ def in_order(time_s: Floats) -> tuple[NDArray[np.int64], list[str]]:
         told.append(f"{len(time_s) - len(kept):,} messages have no time")
     if not len(kept):
         return kept, told
-    times = time_s[kept]
-    steps = np.diff(times)
-    cuts = np.flatnonzero((steps > AHEAD_S) | (steps < -BACK_S)) + 1
-    runs = np.split(np.arange(len(times)), cuts)
+    if (np.diff(time_s[kept]) < 0.0).sum() > MOSTLY * (len(kept) - 1):
+        told.append("the log has its newest message first, and was turned round")
+        kept = kept[::-1]
+    runs, strays = clock_runs(time_s[kept])
     run = max(runs, key=len)
     if len(runs) > 1:
+        others = sum(map(len, runs)) - len(run)
         told.append(
-            f"the clock was set {len(cuts):,} times: {len(times) - len(run):,} messages outside of the longest run "
-            "are left out"
+            f"the clock was set {len(runs) - 1:,} times: {others:,} messages outside of the longest run are left out"
         )
-    times, kept = times[run], kept[run]
+    if len(strays):
+        told.append(f"{len(strays):,} messages have stamps far from their neighbours', and are left out")
+    kept = kept[run]
+    times = time_s[kept]
     back = int((np.diff(times) < 0).sum())
     if back:
         told.append(f"{back:,} messages are older than the one before, and were sorted")

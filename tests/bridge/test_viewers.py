@@ -51,7 +51,9 @@ class System:
         self.processes = [
             start_touchline("robot-sim", "--seed", "5", "--speed", "2", config=here, log=folder / "robot.log"),
             start_touchline(
-                *("bridge", "--foxglove", "--foxglove-listen", "127.0.0.1:0", "--clock"), config=both, log=self.log
+                *("bridge", "--foxglove", "--foxglove-listen", "127.0.0.1:0", "--foxglove-orders", "--clock"),
+                config=both,
+                log=self.log,
             ),
         ]
         assert eventually(lambda: " at ws://" in self.log.read_text(encoding="utf-8")), self.log.read_text()

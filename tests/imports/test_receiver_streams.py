@@ -140,3 +140,15 @@ def test_what_is_no_log_is_refused_in_a_line(tmp_path, name, content, told):
     path.write_bytes(content)
     with pytest.raises(LogError, match=told):
         open_log(path).streams()
+
+
+def test_sentences_without_checksums_are_read_if_the_log_has_none(tmp_path):
+    bare = b"".join(gga(f"00000{i}.00").split(b"*")[0] + b"\r\n" for i in range(5))
+    path = tmp_path / "bare.nmea"
+    path.write_bytes(bare + gga("000005.00"))
+    table, problems = read(path, "GGA")
+    assert len(table.time_s) == 1  # a log with checksums, in which the others are damaged
+    path.write_bytes(bare)
+    table, problems = read(path, "GGA")
+    assert table.columns["latitude_deg"] == pytest.approx(np.full(5, 48.12))
+    assert problems == ["bare.nmea: 5 sentences have no checksum; damage in them goes unnoticed"]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 import annotated_types
 import pytest
@@ -13,6 +13,7 @@ from rosbags.interfaces import Nodetype
 
 from touchline.schemas import messages
 from touchline.schemas.cdr import typestore
+from touchline.schemas.given_angles import FULL_TURN_RAD, AngleOrAny
 from touchline.schemas.messages import Message
 
 MODELS: dict[str, type[Message]] = {
@@ -75,6 +76,8 @@ def values(description: Any, metadata: list[Any]) -> st.SearchStrategy[Any]:
         if detail[0] in LIMITS:
             lower, upper = bounds(metadata) if metadata else LIMITS[detail[0]]  # an array has no metadata of its own
             return st.integers(int(lower), int(upper))
+        if list(get_args(AngleOrAny)[1:]) == metadata:
+            return st.floats(-FULL_TURN_RAD, FULL_TURN_RAD) | st.just(math.nan)
         return numbers(detail[0])
     inner, count = detail
     shortest, longest = (count, count) if node == Nodetype.ARRAY else (0, count or 2)

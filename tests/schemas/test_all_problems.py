@@ -29,7 +29,10 @@ def test_every_problem_is_a_line_with_field_and_remedy():
     assert str(refused.value).splitlines() == [
         "tee.json: segments[0].line.end is missing; add it",
         "tee.json: segments[0].line.ende is not a known field; did you mean 'end'?",
-        "tee.json: segments[1].arc.sweep_angle is -90; give at least -6.283185308 rad (in radians, not degrees)",
+        (
+            "tee.json: segments[1].arc.sweep_angle is -90; "
+            "give at least -6.283185308 rad (in radians, not degrees: -1.5708)"
+        ),
         "tee.json: line_widht_m is not a known field; did you mean 'line_width_m'?",
     ]
     assert refused.value.field == "segments[0].line.end"

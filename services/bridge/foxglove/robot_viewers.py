@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.topics import REPLAY_SERVICES, SERVICES, Service
+from touchline.schemas.topics import READ_ONLY_SERVICES, REPLAY_SERVICES, SERVICES, Service
 from touchline.services.bridge.foxglove.replay_playback import ReplayPlayback
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 from touchline.services.bridge.foxglove.viewer_channels import ViewerChannels
@@ -45,10 +45,11 @@ class Viewers:
 
     def __init__(self, buses: Sequence[Bus], config: FoxgloveConfig) -> None:
         self._parameters = {bus.namespace: ToldParameters(bus.counters.reject) for bus in buses}
-        self._leaving = False
+        self._leaving, self._orders_allowed = False, config.orders
         self._playback = ReplayPlayback(buses, self._check_staying)
         self._orders = 0
-        served = [self._served(bus, service) for bus in buses for service in (*SERVICES, *REPLAY_SERVICES)]
+        services = (*SERVICES, *REPLAY_SERVICES) if config.orders else READ_ONLY_SERVICES
+        served = [self._served(bus, service) for bus in buses for service in services]
         self._server = ViewerServer(config, ViewerAnswers(served, self._told, self._playback.control))
         names = [bus.namespace for bus in buses]
         self._robots = {
@@ -93,7 +94,7 @@ class Viewers:
         """Counters of one robot for the diagnostics."""
         robot = self._robots[namespace]
         return {
-            "foxglove": self._server.url if self._server.serves else f"waits for {self._server.url}",
+            "foxglove": self._server.url,
             "foxglove_topics": robot.taken,
             "foxglove_messages": robot.messages,
             "foxglove_calls": self._orders,
@@ -111,9 +112,8 @@ class Viewers:
         if now_s < self._playback_s:
             return
         self._playback_s = now_s + _PLAYBACK_EVERY_S
-        self._server.turn()
         self._playback.turn()
-        span_ns = self._playback.span_ns
+        span_ns = self._playback.span_ns if self._orders_allowed else None
         if span_ns != self._span_ns:
             self._span_ns = span_ns
             self._server.restart(span_ns)

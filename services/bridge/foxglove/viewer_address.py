@@ -1,4 +1,4 @@
-"""Where viewers are served."""
+"""Where viewers are served, and to whom."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from touchline.schemas.errors import SpecError
+from touchline.services.bridge.foxglove.viewer_origins import is_origin
 
 DEFAULT_ADDRESS: Final = "127.0.0.1:8765"
 _MOST_PORT: Final = 65535
@@ -13,18 +14,22 @@ _MOST_PORT: Final = 65535
 
 @dataclass(frozen=True)
 class FoxgloveConfig:
-    """Where viewers are served.
+    """Where viewers are served, and to whom.
 
     Attributes:
         address: ``HOST:PORT`` of this machine; port 0 is any that is free.
         clock: Whether the first robot's sim time is told as ``/clock``, too.
+        orders: Whether viewers may command the robots, recordings and replays, and not only look.
+        origins: Of web pages that may connect, beside those of `is_allowed`.
     """
 
     address: str = DEFAULT_ADDRESS
     clock: bool = False
+    orders: bool = False
+    origins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what is no address.
+        """Refuse what is no address or no origin.
 
         Raises:
             SpecError: It is none.
@@ -33,6 +38,10 @@ class FoxgloveConfig:
         if not host or not port.isascii() or not port.isdigit() or int(port) > _MOST_PORT:
             remedy = f"give HOST:PORT, such as {DEFAULT_ADDRESS}, or 0.0.0.0:8765 for viewers on other machines"
             raise SpecError("command line", "--foxglove-listen", f"is {self.address!r}", remedy)
+        for origin in self.origins:
+            if not is_origin(origin):
+                remedy = "give it as browsers send it, such as https://viewer.example or http://viewer.example:8080"
+                raise SpecError("command line", "--foxglove-origin", f"is {origin!r}", remedy)
 
     @property
     def host(self) -> str:
@@ -51,4 +60,6 @@ class FoxgloveConfig:
 
     def arguments(self) -> list[str]:
         """The options that hand this to ``touchline bridge``."""
-        return ["--foxglove", "--foxglove-listen", self.address, *(["--clock"] if self.clock else [])]
+        flags = [*(["--clock"] if self.clock else []), *(["--foxglove-orders"] if self.orders else [])]
+        origins = [part for origin in self.origins for part in ("--foxglove-origin", origin)]
+        return ["--foxglove", "--foxglove-listen", self.address, *flags, *origins]

@@ -6,9 +6,11 @@ only orders to the robot and parameters are answered in those threads.
 
 from __future__ import annotations
 
+import secrets
+import socket
+import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -27,6 +29,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bridge.channels import channel_metadata, kind_of
+from touchline.services.bridge.foxglove.origin_guard import OriginGuard
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 
 _NAME: Final = "Touchline"
@@ -88,26 +91,20 @@ class ViewerServer:
         self._context = foxglove.Context()
         self._subscribed: deque[int] = deque()
         self._span_ns: Span | None = None
-        self._port = config.port
+        self._server: WebSocketServer | None = None
         try:
-            self._server: WebSocketServer | None = self._start()
-        except RuntimeError as error:
-            reason = str(error).rpartition(": ")[2]
+            self._guard = OriginGuard(config.host, config.port, config.origins, _warn_operator)
+        except OSError as error:
             raise TouchlineError(
-                f"--foxglove-listen {config.host}:{config.port}: cannot listen there ({reason}); name another "
+                f"--foxglove-listen {config.host}:{config.port}: cannot listen there ({error.strerror}); name another "
                 "address, or stop what listens there"
             ) from error
-        self._port = self._server.port
+        self._start()
 
     @property
     def url(self) -> str:
         """Where viewers find it."""
-        return f"ws://{self._config.address.rpartition(':')[0]}:{self._port}"
-
-    @property
-    def serves(self) -> bool:
-        """Whether it listens; after `restart` it may take some turns until the address is free again."""
-        return self._server is not None
+        return f"ws://{self._config.address.rpartition(':')[0]}:{self._guard.port}"
 
     def channel(self, name: str, topic: Topic) -> foxglove.Channel:
         """A channel of that name for the topic's messages as they are."""
@@ -147,27 +144,28 @@ class ViewerServer:
         Args:
             span_ns: From and to which time something is replayed; None if nothing is.
         """
-        self.stop()
-        self._server, self._span_ns = None, span_ns
-        self.turn()
-
-    def turn(self) -> None:
-        """Serve again, if the address of the former server is free by now."""
-        if self._server is None:
-            with suppress(RuntimeError):
-                self._server = self._start()
+        self._stop()
+        self._span_ns = span_ns
+        self._start()
 
     def stop(self) -> None:
         """Take leave of all clients."""
+        self._stop()
+        self._guard.stop()
+
+    def _stop(self) -> None:
+        self._guard.inner = None
         if self._server is not None:
             self._server.stop()
+            self._server = None
 
-    def _start(self) -> WebSocketServer:
+    def _start(self) -> None:
         playback = [Capability.PlaybackControl] if self._span_ns is not None else []
-        return foxglove.start_server(
+        host = _hidden_host()
+        self._server = foxglove.start_server(
             name=_NAME,
-            host=self._config.host,
-            port=self._port,
+            host=host,
+            port=0,
             capabilities=[Capability.Services, Capability.Parameters, Capability.Time, *playback],
             server_listener=_Listener(self._subscribed, self._answers, self.warn),
             supported_encodings=[_ENCODING],
@@ -176,6 +174,21 @@ class ViewerServer:
             playback_time_range=self._span_ns,
             message_backlog_size=_BACKLOG,
         )
+        self._guard.inner = host, self._server.port
+
+
+def _warn_operator(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
+
+
+def _hidden_host() -> str:
+    """An address of this machine that no web page finds: one of the 16 million of Linux's loopback, else the usual."""
+    host = ".".join(map(str, (127, *(secrets.randbelow(254) + 1 for _ in range(3)))))
+    try:
+        with socket.create_server((host, 0)):
+            return host
+    except OSError:
+        return "127.0.0.1"
 
 
 def _service(order: ServedOrder) -> foxglove.Service:

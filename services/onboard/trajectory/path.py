@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve, spin_rad, wrap_angle
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.given_angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.schemas.messages import CurveType, LinearDirection, Segment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
@@ -98,6 +99,10 @@ def _curve(index: int, segment: Segment, drive: OnboardDrive) -> Curve:
     numbers = [c for p in points for c in (p.x, p.y)] + [arc.sweep_angle for arc in segment.curve.arc]
     if not all(map(math.isfinite, numbers)):
         raise CommandRefused(f"{name} has a coordinate that is not finite")
+    for arc in segment.curve.arc:
+        if abs(arc.sweep_angle) > FULL_TURN_RAD:
+            remedy = f"give sweep_angle {instead_of_degrees(arc.sweep_angle)}"
+            raise CommandRefused(f"{name} turns by {arc.sweep_angle:g} rad, more than once round; {remedy}")
     try:
         curve = Curve.from_message(segment.curve)
     except ValueError as error:

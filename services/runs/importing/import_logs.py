@@ -20,8 +20,8 @@ from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.imports.foreign_sensors import FIXED, ForeignSensors, sensors_of
-from touchline.services.imports.formats import read_logs
 from touchline.services.imports.tick_sensors import TickSensors, tick_sensors
+from touchline.services.runs.importing.reading_apart import read_apart
 from touchline.services.runs.importing.session_writer import write_session
 
 _RATES_HZ: Final = (1, 2, 5, 10, 20)
@@ -73,7 +73,7 @@ def import_logs(
     """
     progress(0.0, "reading")
     wanted = {part.stream for part in (mapping.fixes, mapping.imu, mapping.wheels, mapping.reference) if part}
-    listed, content = read_logs(paths, wanted)
+    listed, content = read_apart(paths, wanted)
     notes = {stream.name: stream.note for stream in listed if stream.name in wanted - content.tables.keys()}
     content.problems += [f"{name}: {note}" for name, note in notes.items() if note]
     sensors = sensors_of(mapping, content)

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from touchline.schemas.log_mapping import FixSource, ImuSource, LogMapping, TrackSource, WheelSource
-from touchline.services.imports.formats import read_logs
 from touchline.services.imports.log_table import LogContent, LogError, LogStream
 from touchline.services.imports.stream_quantities import STANDARD_COLUMNS
+from touchline.services.runs.importing.reading_apart import read_apart
 
 _PREFERRED: Final = {
-    "fixes": ("ubx/NAV-PVT", "nmea/GGA", "rtklib/pos", "ubx/NAV-HPPOSLLH", "sensor_msgs/msg/NavSatFix", "csv"),
+    "fixes": ("ubx/NAV-PVT", "nmea/GGA", "rtklib/pos", "ubx/NAV-HPPOSLLH", "sensor_msgs/msg/NavSatFix", "gpx", "csv"),
     "imu": ("sensor_msgs/msg/Imu", "csv"),
     "wheels": ("sensor_msgs/msg/JointState", "nav_msgs/msg/Odometry", "geometry_msgs/msg/TwistStamped", "csv"),
     "reference": ("csv",),
@@ -33,7 +33,7 @@ def log_list(paths: Sequence[Path]) -> tuple[list[dict[str, Any]], dict[str, Any
     Raises:
         LogError: They cannot be read.
     """
-    listed, content = read_logs(paths)
+    listed, content = read_apart(paths)
     streams = [
         {
             "stream": stream.name,
@@ -55,7 +55,7 @@ def proposal(paths: Sequence[Path]) -> LogMapping:
     Raises:
         LogError: They cannot be read, or nothing in them can be taken for a sensor.
     """
-    listed, content = read_logs(paths)
+    listed, content = read_apart(paths)
     proposed = _proposed(listed, content)
     if proposed.fixes is None and proposed.wheels is None and proposed.imu is None:
         problems = f" ({'; '.join(content.problems[:3])})" if content.problems else ""

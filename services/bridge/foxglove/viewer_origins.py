@@ -1,0 +1,41 @@
+"""Web pages that may connect as viewers, by their origin."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from ipaddress import ip_address
+from typing import Final
+from urllib.parse import urlsplit
+
+KNOWN_ORIGINS: Final = ("https://app.foxglove.dev", "file://")
+"""Foxglove in a browser; what desktop applications (Foxglove, Lichtblick) and pages in files of this machine send."""
+_ORIGIN: Final = re.compile(r"[a-z][a-z0-9+.-]*://[a-z0-9.:_\[\]-]*", re.ASCII)
+
+
+def is_origin(text: str) -> bool:
+    """Whether a text is an origin as browsers send it: ``https://viewer.example:8080``."""
+    return bool(_ORIGIN.fullmatch(text.lower()))
+
+
+def is_allowed(origin: str, origins: Collection[str]) -> bool:
+    """Whether pages of an origin may connect: known viewers, pages that this machine serves, and those named.
+
+    ``null``, which is what pages in a sandbox send whoever made them, is none of these.
+
+    Args:
+        origin: As the browser sends it.
+        origins: Named by the user.
+    """
+    given = origin.lower()
+    if given in KNOWN_ORIGINS or given in {each.lower() for each in origins}:
+        return True
+    return is_origin(given) and given.startswith(("http://", "https://")) and _is_loopback(given)
+
+
+def _is_loopback(origin: str) -> bool:
+    try:
+        host = urlsplit(origin).hostname or ""
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False
