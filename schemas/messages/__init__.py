@@ -107,11 +107,13 @@ from touchline.schemas.messages.team_messages import (
     Whereabouts,
 )
 from touchline.schemas.messages.touchline import (
+    AboutToMove,
     ActuatorCommand,
     EstimatorStatus,
     Event,
     GnssStatus,
     PaintMarks,
+    PauseStatus,
     Progress,
     RobotOrder,
     SegmentPaint,
@@ -155,6 +157,7 @@ from touchline.schemas.messages.viewing_messages import (
 )
 
 __all__ = [
+    "AboutToMove",
     "Actuation",
     "ActuationProfile",
     "ActuatorCommand",
@@ -228,6 +231,7 @@ __all__ = [
     "Path",
     "PathActuationParameter",
     "PathVelocityParameter",
+    "PauseStatus",
     "PlanOptions",
     "PlanReport",
     "PlanRequest",

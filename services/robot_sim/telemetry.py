@@ -19,7 +19,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
 from touchline.services.onboard import Onboard
-from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent, Status
+from touchline.services.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
@@ -28,7 +28,9 @@ from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.packing import (
     Payload,
     Stamp,
+    about_to_move,
     header,
+    pause_status,
     positions,
     stamp,
     status,
@@ -165,6 +167,8 @@ class Telemetry:
         self._positions: list[Placed] = []
         self._low_rate: list[Placed] = []
         self._state = -1
+        self._warning: MoveOffWarning | None = None
+        self._paused = False
         self._steady: _Steady | None = None
         self.digest = SessionDigest()
         self.final: Reports | None = None
@@ -229,7 +233,7 @@ class Telemetry:
             due.append((topics.WHEREABOUTS, whereabouts(time, said)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
-        due += [*self._orders(), *self._events()]
+        due += [*self._orders(), *self._events(), *self._warnings()]
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
             flowing = bool(row[tick_log.FLOW_LPS] > 0.0)
             due += self._stands(time, emulator.onboard.status, float(row[tick_log.SPEED]), flowing=flowing)
@@ -324,7 +328,7 @@ class Telemetry:
 
     def news(self) -> list[Payload]:
         """What a command has changed: events, the status and the truth beside it."""
-        told = [*self._orders(), *self._events(), *self.standing()]
+        told = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
         self.digest.add(told)
         return told
 
@@ -332,11 +336,15 @@ class Telemetry:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(tick_log.COLUMNS)
         self._note(row)
-        told = [(topics.BATTERY, battery_state(row, self._emulator.vehicle.body.battery_wh))]
-        if self._emulator.vehicle.tool.paints:
-            told.insert(0, (topics.SPRAYER, sprayer_state(row)))
+        told = self._levels(row)
         self.digest.add(told)
         return told
+
+    def _levels(self, row: NDArray[np.float64]) -> list[Payload]:
+        """Tank, if there is one, and battery."""
+        vehicle = self._emulator.vehicle
+        tank = [(topics.SPRAYER, sprayer_state(row))] if vehicle.tool.paints else []
+        return [*tank, (topics.BATTERY, battery_state(row, vehicle.body.battery_wh))]
 
     def tell(self, event: OnboardEvent) -> Payload:
         """Something the operator should know, from outside the onboard computer."""
@@ -353,7 +361,20 @@ class Telemetry:
     def _stands(self, time: Stamp, said: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
         self._state = said.state
         told = status(time, said, speed_mps, self._emulator.onboard)
-        return [told, true_coverage(time, self._emulator, flowing=flowing)]
+        return [*self._pauses(said), told, true_coverage(time, self._emulator, flowing=flowing)]
+
+    def _pauses(self, said: Status) -> list[Payload]:
+        """Why the robot pauses, or that it does no more; nothing if it did not."""
+        paused_before, self._paused = self._paused, said.pause is not None
+        return [pause_status(self._emulator.tick_count, said.pause)] if paused_before or self._paused else []
+
+    def _warnings(self) -> list[Payload]:
+        """The warning before the robot moves off, if it begins or ends."""
+        warning = self._emulator.onboard.warning
+        if warning == self._warning:
+            return []
+        self._warning = warning
+        return [about_to_move(self._emulator.tick_count, warning)]
 
     def _area(self, time: Stamp) -> list[Payload]:
         account = self._emulator.account

@@ -53,6 +53,8 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.ESTIMATOR.name: ESTIMATOR,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
+    topics.PAUSE_STATUS.name: EXECUTIVE,
+    topics.ABOUT_TO_MOVE.name: EXECUTIVE,
     topics.WHEREABOUTS.name: EXECUTIVE,
     topics.EVENTS.name: EXECUTIVE,
     topics.PAINT.name: PAINT,

@@ -53,6 +53,8 @@ class Rebuild:
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),
+            "watchdog": lambda details: emulator.fail_safe(float(details["missed_s"])),
+            "shut-down": lambda _: emulator.shut_down(),
             "resume": lambda _: emulator.resume(),
             "abort": lambda details: emulator.abort(details["reason"]),
             "estop": lambda details: emulator.estop(details["reason"]),
