@@ -174,7 +174,7 @@ class Commands:
         """
         total_time_s = self._emulator.take(ready.job)
         self.trajectory = ready.trajectory
-        self.told += self._telemetry.begin(ready.told)
+        self.told += self._telemetry.awake() + self._telemetry.begin(ready.told)
         if ready.job.remains is not None:
             self.told += self._telemetry.restored_paint()
         self.told += self._of_journal(self._progress.loaded(ready.whose, resumed=ready.job.resume is not None))

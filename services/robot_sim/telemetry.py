@@ -29,6 +29,7 @@ from touchline.services.robot_sim.packing import (
     Payload,
     Stamp,
     about_to_move,
+    gnss,
     header,
     pause_status,
     positions,
@@ -41,7 +42,8 @@ from touchline.services.robot_sim.packing import (
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
-from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, sprayer_state
+from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, odometry_of, sprayer_state
+from touchline.services.robot_sim.standing_twin import StandingTwin
 from touchline.services.robot_sim.tick_log import WHEREABOUTS_TICKS, Rows, period
 from touchline.services.robot_sim.world.world import held
 
@@ -189,6 +191,29 @@ class Telemetry:
         self.digest, self.ended, self.final = SessionDigest(), None, None
         self.digest.add(told)
         return told + self.news()
+
+    def awake(self) -> list[Payload]:
+        """What the standing robot knows while sim time is held: tank, battery, fix and place, if it has found that.
+
+        Told when its process begins, and before each job that it is given; nothing while it moves. Not entered in the
+        digest: a session is the same whether or not anybody looks at the robot before it.
+        """
+        if self._emulator.active:
+            return []
+        emulator, row = self._emulator, np.zeros(tick_log.COLUMNS)
+        self._note(row)
+        told = self._levels(row)
+        if emulator.onboard.aligned:
+            return [*told, (topics.ODOMETRY, odometry_of(row))]
+        twin = StandingTwin(emulator)
+        if twin.gnss is not None and not emulator.tick_count:  # later its receiver has reported itself
+            time_s = emulator.time_s
+            told += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
+        if twin.emulator.onboard.aligned:
+            Telemetry(twin.emulator)._note(row)
+            row[tick_log.TICK] = emulator.tick_count
+            told.append((topics.ODOMETRY, odometry_of(row)))
+        return told
 
     def after_tick(self) -> list[Payload]:
         """What is due after the emulator's last tick."""

@@ -80,7 +80,7 @@ class Rebuild:
 
     def whole(self) -> Iterator[list[Payload]]:
         """As `said`, with the setup before, and on until the robot is at rest, unless it has refused an order."""
-        yield [self._telemetry.setup(), *self._telemetry.standing()]
+        yield [self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()]
         yield from self.said()
         most = self._session.last_tick + MOST_LONGER_TICKS
         while self._emulator.active and self.tick < most and not self.refused:
@@ -121,7 +121,7 @@ class Rebuild:
         resume, remains = restored_from(order.details)
         prepared = self._emulator.prepare(job.trajectory, job.template, resume, remains, taking)
         self._emulator.take(prepared._replace(cause=job.cause))
-        told = self._telemetry.loaded(job.trajectory, job.template)
+        told = self._telemetry.awake() + self._telemetry.loaded(job.trajectory, job.template)
         return told + (self._telemetry.restored_paint() if remains is not None else [])
 
 
