@@ -185,6 +185,10 @@ class Guarded:
         self._unheard = 0 if frame is None or frame.operator_alive else self._unheard + 1
         limit = emulator.vehicle.drive.max_wheel_speed_radps * 1.001
         self._hold(all(abs(w) <= limit for w in command.actuators), f"wheel commands {command.actuators}")
+        warning = emulator.onboard.warning
+        warned = warning is not None and emulator.tick_count >= warning.earliest_tick
+        if status.state == RUNNING and any(command.actuators):
+            self._hold(warned, "moves without a warning")
         if status.state != RUNNING:
             self._hold(not command.valve and not command.disc, "valve or disc while not running")
         if status.state == ESTOPPED:

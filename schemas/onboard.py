@@ -150,6 +150,19 @@ class TrackingGains(Spec):
     """k_b of `frenet`."""
 
 
+class MoveOffLimits(Spec):
+    """How long the robot warns before it moves off, and after how long a stop only a person may end it."""
+
+    warning_s: Annotated[float, Field(ge=2, le=60)] = 2.0
+    """After a pause, in sim time."""
+    start_warning_s: Annotated[float, Field(ge=0, le=60)] = 0.0
+    """After a start, a goal, or the begin of guidance, in sim time. The emulated robot sets off at once: give a real
+    machine at least 2 s."""
+    person_after_s: Annotated[float, Field(gt=0, le=1_000_000)] | None = None
+    """Longest stop, in sim time, that the robot ends by itself; a longer one is ended by `resume` only. By default 30 s
+    for a robot with a tool or of more than 20 kg, and no limit for others."""
+
+
 class TeamLimits(Spec):
     """How a robot keeps to the cells in which a team's coordinator guides it."""
 
@@ -183,7 +196,8 @@ class OnboardConfig(GrownSpec):
     lane_pursuit: LanePursuit = LanePursuit()
     tracking: TrackingGains = TrackingGains()
     team: TeamLimits = TeamLimits()
+    move_off: MoveOffLimits = MoveOffLimits()
     link_timeout_s: Seconds = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
-    later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team")
+    later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team", "move_off")

@@ -57,6 +57,16 @@ class Supplies:
         return self.paint.lasts and self.battery.lasts
 
     @property
+    def unknown(self) -> tuple[str, ...]:
+        """What the job needs of a level that nobody has reported, in words."""
+        told = []
+        if self.paint.needed is not None and self.paint.there is None:
+            told.append(f"needs {_amount(self.paint.needed)} L of paint, and the level of the tank is unknown")
+        if self.battery.needed is not None and self.battery.there is None:
+            told.append(f"needs {_amount(self.battery.needed)} Wh, and the charge of the battery is unknown")
+        return tuple(told)
+
+    @property
     def shortages(self) -> tuple[str, ...]:
         """What will run out, and what to do about it, in words."""
         told, tank, battery = [], self.paint, self.battery

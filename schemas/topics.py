@@ -105,6 +105,10 @@ PAINT = Topic("truth/paint", m.PaintMarks, 10, units="m", tolerance=1e-6)
 AREA = Topic("truth/area", m.AreaProgress, 1, latched=True, units="m2, %", tolerance=1e-6, general=False)
 AREA_REPORT = Topic("truth/area_report", m.AreaReport, latched=True, units="m2, %, m", tolerance=1e-6, general=False)
 STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
+#: Of a robot that pauses.
+PAUSE_STATUS = Topic("traversal/pause_status", m.PauseStatus, latched=True, units="s", general=False)
+#: It follows from orders and status, so it counts in no hash.
+ABOUT_TO_MOVE = Topic("about_to_move", m.AboutToMove, latched=True, units="s", general=False, hashed=False)
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
 EVENTS = Topic("events", m.Event)
@@ -153,6 +157,8 @@ TOPICS: tuple[Topic, ...] = (
     AREA,
     AREA_REPORT,
     STATUS,
+    PAUSE_STATUS,
+    ABOUT_TO_MOVE,
     REPORT,
     BATTERY,
     EVENTS,

@@ -335,13 +335,14 @@ class ConsoleApp(App[None]):
     # -- keys --------------------------------------------------------------------------------------------------------
 
     def action_command(self, name: str) -> None:
-        """An order without arguments; asks before a start for which tank or battery will not last."""
+        """An order without arguments; asks before a start for which tank or battery may not last."""
         operator = self.operator  # the robot in view may be another by the time it is answered
         if self.state.replayed and name in ("pause", "resume"):
             (operator.replay.toggle if name == "pause" else operator.replay.resume)()
             return
-        shortages = supply_check.of_job(self.state).shortages
-        if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
+        supplies = supply_check.of_job(self.state)
+        doubts = (*supplies.shortages, *supplies.unknown)
+        if name != "start" or not doubts or not self.state.path_loaded or self.state.busy:
             operator.command(name)
             self._show_signals()
             return
@@ -350,7 +351,7 @@ class ConsoleApp(App[None]):
             if yes:
                 operator.command(name)
 
-        text = "\n".join(f"The job {shortage}." for shortage in shortages)
+        text = "\n".join(f"The job {shortage}." for shortage in doubts)
         note = "The robot stops on the line when it runs out, and goes on when it is told to resume."
         self.push_screen(ConfirmDialog(f"Start{self._which} all the same?", f"{text}\n{note}", "Start"), answered)
 

@@ -99,7 +99,7 @@ def _out_of_order(state: ConsoleState) -> frozenset[str]:
     if traversal == TraversalStatus.RUNNING:
         return _PREPARING | {"s", "r", "g"}
     if traversal == TraversalStatus.PAUSED:
-        return _PREPARING | {"s", "r", "space"}
+        return _PREPARING | ({"s", "r"} if state.moves_off_in_s is not None else {"s", "r", "space"})
     if traversal == TraversalStatus.READY:
         return _DRIVING | {"r"}
     if traversal in (TraversalStatus.ABORTED, TraversalStatus.ESTOPPED):

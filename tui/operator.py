@@ -113,7 +113,7 @@ class Operator:
 
     def _pauses_already(self) -> bool:
         """A space bar that is held down is one pause."""
-        return self.state.paused_by_hand or self.state.orders.accepted_within("pause", PAUSE_TOLD_S, self.state.now_s)
+        return self.state.waits_for_person or self.state.orders.accepted_within("pause", PAUSE_TOLD_S, self.state.now_s)
 
     def heed_status(self) -> None:
         """Act on what the robot's status has said about the emergency stop."""

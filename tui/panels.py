@@ -60,6 +60,8 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return "e", "stop; keep clear of the robot"
     if traversal == TraversalStatus.ESTOPPED:
         return "r", "reset, once it is safe"
+    if (moves_off_in_s := state.moves_off_in_s) is not None:
+        return "space", f"hold: {_moves_off(state, moves_off_in_s)}"
     if traversal == TraversalStatus.PAUSED:
         return remedy(state) or ("g", "resume")
     if state.drive.goal is not None:
@@ -83,6 +85,12 @@ def hint(state: ConsoleState) -> tuple[str, str]:
     if not state.path_loaded:
         return "l", "load the plan"
     return "s", "start covering" if state.covers else "start painting"
+
+
+def _moves_off(state: ConsoleState, in_s: float) -> str:
+    """When the robot moves off by itself: at the earliest, as long as it does not warn of it."""
+    seconds = math.ceil(in_s)
+    return f"moves off in {seconds} s" if state.robot.warning.active else f"goes on in ≥ {seconds} s"
 
 
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
@@ -117,7 +125,7 @@ def _reasons(state: ConsoleState, width: int) -> list[str]:
     if status is None or not status.reason:
         return []
     first = state.robot.stopped_by
-    if first in ("", status.reason):
+    if first in ("", status.reason) or state.moves_off_in_s is not None:
         return wrap(status.reason, width)[:2]
     return [*wrap(status.reason, width)[:2], *wrap(f"stopped first: {first}", width)[:2]]
 

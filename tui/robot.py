@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,9 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport
 from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
 from touchline.schemas.messages.touchline import (
+    AboutToMove,
     GnssStatus,
+    PauseStatus,
     SprayerState,
     TraversalReport,
     TraversalStatus,
@@ -63,6 +65,10 @@ class Robot:
     sprayer: SprayerState | None = None
     claimed: NDArray[np.float64] | None = None
     """(n, 2) along the stretch of its path that others keep off, in metres of the map frame."""
+    pause: PauseStatus = field(default_factory=PauseStatus)
+    """Why it pauses and what ends that; its cause is NONE if it does not, or has not reported it."""
+    warning: AboutToMove = field(default_factory=AboutToMove)
+    """That it gives before it moves off."""
     stopped_by: str = ""
     """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
 
@@ -108,6 +114,12 @@ class Robot:
             self.stopped_by = reason
         self.status = message if reason == message.reason else message.model_copy(update={"reason": reason})
 
+    def _pause(self, message: PauseStatus) -> None:
+        self.pause = message
+
+    def _warning(self, message: AboutToMove) -> None:
+        self.warning = message
+
     def _truth(self, message: TrueCoverage) -> None:
         self.truth = message
 
@@ -134,6 +146,8 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.CLOCK.name: Robot._clock,
     topics.ODOMETRY.name: Robot._odometry,
     topics.STATUS.name: Robot._status,
+    topics.PAUSE_STATUS.name: Robot._pause,
+    topics.ABOUT_TO_MOVE.name: Robot._warning,
     topics.TRUE_COVERAGE.name: Robot._truth,
     topics.REPORT.name: Robot._report,
     topics.AREA.name: Robot._area,

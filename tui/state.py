@@ -17,7 +17,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.messages.replay_messages import ReplayStatus
 from touchline.schemas.messages.standard import DiagnosticArray, String
-from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
+from touchline.schemas.messages.touchline import Event, PaintMarks, PauseStatus, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.messages.viewing_messages import NavPath
 from touchline.schemas.plain_text import plain
@@ -41,8 +41,6 @@ from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, sec
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they have ever been seen."""
-PAUSED_BY_HAND = "paused by the operator"
-"""How the robot begins the reason of a pause that a person has ordered."""
 _MOST_SPEAKERS = 256
 SPEED_TOLD_S = 2.5
 """How long the robot may take to tell a new speed factor; until then it may still tell the old one."""
@@ -149,10 +147,33 @@ class ConsoleState:
 
     @property
     def paused_by_hand(self) -> bool:
-        """Whether the robot says, and says now, that it pauses until it is told to go on."""
-        status = self.robot.status
-        by_hand = status is not None and status.reason.startswith(PAUSED_BY_HAND)
-        return by_hand and self.traversal == TraversalStatus.PAUSED and not self.robot_stale
+        """Whether the robot reports, and reports now, that a person has paused it."""
+        return self.waits_for_person and self.robot.pause.cause == PauseStatus.OPERATOR
+
+    @property
+    def waits_for_person(self) -> bool:
+        """Whether the robot reports, and reports now, a pause that only a person ends."""
+        pause = self.robot.pause
+        known = pause.cause != PauseStatus.NONE and not pause.ends_by_itself
+        return known and self.traversal == TraversalStatus.PAUSED and not self.robot_stale
+
+    @property
+    def moves_off_in_s(self) -> float | None:
+        """Time until the standing robot moves off by itself at the earliest; None if it waits for a person.
+
+        In seconds of wall-clock time, as long as the robot's time passes at its present pace.
+        """
+        robot, now_s = self.robot, self.robot.sim_time_s
+        if self.traversal == TraversalStatus.PAUSED and robot.pause.ends_by_itself:
+            earliest = robot.pause.earliest
+        elif self.traversal == TraversalStatus.RUNNING and robot.warning.active:
+            earliest = robot.warning.earliest
+        else:
+            return None
+        left_s = seconds(earliest) - (now_s if now_s is not None else math.inf)
+        if left_s <= 0.0 and self.traversal == TraversalStatus.RUNNING:
+            return None
+        return max(left_s, 0.0) / max(self.pace, 1e-3)
 
     @property
     def busy(self) -> bool:

@@ -108,11 +108,13 @@ from touchline.schemas.messages.team_messages import (
     Whereabouts,
 )
 from touchline.schemas.messages.touchline import (
+    AboutToMove,
     ActuatorCommand,
     EstimatorStatus,
     Event,
     GnssStatus,
     PaintMarks,
+    PauseStatus,
     Progress,
     RobotOrder,
     SegmentPaint,
@@ -156,6 +158,7 @@ from touchline.schemas.messages.viewing_messages import (
 )
 
 __all__ = [
+    "AboutToMove",
     "Actuation",
     "ActuationProfile",
     "ActuatorCommand",
@@ -230,6 +233,7 @@ __all__ = [
     "Path",
     "PathActuationParameter",
     "PathVelocityParameter",
+    "PauseStatus",
     "PlanOptions",
     "PlanReport",
     "PlanRequest",

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from touchline.schemas.messages.base import Float64Array, Message, UInt8, UInt32, zeros
-from touchline.schemas.messages.standard import Header
+from touchline.schemas.messages.standard import Header, Time
 
 
 class ActuatorCommand(Message):
@@ -123,6 +123,46 @@ class TraversalStatus(Message):
     remaining_s: float = 0.0
     lateral_error_m: float = 0.0
     spraying: bool = False
+
+
+class PauseStatus(Message):
+    """Why the robot pauses and what ends it: sent with every ``TraversalStatus`` while it pauses, and once afterwards.
+
+    ``cause`` is NONE once it does not pause any more. ``source`` names who or what ordered the pause: the operator, a
+    hazard (``tank-low``), a follower. ``ends_by_itself``: the robot moves off without a person, at ``earliest`` (sim
+    time) or later; otherwise it waits for ``resume``.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PauseStatus"
+    NONE: ClassVar[int] = 0
+    OPERATOR: ClassVar[int] = 1
+    LINK: ClassVar[int] = 2
+    WATCHDOG: ClassVar[int] = 3
+    SHUT_DOWN: ClassVar[int] = 4
+    LOCALIZATION: ClassVar[int] = 5
+    HAZARD: ClassVar[int] = 6
+    FOLLOWER: ClassVar[int] = 7
+    EMERGENCY_STOP: ClassVar[int] = 8
+    header: Header = Header()
+    cause: Annotated[UInt8, Field(le=8)] = 0
+    source: str = ""
+    ends_by_itself: bool = False
+    earliest: Time = Time()
+
+
+class AboutToMove(Message):
+    """The warning that a robot gives before it moves off: what its horn and beacon are to do.
+
+    Sent when the warning begins (``active``), at least two seconds of robot time before the wheels turn, and when it
+    ends. It stays active while the robot works: it may then start, stop and turn at any time. ``earliest`` is the sim
+    time before which the robot does not move off, ``reason`` says on whose order it does.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/AboutToMove"
+    header: Header = Header()
+    active: bool = False
+    earliest: Time = Time()
+    reason: str = ""
 
 
 class TrueCoverage(Message):

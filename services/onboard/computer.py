@@ -20,9 +20,12 @@ from touchline.services.onboard.executive.events import EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.guided_tick import GuidedCourse
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
+from touchline.services.onboard.executive.move_off import MoveOffRules
 from touchline.services.onboard.executive.traversal import (
     ABORTED_BY_OPERATOR,
+    BY_OPERATOR,
     EMERGENCY_STOP,
+    PAUSED_BY_OPERATOR,
     Course,
     Monitors,
     Traversal,
@@ -33,8 +36,10 @@ from touchline.services.onboard.interface import (
     Command,
     Consistency,
     Estimate,
+    MoveOffWarning,
     OnboardEvent,
     PaintBelief,
+    Pause,
     SensorFrame,
     Status,
 )
@@ -76,7 +81,7 @@ class Onboard:
         self._team = config.team
         self._follower = make_follower(config.follower, vehicle, ask, config)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        monitors = Monitors(self._watch, self._hazards, config.fence)
+        monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._estimate: tuple[int, Estimate] | None = None
 
@@ -144,9 +149,9 @@ class Onboard:
         """Begin the traversal."""
         self._traversal.start()
 
-    def pause(self) -> None:
+    def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
         """Close the valve and brake along the path."""
-        self._traversal.pause()
+        self._traversal.pause(reason, by)
 
     def resume(self) -> None:
         """Go on after a pause, from where paint stopped."""
@@ -231,6 +236,11 @@ class Onboard:
     def state(self) -> int:
         """State of the traversal, as in `TraversalStatus`."""
         return self._traversal.state
+
+    @property
+    def warning(self) -> MoveOffWarning | None:
+        """The warning that the robot gives before and while it moves; None while it is to stand."""
+        return self._traversal.warning
 
     @property
     def held(self) -> bool:

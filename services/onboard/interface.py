@@ -169,6 +169,28 @@ CONSISTENCY_COUNTS: Final = 10
 """From this field of `Consistency` on they are counts."""
 
 
+class Pause(NamedTuple):
+    """Why the robot pauses, and what ends the pause."""
+
+    cause: int
+    """As in `PauseStatus`."""
+    source: str
+    """Who or what ordered it."""
+    ends_by_itself: bool = False
+    """Whether the robot moves off without a person."""
+    earliest_tick: int = 0
+    """In which it does so at the earliest."""
+
+
+class MoveOffWarning(NamedTuple):
+    """The warning that the robot is about to move, given until it is stopped again."""
+
+    earliest_tick: int
+    """First tick in which it may move off."""
+    reason: str
+    """On whose order it moves."""
+
+
 class Status(NamedTuple):
     """Where the traversal stands, as the onboard executive sees it; states are those of `TraversalStatus`."""
 
@@ -185,6 +207,8 @@ class Status(NamedTuple):
     remaining_s: float = 0.0
     follower_fallbacks: int = 0
     """Ticks in which the follower had to fall back to its simpler method."""
+    pause: Pause | None = None
+    """While it is paused."""
 
 
 class PaintBelief(NamedTuple):

@@ -173,7 +173,7 @@ class Commands:
         """
         total_time_s = self._emulator.take(ready.job)
         self.trajectory = ready.trajectory
-        self.told += self._telemetry.begin(ready.told)
+        self.told += self._telemetry.awake() + self._telemetry.begin(ready.told)
         if ready.job.remains is not None:
             self.told += self._telemetry.restored_paint()
         self.told += self._of_journal(self._progress.loaded(ready.whose, resumed=ready.job.resume is not None))
@@ -287,7 +287,7 @@ class Commands:
 
     def fail_safe(self, missed_s: float) -> None:
         """The loop has missed its turns for so long that the actuators have stopped by themselves."""
-        self._emulator.pause()
+        self._emulator.fail_safe(missed_s)
         reason = f"the control loop did not turn for {missed_s:.2f} s: valve shut and wheels braked; resume to go on"
         self.tell(m.Event.ERROR, "watchdog", reason)
         self.told += self._telemetry.news()
@@ -300,7 +300,7 @@ class Commands:
 
     def shut_down(self) -> None:
         """The process is to end while the robot drives."""
-        self._emulator.pause()
+        self._emulator.shut_down()
         self.tell(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
         self.told += self._telemetry.news()
 

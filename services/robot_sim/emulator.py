@@ -22,7 +22,12 @@ from touchline.schemas.vehicles import ODOMETRY, OVERHEAD_CAMERA, Vehicle
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.control import Ask, nobody
 from touchline.services.onboard.executive.localization_monitor import max_fix_age_s
-from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
+from touchline.services.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    BY_SHUT_DOWN,
+    BY_WATCHDOG,
+    EMERGENCY_STOP,
+)
 from touchline.services.onboard.interface import (
     STANDSTILL,
     TICKS_PER_S,
@@ -313,6 +318,16 @@ class Emulator:
         """Brake, with the valve closed."""
         self.onboard.pause()
         self._note("pause")
+
+    def fail_safe(self, missed_s: float) -> None:
+        """Pause, as the control loop has missed its turns for some seconds of wall-clock time."""
+        self.onboard.pause(f"the control loop did not turn for {missed_s:.2f} s; resume to go on", BY_WATCHDOG)
+        self._note("watchdog", missed_s=missed_s)
+
+    def shut_down(self) -> None:
+        """Pause, as the process is about to end."""
+        self.onboard.pause("the robot is switched off", BY_SHUT_DOWN)
+        self._note("shut-down")
 
     def resume(self) -> None:
         """Go on after a pause."""

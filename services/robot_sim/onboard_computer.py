@@ -4,14 +4,21 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from touchline.schemas.messages import Guidance, Trajectory, Whereabouts
-from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
+from touchline.services.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    BY_OPERATOR,
+    EMERGENCY_STOP,
+    PAUSED_BY_OPERATOR,
+)
 from touchline.services.onboard.interface import (
     Checkpoint,
     Command,
     Consistency,
     Estimate,
+    MoveOffWarning,
     OnboardEvent,
     PaintBelief,
+    Pause,
     SensorFrame,
     Status,
 )
@@ -31,6 +38,10 @@ class OnboardComputer(Protocol):
     @property
     def state(self) -> int:
         """The state of `status`."""
+
+    @property
+    def warning(self) -> MoveOffWarning | None:
+        """The warning that it gives before and while the robot moves."""
 
     @property
     def consistency(self) -> Consistency:
@@ -88,7 +99,7 @@ class OnboardComputer(Protocol):
     def start(self) -> None:
         """Begin the traversal."""
 
-    def pause(self) -> None:
+    def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
         """Brake and close the valve."""
 
     def resume(self) -> None:

@@ -8,9 +8,10 @@ from typing import Final
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.cdr import encode
 from touchline.schemas.frames import MAP_FRAME
 from touchline.schemas.topics import Topic
-from touchline.services.onboard.interface import CameraSample, Status
+from touchline.services.onboard.interface import CameraSample, MoveOffWarning, Pause, Status
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
@@ -116,6 +117,33 @@ def status(time: Stamp, said: Status, speed_mps: float, onboard: OnboardComputer
         onboard.lateral_error_m,
         onboard.spraying,
     )
+
+
+def pause_status(tick: int, pause: Pause | None) -> Payload:
+    """Why the robot pauses after `tick` and what ends that; None: it does not."""
+    if pause is None:
+        return topics.PAUSE_STATUS, encode(m.PauseStatus(header=header(tick)))
+    earliest = m.Time()
+    if pause.ends_by_itself:
+        earliest = header(pause.earliest_tick).stamp
+    return topics.PAUSE_STATUS, encode(
+        m.PauseStatus(
+            header=header(tick),
+            cause=pause.cause,
+            source=pause.source,
+            ends_by_itself=pause.ends_by_itself,
+            earliest=earliest,
+        )
+    )
+
+
+def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
+    """The warning that begins with, or has begun before, `tick`; None: it ends."""
+    message = m.AboutToMove(header=header(tick))
+    if warning is not None:
+        earliest = header(warning.earliest_tick).stamp
+        message = m.AboutToMove(header=message.header, active=True, earliest=earliest, reason=warning.reason)
+    return topics.ABOUT_TO_MOVE, encode(message)
 
 
 def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:

@@ -180,7 +180,8 @@ class RobotProcess:
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
-        self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._commands.take()])
+        self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()])
+        self._publish(self._commands.take())
 
     def take_ticks(self, stride: int) -> None:
         """Run ticks up to every so many, once they are due."""

@@ -193,6 +193,11 @@ def battery_state(row: Floats, capacity_wh: float) -> bytes:
     return battery(stamp(round(row[tick_log.TICK])), left_wh, power_w, capacity_wh)
 
 
+def odometry_of(row: Floats) -> bytes:
+    """CDR of `odometry/filtered` of a tick's row."""
+    return OdometryPacker(1).estimates(row[np.newaxis]).data
+
+
 def sprayer_state(row: Floats) -> bytes:
     """CDR of `sprayer/state` of a tick's row."""
     valve, is_open, disc, down, flow, tank_l = row[tick_log.SPRAYER : tick_log.TANK_L + 1].tolist()

@@ -19,7 +19,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
 from touchline.services.onboard import Onboard
-from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent, Status
+from touchline.services.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
@@ -28,7 +28,10 @@ from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.packing import (
     Payload,
     Stamp,
+    about_to_move,
+    gnss,
     header,
+    pause_status,
     positions,
     stamp,
     status,
@@ -39,7 +42,8 @@ from touchline.services.robot_sim.packing import (
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
-from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, sprayer_state
+from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, odometry_of, sprayer_state
+from touchline.services.robot_sim.standing_twin import StandingTwin
 from touchline.services.robot_sim.tick_log import WHEREABOUTS_TICKS, Rows, period
 from touchline.services.robot_sim.world.world import held
 
@@ -165,6 +169,8 @@ class Telemetry:
         self._positions: list[Placed] = []
         self._low_rate: list[Placed] = []
         self._state = -1
+        self._warning: MoveOffWarning | None = None
+        self._paused = False
         self._steady: _Steady | None = None
         self.digest = SessionDigest()
         self.final: Reports | None = None
@@ -185,6 +191,29 @@ class Telemetry:
         self.digest, self.ended, self.final = SessionDigest(), None, None
         self.digest.add(told)
         return told + self.news()
+
+    def awake(self) -> list[Payload]:
+        """What the standing robot knows while sim time is held: tank, battery, fix and place, if it has found that.
+
+        Told when its process begins, and before each job that it is given; nothing while it moves. Not entered in the
+        digest: a session is the same whether or not anybody looks at the robot before it.
+        """
+        if self._emulator.active:
+            return []
+        emulator, row = self._emulator, np.zeros(tick_log.COLUMNS)
+        self._note(row)
+        told = self._levels(row)
+        if emulator.onboard.aligned:
+            return [*told, (topics.ODOMETRY, odometry_of(row))]
+        twin = StandingTwin(emulator)
+        if twin.gnss is not None and not emulator.tick_count:  # later its receiver has reported itself
+            time_s = emulator.time_s
+            told += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
+        if twin.emulator.onboard.aligned:
+            Telemetry(twin.emulator)._note(row)
+            row[tick_log.TICK] = emulator.tick_count
+            told.append((topics.ODOMETRY, odometry_of(row)))
+        return told
 
     def after_tick(self) -> list[Payload]:
         """What is due after the emulator's last tick."""
@@ -229,7 +258,7 @@ class Telemetry:
             due.append((topics.WHEREABOUTS, whereabouts(time, said)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
-        due += [*self._orders(), *self._events()]
+        due += [*self._orders(), *self._events(), *self._warnings()]
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
             flowing = bool(row[tick_log.FLOW_LPS] > 0.0)
             due += self._stands(time, emulator.onboard.status, float(row[tick_log.SPEED]), flowing=flowing)
@@ -324,7 +353,7 @@ class Telemetry:
 
     def news(self) -> list[Payload]:
         """What a command has changed: events, the status and the truth beside it."""
-        told = [*self._orders(), *self._events(), *self.standing()]
+        told = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
         self.digest.add(told)
         return told
 
@@ -332,11 +361,15 @@ class Telemetry:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(tick_log.COLUMNS)
         self._note(row)
-        told = [(topics.BATTERY, battery_state(row, self._emulator.vehicle.body.battery_wh))]
-        if self._emulator.vehicle.tool.paints:
-            told.insert(0, (topics.SPRAYER, sprayer_state(row)))
+        told = self._levels(row)
         self.digest.add(told)
         return told
+
+    def _levels(self, row: NDArray[np.float64]) -> list[Payload]:
+        """Tank, if there is one, and battery."""
+        vehicle = self._emulator.vehicle
+        tank = [(topics.SPRAYER, sprayer_state(row))] if vehicle.tool.paints else []
+        return [*tank, (topics.BATTERY, battery_state(row, vehicle.body.battery_wh))]
 
     def tell(self, event: OnboardEvent) -> Payload:
         """Something the operator should know, from outside the onboard computer."""
@@ -353,7 +386,20 @@ class Telemetry:
     def _stands(self, time: Stamp, said: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
         self._state = said.state
         told = status(time, said, speed_mps, self._emulator.onboard)
-        return [told, true_coverage(time, self._emulator, flowing=flowing)]
+        return [*self._pauses(said), told, true_coverage(time, self._emulator, flowing=flowing)]
+
+    def _pauses(self, said: Status) -> list[Payload]:
+        """Why the robot pauses, or that it does no more; nothing if it did not."""
+        paused_before, self._paused = self._paused, said.pause is not None
+        return [pause_status(self._emulator.tick_count, said.pause)] if paused_before or self._paused else []
+
+    def _warnings(self) -> list[Payload]:
+        """The warning before the robot moves off, if it begins or ends."""
+        warning = self._emulator.onboard.warning
+        if warning == self._warning:
+            return []
+        self._warning = warning
+        return [about_to_move(self._emulator.tick_count, warning)]
 
     def _area(self, time: Stamp) -> list[Payload]:
         account = self._emulator.account

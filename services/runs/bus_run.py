@@ -16,6 +16,7 @@ from touchline.schemas.messages import (
     Event,
     GetDiagnosticsRequest,
     LoadRequest,
+    PauseStatus,
     PlanOptions,
     PlanRequest,
     PlanResponse,
@@ -32,14 +33,12 @@ from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, Inbox
 from touchline.services.bus.counters import Counters
-from touchline.services.onboard.executive.traversal import PAUSED_BY_OPERATOR
+from touchline.services.runs.patience import Patience
 from touchline.services.runs.recording_end import end_recording, lacking
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 from touchline.services.runs.said_of_job import SaidOfJob
 from touchline.services.system.diagnostics import read_health
 
-#: A job whose robot does not move on for this long (wall clock) will not finish by itself.
-_STALLED_S = 20.0
 _PLAN_TIMEOUT_S = 600.0
 _READY_TIMEOUT_S = 10.0
 _FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
@@ -113,11 +112,12 @@ class BusRun:
         """
         inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
         latest = self.bus.inbox([topics.STATUS], keep="latest")
+        pauses = self.bus.inbox([topics.PAUSE_STATUS], keep="latest")
         plan = self._plan()
         recording = self._start_recording()
         try:
             self._load_and_start(plan, latest)
-            status, report = self._follow(inbox, latest)
+            status, report = self._follow(inbox, latest, pauses)
         except (TouchlineError, KeyboardInterrupt):
             self._give_up(recording)
             raise
@@ -185,9 +185,8 @@ class BusRun:
             raise JobFailed(f"the robot refused to start: {started.message}")
         self.started_at = time.monotonic()
 
-    def _follow(self, inbox: Inbox, latest: Inbox) -> tuple[TraversalStatus, TraversalReport]:
-        status = TraversalStatus()
-        moved_at, moved_to = time.monotonic(), -1.0
+    def _follow(self, inbox: Inbox, latest: Inbox, pauses: Inbox) -> tuple[TraversalStatus, TraversalReport]:
+        status, pause, patience, moved_to = TraversalStatus(), PauseStatus(), Patience(), -1.0
         while True:
             self.watcher.check()
             for _, message in inbox.messages():
@@ -198,16 +197,13 @@ class BusRun:
                 elif isinstance(message, TraversalReport) and self._of_job.report(message):
                     return next(_statuses(latest), status), message
             status = next(_statuses(latest), status)
+            pause = next((message for _, message in pauses.messages() if isinstance(message, PauseStatus)), pause)
             if status.arc_length_m != moved_to:
-                moved_at, moved_to = time.monotonic(), status.arc_length_m
+                moved_to = status.arc_length_m
                 fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
                 self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % done")
-            elif is_paused_by_operator(status):
-                moved_at = time.monotonic()  # it stands until an operator resumes it
-            elif time.monotonic() - moved_at > _STALLED_S and status.state not in _FINISHED:
-                raise JobFailed(
-                    f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
-                )
+            if (why := patience.stalled(status, pause)) and status.state not in _FINISHED:
+                raise JobFailed(why)
             time.sleep(0.01)
 
     def _stop_recording(self) -> dict[str, Any] | None:
@@ -286,11 +282,6 @@ class BusRun:
 def _statuses(latest: Inbox) -> Iterator[TraversalStatus]:
     """Those that wait: one at most."""
     return (message for _, message in latest.messages() if isinstance(message, TraversalStatus))
-
-
-def is_paused_by_operator(status: TraversalStatus) -> bool:
-    """Whether a robot stands until an operator resumes it, however long that takes."""
-    return status.state == TraversalStatus.PAUSED and status.reason == PAUSED_BY_OPERATOR
 
 
 def _new_id() -> str:

@@ -14,6 +14,7 @@ from touchline.schemas.messages import (
     GotoRequest,
     GotoResponse,
     Odometry,
+    PauseStatus,
     PlanOptions,
     PoseGoal,
     TraversalReport,
@@ -23,11 +24,10 @@ from touchline.schemas.messages.base import Message
 from touchline.services.bus import Bus
 from touchline.services.runs.arrival import ReachedPose, arrival_figures, missed
 from touchline.services.runs.bus_run import JobFailed, Watcher
+from touchline.services.runs.patience import Patience
 
 #: Planning and taking over included.
 _ANSWER_S: Final = 90.0
-#: A robot that does not move on for this long (wall clock) will not arrive by itself.
-_STALLED_S: Final = 20.0
 #: What the robot's log says when it takes another trajectory.
 _OTHERS: Final = frozenset(("ready", "replaced"))
 
@@ -45,6 +45,7 @@ class GoalOnBus:
     _since: tuple[int, int] = field(default=(0, 0), init=False)
     """Sim time of that [s, ns]."""
     _status: TraversalStatus = field(default=TraversalStatus(), init=False)
+    _pause: PauseStatus = field(default=PauseStatus(), init=False)
     _odometry: dict[str, Odometry] = field(default_factory=dict, init=False)
 
     def run(self) -> dict[str, Any]:
@@ -58,7 +59,7 @@ class GoalOnBus:
             CallError: The robot does not answer.
         """
         said = self.bus.inbox([topics.EVENTS, topics.REPORT])
-        latest = self.bus.inbox([topics.STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
+        latest = self.bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
         self.watcher.stage("Planning")
         request = GotoRequest(request_id=uuid.uuid4().hex, goal=self.goal, options=self.options)
         answer = self.bus.call(topics.GOTO, request, _ANSWER_S, self.watcher.check)
@@ -75,7 +76,7 @@ class GoalOnBus:
         return self._figures(answer, report)
 
     def _follow(self, said: Any, latest: Any) -> TraversalReport:
-        moved_at_s, moved_to_m = time.monotonic(), -1.0
+        patience, moved_to_m = Patience(), -1.0
         while True:
             self.watcher.check()
             for _, message in said():
@@ -88,13 +89,11 @@ class GoalOnBus:
             if self._ours and status.state == TraversalStatus.ESTOPPED:
                 raise JobFailed(f"the robot was stopped: {status.reason}")
             if status.arc_length_m != moved_to_m:
-                moved_at_s, moved_to_m = time.monotonic(), status.arc_length_m
+                moved_to_m = status.arc_length_m
                 fraction = moved_to_m / status.total_length_m if status.total_length_m else 0.0
                 self.watcher.progress(fraction, f"{status.remaining_s:.0f} s to go")
-            elif time.monotonic() - moved_at_s > _STALLED_S:
-                raise JobFailed(
-                    f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
-                )
+            if why := patience.stalled(status, self._pause):
+                raise JobFailed(why)
             time.sleep(0.01)
 
     def _heed(self, event: Event) -> None:
@@ -109,6 +108,8 @@ class GoalOnBus:
         for sample, message in messages:
             if isinstance(message, TraversalStatus):
                 self._status = message
+            elif isinstance(message, PauseStatus):
+                self._pause = message
             elif isinstance(message, Odometry):
                 self._odometry[sample.topic.name] = message
 

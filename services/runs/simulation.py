@@ -189,7 +189,7 @@ def carry_out(
     """
     begun = time.perf_counter()
     telemetry = Telemetry(emulator)
-    before = [telemetry.setup(), *telemetry.standing()]
+    before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()]
     emulator.check_load()
     emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
     runner = FastRunner(emulator)
@@ -200,6 +200,7 @@ def carry_out(
     else:
         with PayloadRecorder(products.record) as listener:
             listener.hear("", before)
+            listener.hear("", telemetry.awake())
             listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
             emulator.start()
             listener.hear("", telemetry.news())

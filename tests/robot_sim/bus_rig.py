@@ -19,6 +19,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.frame import CARRIED
 from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
+from touchline.services.runs.checking.divergence import stamp_ns
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (0.8, 0)), Curve.from_line((0.8, 0), (1.4, 0)), Curve.from_line((1.4, 0), (1.9, 0))],
@@ -29,6 +30,10 @@ PLAN = trajectory(
 TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.8, -0.41124), "end": (1.4, -0.41124)}}])
 LONG_PLAN = trajectory([Curve.from_line((0, 0), (5, 0))], [0], speed_mps=0.5)
 """Of 12 s, for what has to happen in real time while the robot drives."""
+
+
+AWAKE = (topics.SPRAYER, topics.BATTERY, topics.GNSS_STATUS, topics.ODOMETRY)
+"""What a standing robot says of itself when its process begins and before a job: it belongs to no session."""
 
 
 class AtOnce:
@@ -101,6 +106,7 @@ def session(bus, robot, operator):
     caught_up(operator, bus)
     drain(inbox, said)
     said = [pair for pair in said if pair != before]
+    said = [(topic, payload) for topic, payload in said if topic not in AWAKE or stamp_ns(payload) > 0]
     return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}
 
 

@@ -51,6 +51,7 @@ GUARDS = [
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
     ("wheels commanded while stopped", {(Mission, "stop_hard"): REST}, None, "estop"),
     ("while not running", {(Mission, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
+    ("moves without a warning", {(Traversal, "_warn"): NOTHING}, None, "pause"),
     (
         "outside what the plan sprays",
         {(Sprayer, "step"): sprays_on},

@@ -62,7 +62,7 @@ def test_nearer_it_cuts_less_and_after_a_pause_in_a_bend_the_lane_begins_anew() 
     off, speed = driven(pause_tick=1500, lookahead_m=1.5)
     assert np.abs(off).max() < 0.2
     stood = int(np.flatnonzero(np.abs(speed[1500:]) < 0.01)[0]) + 1500
-    assert 0.3 < speed[stood + 400] < 0.6
+    assert 0.3 < speed[stood + 600] < 0.6
 
 
 def test_quiet_ticks_are_the_same_as_ticks_one_by_one() -> None:

@@ -108,7 +108,7 @@ def test_nor_in_any_other_state(name: str) -> None:
         emulator.tick()
     if emulator.onboard.state == PAUSED:
         # Shaken while it learned how it stands, it may need the operator.
-        assert emulator.onboard.status.reason == "the fixes contradict the estimate"
+        assert "the fixes contradict the estimate" in emulator.onboard.status.reason
         assert ticks(emulator, 100) < 1e-3
         emulator = driving()
 
@@ -181,10 +181,10 @@ def test_a_jolt_while_a_robot_goes_on_is_waited_for() -> None:
     emulator = driving()
     emulator.pause()
     ticks(emulator, 200)
-    jolt(emulator, "0.5 s of 3 m/s²")
-    ticks(emulator, 10)
     emulator.resume()
-    assert ticks(emulator, 35) < 1e-3
+    ticks(emulator, 180)  # it warns before it moves off
+    jolt(emulator, "0.5 s of 3 m/s²")
+    assert ticks(emulator, 45) < 1e-3
     assert "accelerometer contradicts" in emulator.onboard.status.reason
     ticks(emulator, 100)
     assert emulator.onboard.status.reason == ""

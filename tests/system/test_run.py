@@ -86,7 +86,7 @@ def test_everything_that_was_said_is_in_the_recording(square):
     assert sum(counts.values()) == report["recording"]["messages"]
     ticks = counts["/tt2/imu/data_raw"]
     assert ticks == counts["/tt2/joint_states"] == counts["/tt2/cmd/actuators"]
-    assert counts["/tt2/odometry/filtered"] == ticks // 2
+    assert counts["/tt2/odometry/filtered"] - ticks // 2 in (1, 2), "and what it knew before it drove"
     assert counts["/tt2/traversal/report"] == counts["/tt2/plan"] == counts["/tt2/template"] == 1
     assert counts["/tt2/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
 

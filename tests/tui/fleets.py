@@ -26,6 +26,8 @@ def robot(number: int, state: int) -> FakeLink:
     place = scenes.odometry(12.0 * (number % 10), 9.0 * (number // 10), 0.7 * number)
     link = FakeLink(incoming=[*scenes.up(), received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM))])
     link.incoming += [received(topics.STATUS, told), received(topics.ODOMETRY, place)]
+    if state == S.PAUSED:
+        link.incoming.append(received(topics.PAUSE_STATUS, m.PauseStatus(cause=m.PauseStatus.OPERATOR)))
     link.incoming += scenes.robot_health(battery=0.9 - 0.01 * (number % 50))
     return link
 

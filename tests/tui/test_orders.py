@@ -101,7 +101,8 @@ async def test_a_held_space_bar_is_one_pause_and_never_resumes(template: Templat
         await until(pilot, lambda: app.state.orders.accepted_within("pause", 1.0, app.state.now_s))
         await pilot.press(*["space"] * 5)
         paused = scenes.status(template, m.TraversalStatus.PAUSED, reason="paused by the operator")
-        link.incoming.append(received(topics.STATUS, paused))
+        by_operator = m.PauseStatus(cause=m.PauseStatus.OPERATOR, source="operator")
+        link.incoming += [received(topics.PAUSE_STATUS, by_operator), received(topics.STATUS, paused)]
         await until(pilot, lambda: app.state.paused_by_hand)
         await pilot.press(*["space"] * 5)
         assert link.names() == [topics.PAUSE.name]

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import supplies
+from touchline.schemas.messages import PauseStatus
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
-from touchline.services.onboard.interface import ACTUATORS, TICK_S
+from touchline.services.onboard.interface import ACTUATORS, TICK_S, Pause
 
 Floats = NDArray[np.float64]
 
@@ -49,6 +50,15 @@ BATTERY: Final = 6
 ACTUATOR: Final = 7  # the first one; one more for each after it
 DRY: Final = 20
 LEAK: Final = 21
+
+_HAZARDS: Final = {
+    EMPTY_TANK: "tank-empty",
+    LOW_TANK: "tank-low",
+    BATTERY: "battery-low",
+    DRY: "too-little-paint",
+    LEAK: "valve-leaks",
+}
+"""Names of what only stops the robot; that of an actuator is `actuator`."""
 
 
 class FenceArrays(NamedTuple):
@@ -248,6 +258,14 @@ class Failsafe:
     def stop(self) -> str:
         """Why to stop until told to resume, "" if nothing is wrong."""
         return self._words(self.findings.stop)
+
+    @property
+    def pause(self) -> Pause:
+        """Who or what orders the stop."""
+        code = self.findings.stop
+        if code == OPERATOR:
+            return Pause(PauseStatus.LINK, "operator not heard")
+        return Pause(PauseStatus.HAZARD, _HAZARDS.get(code, "actuator"))
 
     @property
     def lasting(self) -> str:

@@ -10,16 +10,18 @@
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
-the robot ordered because of its pose ends by itself; one that a person, the lost link or a hazard ordered does not.
+the robot ordered because of its pose ends by itself, unless it lasts too long; one that a person, the lost link, the
+watchdog or a hazard ordered does not. Before the robot moves off after a stop it warns for some seconds.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.messages import PauseStatus, Trajectory, TraversalStatus
 from touchline.schemas.onboard import FenceLimits, TeamLimits
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
@@ -32,9 +34,19 @@ from touchline.services.onboard.executive.guided import GuidedDrive
 from touchline.services.onboard.executive.handover import check_here
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.mission import Mission
+from touchline.services.onboard.executive.move_off import MoveOffRules
 from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
 from touchline.services.onboard.executive.traversal_job import TraversalJob
-from touchline.services.onboard.interface import STANDSTILL, TICK_S, TICKS_PER_S, Checkpoint, Command, Status
+from touchline.services.onboard.interface import (
+    STANDSTILL,
+    TICK_S,
+    TICKS_PER_S,
+    Checkpoint,
+    Command,
+    MoveOffWarning,
+    Pause,
+    Status,
+)
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
@@ -54,6 +66,14 @@ MAX_RESUME_DISTANCE_M = 0.5
 EMERGENCY_STOP = "emergency stop"
 ABORTED_BY_OPERATOR = "aborted by the operator"
 PAUSED_BY_OPERATOR = "paused by the operator"
+ABOUT_TO_MOVE = "about to move; keep clear"
+BY_OPERATOR = Pause(PauseStatus.OPERATOR, "operator")
+BY_LINK = Pause(PauseStatus.LINK, "link")
+BY_WATCHDOG = Pause(PauseStatus.WATCHDOG, "watchdog")
+BY_SHUT_DOWN = Pause(PauseStatus.SHUT_DOWN, "shut-down")
+BY_EMERGENCY_STOP = Pause(PauseStatus.EMERGENCY_STOP, "emergency stop")
+_BY_FOLLOWER = Pause(PauseStatus.FOLLOWER, "follower")
+_BY_LOCALIZATION = Pause(PauseStatus.LOCALIZATION, "localization", ends_by_itself=True)
 
 
 class Course(NamedTuple):
@@ -70,11 +90,13 @@ class Monitors(NamedTuple):
         localization: Judges the pose.
         failsafe: Judges everything else, and the fence that it is given with a trajectory.
         fence_limits: Margins of that fence.
+        move_off: When it may move off again.
     """
 
     localization: LocalizationMonitor
     failsafe: Failsafe
     fence_limits: FenceLimits
+    move_off: MoveOffRules
 
 
 class Traversal:
@@ -85,6 +107,7 @@ class Traversal:
         reason: Why it is in this state, or what it waits for; "" if that needs no words.
         job: The loaded job, None while idle.
         clock: The last tick, and the time since the start.
+        warning: Given from before the robot moves off until it is stopped; None while it is to stand.
     """
 
     def __init__(
@@ -97,13 +120,17 @@ class Traversal:
         log: EventLog,
     ) -> None:
         """Idle."""
-        self._watch, self._hazards, self._fence_limits = monitors
+        self._watch, self._hazards, self._fence_limits, self._rules = monitors
         self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
         self.job: TraversalJob | None = None
-        self._automatic = False  # the pause was ordered by the robot and ends by itself
+        self.warning: MoveOffWarning | None = None
+        self._pause: Pause | None = None
+        self._why = ""  # it paused, whatever has become of that since
+        self._lasts = False  # whether the hazard that paused it can be seen at standstill, too
+        self._stopped_tick = 0  # since when it has stood, if it pauses, or has not set off since
         self._tries = Tries()
         self._before_estop = IDLE
         self._fallbacks_before = 0  # of a process that came before
@@ -140,6 +167,7 @@ class Traversal:
         if resume is not None:
             job.resume_at(resume)
         self.job, self._hazards.fence = job, course.fence
+        self.clock.tick = max(self.clock.tick, resume.tick if resume is not None else 0)
         self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
         self._tries = Tries()
@@ -187,21 +215,18 @@ class Traversal:
         self.clock.elapsed_s = 0.0
         self._fallbacks_before = 0
         self._tries = Tries()
-        self._become(RUNNING, "")
+        self._set_off("guided by a coordinator")
 
     def start(self) -> None:
         """Begin: align, then drive."""
         self._require("start", READY)
-        self._become(RUNNING, "")
+        self._set_off("started")
 
-    def pause(self, reason: str = PAUSED_BY_OPERATOR) -> None:
-        """Close the valve and brake along the path."""
-        if self.state == PAUSED and self._automatic:
-            self._automatic = False
-            self._become(PAUSED, reason)
-            return
-        self._require("pause", RUNNING)
-        self._leave_running(PAUSED, reason)
+    def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
+        """Close the valve and brake along the path; a pause that would have ended by itself now waits for a person."""
+        if not self._ends_by_itself:
+            self._require("pause", RUNNING)
+        self._halt(by, reason)
 
     def resume(self) -> None:
         """Go on from where paint is owed; if the receiver has jumped for good, its new position is accepted."""
@@ -223,7 +248,7 @@ class Traversal:
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
         self._tries.forgive()
-        self._go_on(job)
+        self._go_on(job, "resumed")
 
     def report_accepted(self, moved_m: float) -> None:
         """Tell that the position was moved to where the receiver or camera says, by so much [m]."""
@@ -247,9 +272,8 @@ class Traversal:
         if self._hazards.findings.bumper:
             raise CommandRefused("cannot reset while the bumper is pressed")
         self._require_standstill("reset")
-        self._automatic = False
         if self.state == ESTOPPED and self._before_estop in (RUNNING, PAUSED):
-            self._become(PAUSED, "emergency stop released; resume to go on from where paint stopped")
+            self._halt(BY_EMERGENCY_STOP, "emergency stop released; resume to go on from where paint stopped")
         elif self.state == ESTOPPED and self._before_estop == READY:
             self._become(READY, "")
         else:
@@ -268,8 +292,8 @@ class Traversal:
 
     def link_lost(self) -> None:
         """Pause if running; a pause that would have ended by itself now waits for the operator."""
-        if self.state == RUNNING or (self.state == PAUSED and self._automatic):
-            self.pause("the link to the operator is lost")
+        if self.state == RUNNING or self._ends_by_itself:
+            self.pause("the link to the operator is lost", BY_LINK)
 
     def step(self, tick: int) -> Command:
         """What the actuators shall do until the next tick; the estimator and the monitors have seen this one."""
@@ -285,14 +309,18 @@ class Traversal:
         if self.state == ESTOPPED:
             return job.stop_hard()
         command = job.rest()
-        if self.state == PAUSED and self._automatic:
+        if self._ends_by_itself:
             self._try_again(job)
+        elif self._lasts:
+            self.reason = self._hazards.lasting or f"over: {self._why}; resume to go on"
         return command
 
     @property
     def nominal(self) -> bool:
         """Whether `nominal_tick` can run the next tick, as far as can be seen before it."""
-        return self.state == RUNNING and not self.reason and self._loaded().nominal and not self._follower.can_fail
+        if self.state != RUNNING or self.reason or self._warns_in(self.clock.tick + 1):
+            return False
+        return self._loaded().nominal and not self._follower.can_fail
 
     def driven(self, tick: int) -> None:
         """Account for the ticks up to this one, which `nominal_tick` has run."""
@@ -344,7 +372,23 @@ class Traversal:
             self.clock.elapsed_s,
             0.0 if self.state in (DONE, ABORTED) else done.remaining_s,
             self._fallbacks,
+            self._pause_now,
         )
+
+    @property
+    def _pause_now(self) -> Pause | None:
+        """The pause, with the earliest end of one that ends by itself as it is known now."""
+        if self._pause is None or not self._pause.ends_by_itself:
+            return self._pause
+        if self.warning is not None:
+            return self._pause._replace(earliest_tick=self.warning.earliest_tick)
+        settled_tick = math.ceil(max(self.clock.tick, TICKS_PER_S * self._watch.findings.settled_at_s))
+        return self._pause._replace(earliest_tick=settled_tick + self._rules.warning_ticks)
+
+    @property
+    def _ends_by_itself(self) -> bool:
+        """Whether the robot pauses, and moves off without a person."""
+        return self._pause is not None and self._pause.ends_by_itself
 
     def _heed_hazards(self, job: TraversalJob) -> None:
         hazards = self._hazards
@@ -352,10 +396,11 @@ class Traversal:
             self._stop_hard(hazards.emergency)
         elif hazards.stop and self.state == RUNNING:
             job.owe_dry(hazards.findings.dry_s)
-            self._leave_running(PAUSED, hazards.stop, ERROR)
-        elif hazards.stop and self.state == PAUSED and self._automatic:
-            self._automatic = False
-            self._become(PAUSED, hazards.stop, ERROR)
+            self._halt(hazards.pause, hazards.stop, ERROR)
+            self._lasts = hazards.stop == hazards.lasting
+        elif hazards.stop and self._ends_by_itself:
+            self._halt(hazards.pause, hazards.stop, ERROR)
+            self._lasts = hazards.stop == hazards.lasting
 
     def _stop_hard(self, reason: str) -> None:
         self._before_estop = self.state
@@ -364,6 +409,9 @@ class Traversal:
         self._become(ESTOPPED, reason, ERROR)
 
     def _run(self, job: TraversalJob) -> Command:
+        if self._warns_in(self.clock.tick) and (self._estimator.aligned or not job.aligning):
+            self.reason = ABOUT_TO_MOVE
+            return job.rest()
         step = job.run()
         if step.done:
             self._leave_running(DONE, "")
@@ -371,38 +419,85 @@ class Traversal:
             self._leave_running(ABORTED, step.refusal, ERROR)
         elif self._follower.problem:
             job.close_valve(in_s=0.0)
-            self._leave_running(PAUSED, self._follower.problem, ERROR)
+            self._halt(_BY_FOLLOWER, self._follower.problem, ERROR)
             return step.command._replace(valve=False, disc=False, valve_after_s=0.0)
         elif step.hold:
-            self._leave_running(PAUSED, step.hold, WARN)
-            self._automatic = True
+            self._halt(_BY_LOCALIZATION, step.hold, WARN)
         else:
             self.reason = _waits_for(job)
+            if (job.aligning or job.waiting) and self._rules.needs_person(self._stopped_tick, self.clock.tick):
+                self._wait_for_person(_BY_LOCALIZATION, f"not ready to set off for {self._longest}: {self.reason}")
         return step.command
 
     def _try_again(self, job: TraversalJob) -> None:
-        """An automatic pause ends when the pose has been good for a while and the robot stands."""
-        if not job.standing or not self._watch.settled(self.clock.tick / TICKS_PER_S):
-            return
+        """Warn, then end the pause, once the pose has been good for a while and the robot stands."""
+        tick, pause = self.clock.tick, self._pause or _BY_LOCALIZATION
+        settled = job.standing and self._watch.settled(tick / TICKS_PER_S)
+        if not settled:
+            self.warning = None
+        problem = self._watch.drive_problem() or self._watch.pose_problem
+        self.reason = problem or (self._why if self.warning is None else ABOUT_TO_MOVE)
+        earliest_tick = tick + self._rules.warning_ticks if self.warning is None else self.warning.earliest_tick
+        if self._rules.needs_person(self._stopped_tick, earliest_tick):
+            self._wait_for_person(pause, f"stopped for more than {self._longest}: {self.reason}")
+        elif settled and (self.warning is None or tick >= self.warning.earliest_tick):
+            self._end_pause(job, pause)
+
+    def _end_pause(self, job: TraversalJob, pause: Pause) -> None:
+        """Warn that the pause is about to end, or, after that, end it."""
         distance = 0.0 if job.aligning else job.locate()
         if distance > MAX_RESUME_DISTANCE_M:
-            self._automatic = False
-            self._become(PAUSED, f"the robot stands {distance:.2f} m beside its path", ERROR)
-            return
-        if not self._tries.another(job.next_paint_m):
-            self._automatic = False
-            self._become(PAUSED, f"gave up after {MAX_TRIES} tries: {self.reason}", ERROR)
-            return
-        self._go_on(job)
+            self._wait_for_person(pause, f"the robot stands {distance:.2f} m beside its path")
+        elif self.warning is not None:
+            self._go_on(job, self.warning.reason)
+        elif not self._tries.another(job.next_paint_m):
+            self._wait_for_person(pause, f"gave up after {MAX_TRIES} tries: {self._why}")
+        else:
+            self._warn("goes on by itself", self._rules.warning_ticks)
+            seconds = f"{self._rules.warning_ticks / TICKS_PER_S:g} s"
+            self._log.report(WARN, "about-to-move", f"about to move: the robot goes on by itself in {seconds}")
 
-    def _go_on(self, job: TraversalJob) -> None:
-        self._automatic = False
+    def _wait_for_person(self, pause: Pause, reason: str) -> None:
+        self._halt(pause._replace(ends_by_itself=False), f"{reason}; resume to go on", ERROR)
+
+    @property
+    def _longest(self) -> str:
+        return f"{self._rules.longest_stop_s:g} s"
+
+    def _set_off(self, reason: str) -> None:
+        """Begin to run at standstill."""
+        self._stopped_tick = self.clock.tick
         self._become(RUNNING, "")
+        self._warn(reason, self._rules.start_warning_ticks)
+
+    def _go_on(self, job: TraversalJob, reason: str) -> None:
+        """Run on after a pause: with the warning that has been given, or a new one unless the robot still moves."""
+        warning, self._stopped_tick = self.warning, self.clock.tick
+        self._become(RUNNING, "")
+        if warning is not None or not job.standing:
+            self.warning = warning or MoveOffWarning(self.clock.tick, reason)
+        else:
+            self._warn(reason, self._rules.warning_ticks)
         job.go_on()
+
+    def _warn(self, reason: str, ticks: int) -> None:
+        """Begin to warn; the robot does not move off in so many ticks."""
+        self.warning = MoveOffWarning(self.clock.tick + ticks, reason)
+
+    def _warns_in(self, tick: int) -> bool:
+        """Whether the robot has to stand in this tick, as it warns."""
+        return self.warning is not None and tick < self.warning.earliest_tick
+
+    def _halt(self, by: Pause, reason: str, severity: int = INFO) -> None:
+        """Pause, or turn a pause into another one."""
+        if self.state == RUNNING:
+            self._loaded().close_valve()
+            self._stopped_tick = self.clock.tick
+        self._become(PAUSED, reason, severity)
+        self._pause, self._why, self._lasts = by, reason, False
 
     def _leave_running(self, state: int, reason: str, severity: int = INFO) -> None:
         self._loaded().close_valve()
-        self._automatic = False
         self._become(state, reason, severity)
 
     def _loaded(self) -> TraversalJob:
@@ -420,7 +515,7 @@ class Traversal:
             raise CommandRefused(f"cannot {command} while the robot is moving")
 
     def _become(self, state: int, reason: str, severity: int = INFO) -> None:
-        self.state, self.reason = state, reason
+        self.state, self.reason, self.warning, self._pause = state, reason, None, None
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
 
 

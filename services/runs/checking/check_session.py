@@ -219,6 +219,7 @@ def _new_diff(
         session.from_ns,
         session.orders[0].tick * TICK_NS,
         one.cut if cut is None else cut,
+        session.loaded_ns,
         time=copy(messages.time),
     )
 

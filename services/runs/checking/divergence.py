@@ -53,6 +53,8 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.ESTIMATOR.name: ESTIMATOR,
     topics.ACTUATOR_COMMAND.name: FOLLOWER,
     topics.STATUS.name: EXECUTIVE,
+    topics.PAUSE_STATUS.name: EXECUTIVE,
+    topics.ABOUT_TO_MOVE.name: EXECUTIVE,
     topics.WHEREABOUTS.name: EXECUTIVE,
     topics.EVENTS.name: EXECUTIVE,
     topics.PAINT.name: PAINT,
@@ -78,6 +80,8 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
 _LATE: Final = frozenset(each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE))
 """Their stamps tell when they were measured; when they arrive matters, too."""
 _STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))
+_AWAKE: Final = frozenset(each.name for each in (topics.ODOMETRY, topics.GNSS_STATUS, topics.SPRAYER, topics.BATTERY))
+"""What a standing robot knows is told, too, when its process begins and before a job: see `Telemetry.awake`."""
 _HASH: Final = "session_hash"
 """Of a report: it follows from all the rest."""
 _SIDES: Final = ("the recording", "today")
@@ -152,6 +156,8 @@ class SessionDiff:
         from_ns: Sim time at which the recording begins: nothing that is said before counts.
         ordered_ns: Sim time of the first order: how things stood until then does not count, as it is told when the
             process begins, or somebody asks.
+        loaded_ns: Sim times of the loads: what a standing robot knows then, or at 0, does not count, as older
+            recordings do not have it.
         broken_off: Whether the recording just stops: what is said of a topic after the last that is recorded of it
             does not count.
         topics: By name in the topic table.
@@ -165,6 +171,7 @@ class SessionDiff:
     from_ns: int = 0
     ordered_ns: int = -1
     broken_off: bool = False
+    loaded_ns: frozenset[int] = frozenset()
     topics: dict[str, TopicCheck] = field(default_factory=dict)
     time: RobotTime = field(default_factory=RobotTime)
     schemas: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -224,8 +231,11 @@ class SessionDiff:
     def _counted(self, topic: Topic, payloads: Payloads) -> Payloads:
         """Those that count."""
         by_stamp = is_stamped(topic) and topic is not topics.EVENTS and topic.name not in _STANDING
-        if by_stamp and _stamps_ns(payloads).min(initial=self.from_ns) >= self.from_ns:
-            return payloads
+        if by_stamp:
+            stamps_ns = _stamps_ns(payloads)
+            awake = topic.name in _AWAKE and np.isin(stamps_ns, [0, *self.loaded_ns]).any()
+            if not awake and stamps_ns.min(initial=self.from_ns) >= self.from_ns:
+                return payloads
         each = payloads.each()
         counts = [payload for payload in each if self._counts(topic, payload)]
         return payloads if len(counts) == len(each) else Payloads.of(counts)
@@ -258,6 +268,8 @@ class SessionDiff:
         if is_stamped(topic):
             at_ns = stamp_ns(payload)
             if at_ns < self.from_ns or (topic.name in _STANDING and at_ns <= self.ordered_ns):
+                return False
+            if topic.name in _AWAKE and (at_ns == 0 or at_ns in self.loaded_ns):
                 return False
         if topic is not topics.EVENTS:
             return True

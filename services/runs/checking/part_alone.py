@@ -51,7 +51,7 @@ def check_estimator(
     session, said = estimated_again(recorded)
     came = recorded.of(SENSED | ESTIMATES)
     from_ns = min([session.from_ns, *(int(each.publish_time_ns[0]) for each in came.values())])
-    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut)
+    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut, session.loaded_ns)
     if not diff.take_equal(came, said):
         each_said = ([(topic, payload) for topic, some in slice_ for payload in some.each()] for slice_ in said)
         compare_rest(diff, recorded.messages(ESTIMATES), each_said)

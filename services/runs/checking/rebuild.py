@@ -53,6 +53,8 @@ class Rebuild:
             "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
             "start": lambda _: emulator.start(),
             "pause": lambda _: emulator.pause(),
+            "watchdog": lambda details: emulator.fail_safe(float(details["missed_s"])),
+            "shut-down": lambda _: emulator.shut_down(),
             "resume": lambda _: emulator.resume(),
             "abort": lambda details: emulator.abort(details["reason"]),
             "estop": lambda details: emulator.estop(details["reason"]),
@@ -78,7 +80,7 @@ class Rebuild:
 
     def whole(self) -> Iterator[list[Payload]]:
         """As `said`, with the setup before, and on until the robot is at rest, unless it has refused an order."""
-        yield [self._telemetry.setup(), *self._telemetry.standing()]
+        yield [self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()]
         yield from self.said()
         most = self._session.last_tick + MOST_LONGER_TICKS
         while self._emulator.active and self.tick < most and not self.refused:
@@ -118,7 +120,7 @@ class Rebuild:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]
         resume, remains = restored_from(order.details)
         self._emulator.take(self._emulator.prepare(job.trajectory, job.template, resume, remains, taking, job.cause))
-        told = self._telemetry.loaded(job.trajectory, job.template)
+        told = self._telemetry.awake() + self._telemetry.loaded(job.trajectory, job.template)
         return told + (self._telemetry.restored_paint() if remains is not None else [])
 
 

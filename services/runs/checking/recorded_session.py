@@ -86,6 +86,13 @@ class RecordedSession:
     from_ns: int = 0
     commands: NDArray[np.float64] = field(default_factory=lambda: np.full((1, ACTUATORS), np.nan))
 
+    @property
+    def loaded_ns(self) -> frozenset[int]:
+        """Sim times at which a job was loaded; one that goes on does so at that of the process before."""
+        loads = [order for order in self.orders if order.name == "load"]
+        resumed = [int(order.details["checkpoint"]["tick"]) for order in loads if "checkpoint" in order.details]
+        return frozenset(TICK_NS * tick for tick in (*(order.tick for order in loads), *resumed))
+
     @classmethod
     def of(cls, messages: Iterable[Recorded]) -> Self:
         """From all messages of one robot, as they were recorded.

@@ -19,6 +19,7 @@ from touchline.schemas.messages import (
     LoadRequest,
     Odometry,
     PaintMarks,
+    PauseStatus,
     SetSpeedRequest,
     TraversalReport,
     TraversalStatus,
@@ -29,7 +30,8 @@ from touchline.services.bus import Bus, CallError, ServedCall
 from touchline.services.fleet.body_contacts import PRESSED
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.robot_sim.emulator import RESTING_MPS
-from touchline.services.runs.bus_run import JobFailed, is_paused_by_operator
+from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.patience import waits_for_operator
 from touchline.services.runs.said_of_job import SaidOfJob
 from touchline.services.runs.sharing.claimed_stretch import NOTHING, ClaimedStretch
 from touchline.services.runs.sharing.errand import Errand, ErrandStatus
@@ -75,12 +77,12 @@ class SharedRobot:
         """Listen, from before it is given anything to do; `tell` is told its events."""
         self.bus, self._tell, self._vehicle = bus, tell, vehicle
         self._told = bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
-        self._latest = bus.inbox([topics.STATUS, topics.ODOMETRY], keep="latest")
+        self._latest = bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY], keep="latest")
         self.truth = ToldTruth(bus, vehicle)
         self._presence = bus.presence()
         self._take_over, self._remove = bus.serve(topics.TAKE_OVER), bus.serve(topics.REMOVE)
         self._said, self._place = SaidOfJob(), Odometry()
-        self._paused_at = math.inf
+        self._paused_at, self._pause = math.inf, PauseStatus()
         self.status = TraversalStatus()
         self.report: TraversalReport | None = None
         self.area: AreaReport | None = None
@@ -185,8 +187,11 @@ class SharedRobot:
                 self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
                 if message.state == TraversalStatus.RUNNING:
                     self.truth.put_down()
-                self._paused_at = min(self._paused_at, time.time()) if is_paused_by_operator(message) else math.inf
                 self.furthest_m = max(self.furthest_m, message.arc_length_m)
+            elif isinstance(message, PauseStatus):
+                self._pause = message
+        waits = waits_for_operator(self.status, self._pause)
+        self._paused_at = min(self._paused_at, time.time()) if waits else math.inf
         self.truth.listen()
 
     def _is_of_errand(self, status: TraversalStatus) -> bool:

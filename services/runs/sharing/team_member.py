@@ -72,7 +72,7 @@ class TeamMember:
         self._authority_m = math.inf
         self.stretch = ClaimedStretch(self._tell_claimed)
         if self.telemetry is not None:
-            self._tell([self.telemetry.setup(), *self.telemetry.standing()])
+            self._tell([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self._runner = FastRunner(self.emulator)
         self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
 
@@ -119,6 +119,7 @@ class TeamMember:
         self.conclude()
         self.emulator.load(task.plan.trajectory, task.share, taking=taking)
         if self.telemetry is not None:
+            self._tell(self.telemetry.awake())
             self._tell(self.telemetry.loaded(task.plan.trajectory, task.share))
         self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
         if self.listener is not None:

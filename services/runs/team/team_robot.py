@@ -46,7 +46,7 @@ class TeamRobot:
         self.telemetry = Telemetry(self.emulator) if hashed or listener is not None else None
         self._listener = listener
         if self.telemetry is not None:
-            self._tell([self.telemetry.setup(), *self.telemetry.standing()])
+            self._tell([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self.stopped = ""
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.COLUMNS))
