@@ -120,6 +120,7 @@ from touchline.schemas.messages.touchline import (
     TraversalReport,
     TraversalStatus,
     TrueCoverage,
+    UnfinishedJob,
 )
 from touchline.schemas.messages.turf_tank import (
     Actuation,
@@ -288,6 +289,7 @@ __all__ = [
     "Twist",
     "TwistWithCovariance",
     "UVCoordinate",
+    "UnfinishedJob",
     "Vector3",
     "Velocity",
     "VelocityProfile",
