@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import ClassVar, Final, TypeVar
 
@@ -329,15 +329,16 @@ class ConfirmDialog(Dialog[bool | None]):
         Binding("n", "dismiss(False)", "No"),
     ]
 
-    def __init__(self, question: str, text: str, yes: str) -> None:
-        """`yes` says what the button does."""
+    def __init__(self, question: str, text: str, yes: str, void: Callable[[], str] = lambda: "") -> None:
+        """`yes` says what the button does; `void` why the question no longer stands, "" as long as it does."""
         super().__init__()
-        self._question, self._text, self._yes = question, text, yes
+        self.question, self.void = question, void
+        self._text, self._yes = text, yes
 
     def compose(self) -> ComposeResult:
         """Question, explanation, buttons."""
         with Vertical(id="dialog"):
-            yield Label(self._question, classes="title")
+            yield Label(self.question, classes="title")
             yield Static(self._text)
             with Horizontal(id="buttons"):
                 yield Button(f"{self._yes} (y)", variant="error", id="yes")

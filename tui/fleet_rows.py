@@ -16,6 +16,7 @@ from touchline.tui.order_book import Phase
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import Heard, RollReply
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import offered, share_done
 
 GONE = theme.Badge("✗", "GONE", theme.VERMILION)
 SILENT = theme.Badge("▲", "SILENT", theme.ORANGE)
@@ -151,6 +152,8 @@ def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
     reason = plain(status.reason)
     if state.paused_by_hand and not (found and found[0].stops):
         return Trouble.WAITING, reason
+    if (job := offered(state)) is not None and state.traversal != TraversalStatus.READY:
+        return Trouble.HALTED, f"{share_done(state, job)}, g goes on: {plain(job.reason)}"
     if state.traversal in (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED):
         return Trouble.HALTED, found[0].text if found and found[0].stops else reason
     if state.lost_job:

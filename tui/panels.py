@@ -22,6 +22,7 @@ from touchline.tui.order_book import Phase
 from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
@@ -66,6 +67,8 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return aim_hint(state)
     if traversal == TraversalStatus.RUNNING:
         return "space", "pause"
+    if (job := next_step(state)) is not None:
+        return "g", f"go on: {share_done(state, job)}"
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
     if state.progress is not None:
@@ -91,8 +94,8 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
     head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
-    head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
-    head += aim_lines(state, width)
+    head += _step(key, text, width, "reverse bold")
+    head += _unfinished_lines(state, width) + aim_lines(state, width)
     if state.drive.goal is not None and not state.busy:
         lines = []
     elif status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
@@ -109,6 +112,32 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     if state.robot_stale:  # these figures are of a while ago
         lines = [Content.styled(line.plain, theme.MUTED) for line in lines]
     return head + lines
+
+
+def _unfinished_lines(state: ConsoleState, width: int) -> list[Content]:
+    """The job that could be gone on with: which it is, why it ended, and what else there is to do about it."""
+    job = offered(state)
+    if job is None or state.traversal == TraversalStatus.READY:
+        return []
+    again = ("l", "the whole job anew") if state.path is not None else ("t", "another job, or this anew")
+    lines = []
+    if next_step(state) is None:
+        lines += _step("g", f"go on with {name_of(job)}: {share_done(state, job)}", width)
+    elif state.traversal != TraversalStatus.ABORTED:
+        lines += _step(*again, width)
+        lines.append(_row("job", format.cut(name_of(job), width - 10)))
+        lines += [Content.styled(line, theme.MUTED) for line in wrap(job.reason, width)[:2]]
+    else:
+        lines += _step("r", "reset, to do another job", width)
+    return lines
+
+
+def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> list[Content]:
+    """A key that can be pressed, and what it does, in as many lines as it takes: a key in the text is never cut off."""
+    mark = f" {key} " if key else ""
+    first, *rest = wrap(text, width - len(mark) - 1)
+    lines = [Content.assemble((mark, style), (f" {first}", theme.INK))]
+    return lines + [Content.styled(f"{' ' * len(mark)} {line}", theme.INK) for line in rest]
 
 
 def _reasons(state: ConsoleState, width: int) -> list[str]:

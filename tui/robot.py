@@ -20,6 +20,7 @@ from touchline.schemas.messages.touchline import (
     TraversalReport,
     TraversalStatus,
     TrueCoverage,
+    UnfinishedJob,
 )
 from touchline.schemas.plain_text import plain
 from touchline.tui.spread import Spread
@@ -63,6 +64,8 @@ class Robot:
     sprayer: SprayerState | None = None
     claimed: NDArray[np.float64] | None = None
     """(n, 2) along the stretch of its path that others keep off, in metres of the map frame."""
+    unfinished: UnfinishedJob | None = None
+    """The job that it could go on with; without a length, none."""
     stopped_by: str = ""
     """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
 
@@ -111,6 +114,9 @@ class Robot:
     def _truth(self, message: TrueCoverage) -> None:
         self.truth = message
 
+    def _unfinished(self, message: UnfinishedJob) -> None:
+        self.unfinished = message
+
     def _report(self, message: TraversalReport) -> None:
         self.report = message
 
@@ -135,6 +141,7 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.ODOMETRY.name: Robot._odometry,
     topics.STATUS.name: Robot._status,
     topics.TRUE_COVERAGE.name: Robot._truth,
+    topics.UNFINISHED.name: Robot._unfinished,
     topics.REPORT.name: Robot._report,
     topics.AREA.name: Robot._area,
     topics.AREA_REPORT.name: Robot._area_report,

@@ -344,7 +344,7 @@ class ConsoleState:
 
     def _robot_restarted(self) -> None:
         self._forget_robot()
-        self.note(WARN, "console", "robot restarted: load the plan again, or go on where it was (^p, Load and go on)")
+        self.note(WARN, "console", "robot restarted: g goes on with its job, l loads the plan anew")
         self.paint.request_fetch()
 
     def _forget_robot(self) -> None:
