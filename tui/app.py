@@ -26,8 +26,8 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import palette, supply_check, theme
 from touchline.tui.autostart import AutoStart
-from touchline.tui.colors import Grey
-from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
+from touchline.tui.colors import Grey, Sixteen, has_sixteen_colors
+from touchline.tui.dialogs import ConfirmDialog, PlanDialog
 from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
@@ -39,6 +39,7 @@ from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
+from touchline.tui.keys_dialog import KeysDialog
 from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
 from touchline.tui.map_view import MapView
@@ -51,6 +52,7 @@ from touchline.tui.robots_bar import RobotsBar
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 from touchline.tui.stop_screen import Palette
+from touchline.tui.template_dialog import Chosen, TemplateDialog, read_template
 from touchline.tui.unfinished_job import name_of, offered, share_done
 from touchline.tui.void_question import TO_ABORT, TO_LOAD, TO_START, why_void
 
@@ -193,6 +195,8 @@ class ConsoleApp(App[None]):
 
     def on_mount(self) -> None:
         """Begin to poll."""
+        if has_sixteen_colors(self):
+            self._filters.append(Sixteen())
         self._map.focus()
         if self._autostart.template is not None:
             self._open_template(self._autostart.template)
@@ -230,6 +234,8 @@ class ConsoleApp(App[None]):
 
     def _drop_void_question(self) -> None:
         """Take down a question that no longer stands: whoever answers it now means how things were before."""
+        if not self._map.is_attached:
+            return
         if isinstance(self.screen, ConfirmDialog) and (reason := self.screen.void()):
             question = self.screen.question
             self.screen.dismiss(None)

@@ -140,9 +140,9 @@ def keys_line(state: ConsoleState, width: int) -> Content:
     for key, first, last in layout(state, width):
         label = f" {key.key} {key.text} "
         if key.key == "e":
-            part = Content.styled(label, f"bold {theme.WHITE} on {theme.STOP}")
+            part = Content.styled(label, theme.STOP_LABEL)
         elif key.key == next_key:
-            part = Content.styled(label, f"bold {theme.BLACK} on {theme.YELLOW}")
+            part = Content.styled(label, theme.NEXT_LABEL)
         elif key.key in idle:
             part = Content.styled(label, theme.FAINT)
         else:

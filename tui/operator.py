@@ -271,7 +271,7 @@ class Operator:
         word = OrderLine(INFO if outcome.ok else ERROR, plain(f"{order.title}: {fate}"))
         answered, now_s = not outcome.failure, self.state.now_s
         self.state.orders.done(order.name, word, accepted=outcome.ok, answered=answered, now_s=now_s)
-        self.replay.answered(order.name)
+        self.replay.answered(order.name, ok=outcome.ok)
         return outcome.ok
 
     def _answered(self, outcome: OrderOutcome) -> bool:

@@ -15,7 +15,7 @@ from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
-from touchline.tui.alerts import LOW_BATTERY, remedy
+from touchline.tui.alerts import LOW_BATTERY, is_over, remedy
 from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines, guided_lines
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
@@ -43,6 +43,8 @@ def badge(state: ConsoleState) -> theme.Badge:
     if state.traversal is None:
         return theme.WAITING
     known = theme.STATES[state.traversal]
+    if state.replayed and state.replay.paused:
+        return theme.REPLAY_PAUSED
     if state.replayed:
         known = replace(known, text=f"REPLAY {known.text}")
     if not state.robot_stale:
@@ -92,6 +94,8 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     """The status panel, line by line, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
     head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
+    if shown is theme.REPLAY_PAUSED and state.traversal is not None:
+        head.append(Content.styled(f"recorded: {theme.STATES[state.traversal].text}", theme.MUTED))
     head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
     head += _step(key, text, width, "reverse bold")
@@ -145,10 +149,11 @@ def _reasons(state: ConsoleState, width: int) -> list[str]:
     status = state.robot.status if state.robot_alive else None
     if status is None or not status.reason:
         return []
-    first = state.robot.stopped_by
-    if first in ("", status.reason):
-        return wrap(status.reason, width)[:2]
-    return [*wrap(status.reason, width)[:2], *wrap(f"stopped first: {first}", width)[:2]]
+    reason, first = status.reason, state.robot.stopped_by
+    lines = [] if is_over(state, reason) else wrap(reason, width)[:2]
+    if first in ("", reason) or is_over(state, first):
+        return lines
+    return [*lines, *wrap(f"stopped first: {first}", width)[:2]]
 
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
@@ -350,7 +355,8 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
         elif freshness is Freshness.STARTING:
             text = node.message or f"no word yet for {node.silence_s(state.now_s):.0f} s"
         elif freshness is Freshness.LIVE:
-            text, color = node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
+            message = "" if is_over(state, node.message) else node.message
+            text, color = message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
         else:
             text, color = ("down", color) if node.seen else ("not seen", theme.MUTED)
         name = NODE_LABELS.get(node.name, node.name)

@@ -15,10 +15,11 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
-from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
+from touchline.tui.dialogs import PlanDialog, Tick
 from touchline.tui.event_log import ERROR, INFO
 from touchline.tui.map_view import MapView
 from touchline.tui.panels import StatusPanel
+from touchline.tui.template_dialog import TemplateDialog
 
 
 async def test_choosing_a_shipped_template(template: Template) -> None:
