@@ -80,15 +80,16 @@ class MissedGround:
         missed = self._inside & ~self._covered
         if scene.at is not None:
             missed &= self._passed & (self._last < scene.at)
-        thick = ndimage.binary_erosion(missed, np.ones((THICK_CELLS, THICK_CELLS)))
+        thick = ndimage.binary_erosion(missed, np.ones((THICK_CELLS, THICK_CELLS), dtype=np.bool_))
         numbers, _ = ndimage.label(missed)
         kept = np.zeros(int(numbers.max(initial=0)) + 1, dtype=np.bool_)
         kept[numbers[thick]] = True
         kept[0] = False
         row, column = np.nonzero(kept[numbers])
         raster = self._raster
-        x = raster.center_x_m + (column + 0.5 - raster.width / 2) * raster.dot_m
-        y = raster.center_y_m - (row + 0.5 - raster.height / 2) * raster.dot_height_m
+        u, v = column.astype(np.float64), row.astype(np.float64)
+        x = raster.center_x_m + (u + 0.5 - raster.width / 2) * raster.dot_m
+        y = raster.center_y_m - (v + 0.5 - raster.height / 2) * raster.dot_height_m
         return x, y
 
 

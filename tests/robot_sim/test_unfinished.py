@@ -11,7 +11,11 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.recovery_state import restored_from
 
 DRIVE = trajectory([Curve.from_line((0, 0), (1, 0))], [0])
 ABORTED, DONE, IDLE = m.TraversalStatus.ABORTED, m.TraversalStatus.DONE, m.TraversalStatus.IDLE
@@ -167,3 +171,34 @@ def test_a_plan_that_the_journal_lost_is_not_told_of_but_resumed_by_who_has_it(p
         again = Teller(journal)
         assert again.unfinished == [m.UnfinishedJob()]
         again.take(PLAN, resume=True)
+
+
+def test_an_abort_and_what_came_after_it_can_be_done_again_from_the_orders(path, monkeypatch):
+    """As a check of a recording does: the load tells where, with what and with how much in the tank it went on."""
+    with Journal(path) as journal:
+        robot, orders = Teller(journal), []
+        note = robot.emulator.orders.note
+        monkeypatch.setattr(
+            robot.emulator.orders,
+            "note",
+            lambda tick, name, **details: (orders.append((tick, name, details)), note(tick, name, **details)),
+        )
+        robot.take(PLAN)
+        robot.give_up(2.7)
+        robot.order(topics.REFILL_TANK)
+        robot.take(resume=True)
+        robot.drive()
+    again = Emulator(Vehicle(), Scenario(noise="none"))
+    assert [name for _, name, _ in orders] == ["load", "start", "abort", "refill-tank", "load", "start"]
+    for tick, name, details in orders:
+        while again.tick_count < tick:
+            again.tick()
+        if name == "load":
+            again.load(PLAN, None, *restored_from(details))
+        else:
+            getattr(again, name.replace("-", "_"))()
+    while again.active:
+        again.tick()
+    assert again.tick_count == robot.emulator.tick_count
+    assert np.array_equal(again.ledger.rows(0), robot.emulator.ledger.rows(0))
+    assert again.world.supplies == robot.emulator.world.supplies
