@@ -110,7 +110,7 @@ def test_a_job_that_was_aborted(snap_compare: Compare, template: Template, size:
 
 
 def test_a_template_is_found_by_what_is_typed(snap_compare: Compare, template: Template) -> None:
-    keys = settled("t", *"soccer")
+    keys = settled("t", *"soccer", "tab")  # a cursor in the field would blink
     assert snap_compare(app_with(scenes.loaded(template)), terminal_size=(80, 24), run_before=keys)
 
 
