@@ -116,6 +116,10 @@ EVENTS = Topic("events", m.Event)
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
 #: Of a robot of a shared job, from who leads that: the stretch of its path that the others keep off.
 CLAIMED = Topic("traversal/claimed", m.NavPath, latched=True, units="m", tolerance=1e-6, general=False, hashed=False)
+#: What the robot can go on with after an abort or a restart.
+UNFINISHED = Topic(
+    "traversal/unfinished", m.UnfinishedJob, recorded=False, latched=True, units="%, m, s", general=False
+)
 #: Of a robot that a team's coordinator guides.
 WHEREABOUTS = Topic("traversal/whereabouts", m.Whereabouts, 10, units="m, s", tolerance=1e-6, general=False)
 #: Of an emulated robot in lockstep with its team: by this, who touches whom has its bumper pressed.
@@ -164,6 +168,7 @@ TOPICS: tuple[Topic, ...] = (
     EVENTS,
     ORDERS,
     CLAIMED,
+    UNFINISHED,
     WHEREABOUTS,
     TRUE_WAY,
     GUIDANCE,

@@ -16,6 +16,8 @@ EMPTY_TANK_L = supplies.LOW_TANK_L
 FLAT_BATTERY = supplies.LOW_BATTERY
 """At this charge it stops, too."""
 LOW_BATTERY = 0.2
+TANK_REASON, BATTERY_REASON = "the tank is", "the battery is low"
+"""How the robot begins the reasons of pauses that end with a refill."""
 FIX_NAMES = {GnssStatus.NONE: "", GnssStatus.SINGLE: " (single)", GnssStatus.FLOAT: " (float)"}
 
 
@@ -70,3 +72,13 @@ def remedy(state: ConsoleState) -> tuple[str, str] | None:
         return None
     due = [alert for alert in alerts(state) if alert.stops and alert.remedy]
     return (due[0].key, f"{due[0].remedy}, then resume (g)") if due else None
+
+
+def is_over(state: ConsoleState, reason: str) -> bool:
+    """Whether a reason for which the robot halted no longer holds, as tank or battery have been filled since."""
+    sprayer, battery = state.robot.sprayer, state.robot.battery
+    if reason.startswith(TANK_REASON):
+        return sprayer is not None and sprayer.tank_l >= EMPTY_TANK_L
+    if reason.startswith(BATTERY_REASON):
+        return battery is not None and battery.percentage >= FLAT_BATTERY
+    return False

@@ -26,8 +26,8 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import palette, supply_check, theme
 from touchline.tui.autostart import AutoStart
-from touchline.tui.colors import Grey
-from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
+from touchline.tui.colors import Grey, Sixteen, has_sixteen_colors
+from touchline.tui.dialogs import ConfirmDialog, PlanDialog
 from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
@@ -39,6 +39,7 @@ from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
+from touchline.tui.keys_dialog import KeysDialog
 from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
 from touchline.tui.map_view import MapView
@@ -51,6 +52,9 @@ from touchline.tui.robots_bar import RobotsBar
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 from touchline.tui.stop_screen import Palette
+from touchline.tui.template_dialog import Chosen, TemplateDialog, read_template
+from touchline.tui.unfinished_job import name_of, offered, share_done
+from touchline.tui.void_question import TO_ABORT, TO_LOAD, TO_START, why_void
 
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0
@@ -151,6 +155,7 @@ class ConsoleApp(App[None]):
         self._clock = clock
         self._ticked_s = clock()
         self._stop_typed_s = self._stopped_at_s = self._team_told_s = -math.inf
+        self._stops = 0
         self._take_up_robots()
         self._started_with = self._desks[self.robots.selected_name]
         self._signals_due = False
@@ -190,6 +195,8 @@ class ConsoleApp(App[None]):
 
     def on_mount(self) -> None:
         """Begin to poll."""
+        if has_sixteen_colors(self):
+            self._filters.append(Sixteen())
         self._map.focus()
         if self._autostart.template is not None:
             self._open_template(self._autostart.template)
@@ -214,13 +221,25 @@ class ConsoleApp(App[None]):
                 desk.paint_due_s = now
             desk.operator.heed_status()
             desk.operator.goals.refresh()
+            if desk.operator.start_due:
+                self._start(desk.operator)
             if state.closely and state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
                 desk.paint_due_s = now + PAINT_RETRY_S
                 state.paint.fetch_asked()
                 desk.link.fetch_paint()
         self.robots.layer = self.robots.layer.claiming(claims_of(self.robots))
         self._go_on_starting()
+        self._drop_void_question()
         self.show_state()
+
+    def _drop_void_question(self) -> None:
+        """Take down a question that no longer stands: whoever answers it now means how things were before."""
+        if not self._map.is_attached:
+            return
+        if isinstance(self.screen, ConfirmDialog) and (reason := self.screen.void()):
+            question = self.screen.question
+            self.screen.dismiss(None)
+            self._say(WARN, f"{question} Not asked any more: {reason}")
 
     def _take_up_robots(self) -> None:
         """Make a desk for each robot that has been found; one that was only a guess gives way to them.
@@ -313,7 +332,12 @@ class ConsoleApp(App[None]):
                 else:
                     self._autostart.stop()
             case "load":
-                operator.load()
+                if (job := offered(state)) is None:
+                    operator.load()
+                else:
+                    self._autostart.stop()
+                    text = f"{name_of(job)} is {share_done(state, job)}: g goes on with it, l loads the plan anew"
+                    self._say_of(state, WARN, text)
             case "speed" if self._autostart.speed is not None:
                 operator.set_speed(self._autostart.speed)
             case "start":
@@ -335,30 +359,40 @@ class ConsoleApp(App[None]):
     # -- keys --------------------------------------------------------------------------------------------------------
 
     def action_command(self, name: str) -> None:
-        """An order without arguments; asks before a start for which tank or battery may not last."""
-        operator = self.operator  # the robot in view may be another by the time it is answered
+        """An order without arguments; to resume where nothing is paused is to go on with an unfinished job."""
+        operator = self.operator
         if self.state.replayed and name in ("pause", "resume"):
             (operator.replay.toggle if name == "pause" else operator.replay.resume)()
-            return
-        supplies = supply_check.of_job(self.state)
-        doubts = (*supplies.shortages, *supplies.unknown)
-        if name != "start" or not doubts or not self.state.path_loaded or self.state.busy:
+        elif name == "start":
+            self._start(operator)
+        elif name == "resume" and offered(self.state) is not None:
+            operator.go_on()
+        else:
             operator.command(name)
-            self._show_signals()
+        self._show_signals()
+
+    def _start(self, operator: Operator) -> None:
+        """Start what is loaded; asks before a start for which tank or battery may not last."""
+        state = operator.state  # the robot in view may be another by the time it is answered
+        supplies = supply_check.of_job(state)
+        doubts = (*supplies.shortages, *supplies.unknown)
+        if not doubts or not state.path_loaded or state.busy:
+            operator.command("start")
             return
 
         def answered(yes: bool | None) -> None:
             if yes:
-                operator.command(name)
+                operator.command("start")
 
         text = "\n".join(f"The job {shortage}." for shortage in doubts)
         note = "The robot stops on the line when it runs out, and goes on when it is told to resume."
-        self.push_screen(ConfirmDialog(f"Start{self._which} all the same?", f"{text}\n{note}", "Start"), answered)
+        title = f"Start{_which(state)} all the same?"
+        self._ask(ConfirmDialog(title, f"{text}\n{note}", "Start", why_void(state, TO_START)), answered)
 
-    @property
-    def _which(self) -> str:
-        """Which robot is meant, in questions where there are several."""
-        return "" if self.state.alone else f" {self.state.name}"
+    def _ask(self, question: ConfirmDialog, answered: Callable[[bool | None], None]) -> None:
+        """Ask, unless another question is still open."""
+        if not isinstance(self.screen, ConfirmDialog):
+            self.push_screen(question, answered)
 
     @property
     def breakdown(self) -> Exception | None:
@@ -384,6 +418,7 @@ class ConsoleApp(App[None]):
     def _stop_all(self) -> None:
         """Stop every robot: to stop one too many costs a minute, to stop the wrong one may cost more."""
         self._stopped_at_s = self._clock()
+        self._stops += 1
         names = self.robots.to_stop()
         if self.state.replayed:
             others = f"it goes to {', '.join(names)}" if names else "no robot is on the bus"
@@ -406,6 +441,7 @@ class ConsoleApp(App[None]):
         """Stop the robots, whatever else is going on."""
         self._stop_all()
         self._autostart.stop()
+        self._drop_void_question()
         self._show_signals()
 
     def action_command_palette(self) -> None:
@@ -418,8 +454,22 @@ class ConsoleApp(App[None]):
         self._say(INFO, "q leaves the console")
 
     def action_load(self) -> None:
-        """Hand the plan to the robot."""
-        self.operator.load()
+        """Hand the plan to the robot; asks first if that gives up the rest of an unfinished job."""
+        operator, state = self.operator, self.state
+        job = offered(state)
+        if job is None or state.path is None or not state.path.rows:
+            operator.load()
+            return
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                operator.load()
+
+        text = (
+            f"{name_of(job)} is {share_done(state, job)}. Once this plan is started, the rest of that job is given up, "
+            "and all of this plan is done, over what is there already. To go on with the rest: no, then g."
+        )
+        self._ask(ConfirmDialog(f"Begin{_which(state)} anew?", text, "Anew", why_void(state, TO_LOAD)), answered)
 
     def action_speed(self, steps: int) -> None:
         """Let simulated time pass faster or slower."""
@@ -447,9 +497,10 @@ class ConsoleApp(App[None]):
             if yes:
                 operator.command("abort")
 
-        title = "Abort this job?" if self.state.alone else f"Abort the job of{self._which}?"
-        text = "The robot stops and gives the job up. A pause (space) keeps it."
-        self.push_screen(ConfirmDialog(title, text, "Abort"), answered)
+        state = self.state
+        title = "Abort this job?" if state.alone else f"Abort the job of{_which(state)}?"
+        text = "The robot stops, and another job can be loaded. To do later what is left: g. To halt only: space."
+        self._ask(ConfirmDialog(title, text, "Abort", why_void(state, TO_ABORT)), answered)
 
     def action_template(self) -> None:
         """Choose a template."""
@@ -579,9 +630,16 @@ class ConsoleApp(App[None]):
             if yes:
                 self._order_all(order, names)
 
+        stops = self._stops
+
+        def void() -> str:
+            if self._stops != stops:
+                return "emergency stop"
+            return "" if concerned(order, self.robots.states) else "there are no robots for it any more"
+
         title = f"{order.title} {len(names)} of {len(self.robots.states)} robots?"
         text = f"It goes to {order.whom}.\nAll robots: {census(self.robots.states)}."
-        self.push_screen(ConfirmDialog(title, text, f"{order.title} {len(names)}"), answered)
+        self._ask(ConfirmDialog(title, text, f"{order.title} {len(names)}", void), answered)
 
     def _order_all(self, order: FleetOrder, names: Iterable[str]) -> None:
         """Give it to all that it still concerns, and show who answers what."""
@@ -618,13 +676,18 @@ class ConsoleApp(App[None]):
         busy, stopping = self.robots.busy, self.robots.stopping
         if not busy and not stopping:
             self.exit()
-        elif not isinstance(self.screen, ConfirmDialog):
+        else:
             who = "The robot is on a job" if self.state.alone else f"On a job: {', '.join(busy)}"
             text = f"{who}. Nobody watches it from here once this console is closed."
             if stopping:
                 text = "A robot has not acknowledged the emergency stop, which only this console repeats."
-            self.push_screen(ConfirmDialog("Leave the console?", text, "Leave"), answered)
+            self._ask(ConfirmDialog("Leave the console?", text, "Leave"), answered)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """The command palette: every order by name."""
         yield from palette.commands(self, self.operator)
+
+
+def _which(state: ConsoleState) -> str:
+    """The robot that is meant, in questions where there are several."""
+    return "" if state.alone else f" {state.name}"

@@ -14,7 +14,9 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from touchline.tui import theme
+from touchline.tui.colors import has_colors
 from touchline.tui.map_raster import Cells, Ink
+from touchline.tui.mono_cells import STYLES, in_shapes
 from touchline.tui.viewport import Viewport
 
 COLORS = {
@@ -58,6 +60,7 @@ class CellsView(Widget):
     Attributes:
         view: What of the field is seen.
         cells: What is shown; None before anything was drawn.
+        shapes: Whether shapes tell what colours cannot, as there are none.
     """
 
     def __init__(self, *, id: str | None = None) -> None:
@@ -65,9 +68,16 @@ class CellsView(Widget):
         super().__init__(id=id)
         self.view = Viewport(1, 1, dot_m=0.5)
         self.cells: Cells | None = None
+        self.shapes = False
         self._keys = np.zeros((0, 0), dtype=np.uint64)
         self._strips: dict[int, Strip] = {}
         self._styles = cell_styles({})
+
+    def on_mount(self) -> None:
+        """See what the terminal can show."""
+        self.shapes = not has_colors(self.app)
+        if self.shapes:
+            self.restyle(cell_styles(STYLES))
 
     @abstractmethod
     def compose_cells(self) -> Cells:
@@ -100,6 +110,8 @@ class CellsView(Widget):
     def redraw(self) -> None:
         """Draw anew, and show what changed."""
         cells = self.compose_cells()
+        if self.shapes:
+            cells = in_shapes(cells)
         keys = (cells.codes.astype(np.uint64) << np.uint64(16)) | (cells.inks.astype(np.uint64) << np.uint64(1))
         keys |= cells.stripe.astype(np.uint64)
         self.cells = cells

@@ -1,45 +1,45 @@
-"""The console's dialogs: choose a template, plan options, yes or no, and the list of keys."""
+"""The console's dialogs: what they have in common, plan options, and questions that are answered with yes or no."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import ClassVar, Final, TypeVar
 
 import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Grid, Horizontal, Vertical
-from textual.content import Content
+from textual.containers import Grid, Horizontal, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widget import Widget
-from textual.widgets import Button, Checkbox, Input, Label, OptionList, RadioButton, RadioSet, Static
-from textual.widgets.option_list import Option
+from textual.widgets import Button, Checkbox, Input, Label, RadioButton, RadioSet, Static
 
-from touchline.schemas.catalogue import parse_template, shipped_templates, template_text
-from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions
-from touchline.schemas.plain_text import plain
 from touchline.schemas.plugins import AREA_METHODS, METHODS
-from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.tui import format, theme
+from touchline.tui import theme
 from touchline.tui.stop_screen import add_stop
 
 Result = TypeVar("Result")
-Chosen = tuple[Template, str]
-"""A template and the text it was read from."""
 _DEFAULTS: Final = PlanOptions()
 _MOST_DEG: Final = 360.0
 _WHOLE_PCT: Final = 100.0
 
 
-class Dialog(ModalScreen[Result]):
-    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it, by key and by click."""
+class DialogBox(VerticalScroll, can_focus=False):
+    """The box of a dialog; scrolls what does not fit, to where the focus is."""
 
+
+class Dialog(ModalScreen[Result]):
+    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it, by key and by click.
+
+    Attributes:
+        NOTE: Keys and what they do, for the row of the emergency stop; the first ones count most.
+    """
+
+    NOTE: ClassVar[tuple[tuple[str, str], ...]] = (("esc", "cancel"),)
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss(None)", "Cancel"),
         Binding("e", "app.estop", "E-STOP", show=False),
@@ -47,7 +47,7 @@ class Dialog(ModalScreen[Result]):
 
     def on_mount(self) -> None:
         """Keep the row of the orders and the emergency stop; each dialog's own `on_mount` comes on top of this."""
-        add_stop(self)
+        add_stop(self, self.NOTE)
 
 
 class FormDialog(Dialog[Result]):
@@ -86,67 +86,6 @@ class FormDialog(Dialog[Result]):
         self.query_one(f"#{field}", Input).focus()
 
 
-def read_template(name_or_path: str) -> Chosen:
-    """A shipped template by name, or a file. Raises SpecError."""
-    text, source = template_text(_home(name_or_path))
-    return parse_template(text, source), text
-
-
-def _home(path: str) -> str:
-    """A path with `~` and `~user` written out, as a shell would have done; other paths and names as they are."""
-    if not path.startswith("~"):
-        return path
-    try:
-        return str(Path(path).expanduser())
-    except RuntimeError:
-        raise SpecError(path, "", "names a user without a home folder", "give the whole path") from None
-
-
-class TemplateDialog(Dialog[Chosen | None]):
-    """Choose a shipped template or give a file."""
-
-    def compose(self) -> ComposeResult:
-        """The list, the path, and room for what is wrong with it."""
-        with Vertical(id="dialog"):
-            yield Label("Choose a template", classes="title")
-            yield OptionList(id="templates")
-            yield Input(placeholder="or a file: path/to/template.json", id="path")
-            yield Static("", id="problem")
-            yield Static("enter choose   tab to the file   esc cancel   ctrl+e emergency stop", classes="note")
-
-    def on_mount(self) -> None:
-        """List what is shipped."""
-        options = self.query_one(OptionList)
-        for name in shipped_templates():
-            try:
-                template, _ = read_template(name)
-            except TouchlineError:
-                continue
-            size = f"{len(template.segments)} lines, {format.length(template.length_m)}"
-            options.add_option(
-                Option(Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), size), id=name)
-            )
-        options.highlighted = 0
-        options.focus()
-
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take a shipped one."""
-        self._take(str(event.option.id))
-
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take a file."""
-        if event.value.strip():
-            self._take(event.value.strip())
-
-    def _take(self, name_or_path: str) -> None:
-        try:
-            chosen = read_template(name_or_path)
-        except (TouchlineError, OSError) as error:
-            self.query_one("#problem", Static).update(Content(plain(str(error))))
-        else:
-            self.dismiss(chosen)
-
-
 class Choice(RadioButton):
     """A radio button whose mark tells whether it is pressed: colour alone would not."""
 
@@ -167,6 +106,8 @@ class Tick(Checkbox):
 
 class PlanDialog(FormDialog[PlanOptions | None]):
     """Choose how to plan; what is left empty is the vehicle's default."""
+
+    NOTE = (("enter", "plan"), ("esc", "cancel"), ("tab", "next field"))
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
         "paint_speed_mps": ("working speed  m/s", "{tool.work_speed_mps:g}"),
@@ -199,7 +140,7 @@ class PlanDialog(FormDialog[PlanOptions | None]):
 
     def compose(self) -> ComposeResult:
         """Method, limits, buttons."""
-        with Vertical(id="dialog"):
+        with DialogBox(id="dialog"):
             yield Label("Plan the path", classes="title")
             chosen = self._options.method or METHODS.default
             with RadioSet(id="method"):
@@ -225,7 +166,6 @@ class PlanDialog(FormDialog[PlanOptions | None]):
             with Horizontal(id="buttons"):
                 yield Button("Plan", variant="primary", id="ok")
                 yield Button("Cancel", id="cancel")
-            yield Static("enter plan   tab next field   esc cancel   ctrl+e emergency stop", classes="note")
 
     def on_mount(self) -> None:
         """Enter at once plans as before."""
@@ -324,20 +264,23 @@ def choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:
 class ConfirmDialog(Dialog[bool | None]):
     """A question that is answered with y or n."""
 
+    NOTE = (("y", "yes"), ("n, enter, esc", "no"))
+
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("y", "dismiss(True)", "Yes"),
         Binding("n", "dismiss(False)", "No"),
     ]
 
-    def __init__(self, question: str, text: str, yes: str) -> None:
-        """`yes` says what the button does."""
+    def __init__(self, question: str, text: str, yes: str, void: Callable[[], str] = lambda: "") -> None:
+        """`yes` says what the button does; `void` why the question no longer stands, "" as long as it does."""
         super().__init__()
-        self._question, self._text, self._yes = question, text, yes
+        self.question, self.void = question, void
+        self._text, self._yes = text, yes
 
     def compose(self) -> ComposeResult:
         """Question, explanation, buttons."""
-        with Vertical(id="dialog"):
-            yield Label(self._question, classes="title")
+        with DialogBox(id="dialog"):
+            yield Label(self.question, classes="title")
             yield Static(self._text)
             with Horizontal(id="buttons"):
                 yield Button(f"{self._yes} (y)", variant="error", id="yes")
@@ -350,79 +293,3 @@ class ConfirmDialog(Dialog[bool | None]):
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Answer."""
         self.dismiss(event.button.id == "yes")
-
-
-KEYS_TEXT = (
-    ("Job", (
-        ("t, p, l, s", "choose a template, plan it, load it, start"), ("d", "drive to a goal"),
-        ("space, g", "pause, go on"), ("a", "abort (asks first)"),
-        ("r", "reset after a stop or an abort"),
-        ("u, b", "tank filled up, battery replaced"),
-    )),
-    ("Goal", (
-        ("arrows, drag", "move it (Shift: finely); drag its heading"), ("< >, h", "turn it, any heading"),
-        ("m, enter, esc", "how to drive; preview, then drive; leave"),
-    )),
-    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
-    ("Time", (("[ , and ] .", "slower and faster"),)),
-    ("Replay", (("< > { } n", "10 s, a minute; a step; space pauses, goes on"),)),
-    ("Map", (
-        ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f, 0, home", "follow the robot, show the whole job"),
-    )),
-    ("Fleet", (("v, o, x", "all robots; the next one; orders to all"),)),
-    ("Console", (("tab", "next panel"), ("ctrl+p, q", "all commands by name, quit"))),
-)  # fmt: skip
-FLEET_KEYS_TEXT = (
-    ("Robot", (
-        ("arrows, click", "pick one; enter or a second click: alone"),
-        ("space, g", "pause it, let it go on"), ("a, r", "abort (asks first), reset"), ("o", "pick the next by name"),
-    )),
-    ("All", (("x", "pause, resume, abort, reset (asks first)"),)),
-    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
-    ("List", (("n", "sort by name, or those in trouble first"), ("m", "map and list, list, map"))),
-    ("Map", (("+ -, wheel, drag", "zoom, pan"), ("f, 0", "follow the robot, show all"))),
-    ("Console", (("esc, v", "put answers away, then back to one robot"), ("ctrl+p, q", "all commands, quit"))),
-)  # fmt: skip
-FLEET_LEGEND = (
-    ("→", f"{theme.BLACK} on {theme.ORANGE}", "picked"),
-    ("→", f"{theme.BLACK} on {theme.MUTED}", "other"),
-    ("→", f"{theme.WHITE} on {theme.STOP}", "stopped"),
-    ("?", f"{theme.BLACK} on {theme.YELLOW}", "silent"),
-    ("✗", f"{theme.WHITE} on {theme.STOP}", "gone"),
-    ("3", f"{theme.BLACK} on {theme.MUTED}", "so many"),
-)
-LEGEND = (
-    ("●", theme.WHITE, "painted"),
-    ("●", theme.TO_PAINT, "to paint"),
-    ("●", theme.YELLOW, "now"),
-    ("●", theme.WAY, "driven only"),
-    ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
-    ("→", f"{theme.BLACK} on {theme.SKY}", "goal"),
-)
-
-
-class KeysDialog(Dialog[None]):
-    """All keys."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("question_mark,q", "dismiss(None)", "Close")]
-
-    def __init__(self, *, fleet: bool = False) -> None:
-        """Those of one robot's screen, or of that of the `fleet`."""
-        super().__init__()
-        self._text = FLEET_KEYS_TEXT if fleet else KEYS_TEXT
-        self._legend = FLEET_LEGEND if fleet else LEGEND
-
-    def compose(self) -> ComposeResult:
-        """The list."""
-        with Vertical(id="dialog"):
-            yield Label("Keys", classes="title")
-            lines, width = [], 1 + max(len(key) for _, keys in self._text for key, _ in keys)
-            for group, keys in self._text:
-                for index, (key, text) in enumerate(keys):
-                    name = group if index == 0 else ""
-                    lines.append(
-                        Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<{width}}", f"bold {theme.SKY}"), text)
-                    )
-            marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in self._legend]
-            lines += [Content.assemble(*(part for pair in marks for part in pair))]
-            yield Static(Content("\n").join(lines))

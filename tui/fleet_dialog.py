@@ -7,13 +7,11 @@ from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
 from textual.content import Content
 from textual.widgets import Label, OptionList, Static
 from textual.widgets.option_list import Option
 
-from touchline.tui import theme
-from touchline.tui.dialogs import Dialog
+from touchline.tui.dialogs import Dialog, DialogBox
 from touchline.tui.fleet_orders import FLEET_ORDERS, FleetOrder, census, concerned
 from touchline.tui.state import ConsoleState
 
@@ -21,6 +19,7 @@ from touchline.tui.state import ConsoleState
 class FleetDialog(Dialog[FleetOrder | None]):
     """Choose an order by its own key, or by arrows and Enter; what is chosen is asked for once more."""
 
+    NOTE = (("enter", "or the order's key"), ("esc", "cancel"))
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(order.key, f"choose({order.name!r})", order.title) for order in FLEET_ORDERS
     ]
@@ -32,17 +31,16 @@ class FleetDialog(Dialog[FleetOrder | None]):
 
     def compose(self) -> ComposeResult:
         """What the robots do, and to how many each order would go."""
-        with Vertical(id="dialog"):
+        with DialogBox(id="dialog"):
             yield Label(f"An order to all {len(self._states)} robots", classes="title")
             yield Static(census(self._states))
             yield OptionList(*(self._option(order) for order in FLEET_ORDERS))
-            yield Static("the order's key, or enter   esc cancel   ctrl+e emergency stop of all", classes="note")
 
     def _option(self, order: FleetOrder) -> Option:
         count = len(concerned(order, self._states))
-        parts = (f"{order.key:<6} ", f"bold {theme.SKY}"), (f"{order.title:<8}", "bold")
+        parts = (f"{order.key:<6} ", "bold"), (f"{order.title:<8}", "bold")
         text = f"{count} of {len(self._states)}: {order.whom}"
-        return Option(Content.assemble(*parts, (text, theme.MUTED)), id=order.name, disabled=not count)
+        return Option(Content.assemble(*parts, text), id=order.name, disabled=not count)
 
     def on_mount(self) -> None:
         """The first one is the most harmless."""

@@ -10,12 +10,13 @@ from enum import IntEnum
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
-from touchline.tui.alerts import alerts
+from touchline.tui.alerts import alerts, is_over
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import Heard, RollReply
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import offered, share_done
 
 GONE = theme.Badge("✗", "GONE", theme.VERMILION)
 SILENT = theme.Badge("▲", "SILENT", theme.ORANGE)
@@ -117,6 +118,8 @@ def _badge(state: ConsoleState) -> theme.Badge:
         return GONE if _seen(state) else theme.NO_ROBOT
     if freshness is Freshness.STALE:
         return SILENT
+    if state.replayed and state.replay.paused:
+        return theme.STATES[TraversalStatus.PAUSED]
     return STARTING if state.traversal is None else theme.STATES[state.traversal]
 
 
@@ -148,9 +151,11 @@ def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
     found, status = alerts(state), state.robot.status
     if status is None or state.robot_freshness is Freshness.STARTING:
         return Trouble.WAITING, state.robot_node.message
-    reason = plain(status.reason)
+    reason = "" if is_over(state, status.reason) else plain(status.reason)
     if state.paused_by_hand and not (found and found[0].stops):
         return Trouble.WAITING, reason
+    if (job := offered(state)) is not None and state.traversal != TraversalStatus.READY:
+        return Trouble.HALTED, f"{share_done(state, job)}, g goes on: {plain(job.reason)}"
     if state.traversal in (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED):
         return Trouble.HALTED, found[0].text if found and found[0].stops else reason
     if state.lost_job:

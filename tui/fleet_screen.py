@@ -68,7 +68,7 @@ class FleetKeyBar(LinesPanel):
         parts, spans, column = list[Content](), list[tuple[str, int, int]](), 0
         for key in (key for key in keys if key in chosen):
             if key.rank == 0:
-                part = Content.styled(f" {key.key} {key.text} ", f"bold {theme.WHITE} on {theme.STOP}")
+                part = Content.styled(f" {key.key} {key.text} ", theme.STOP_LABEL)
             else:
                 part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
             parts.append(part)

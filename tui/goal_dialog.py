@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from textual.app import ComposeResult
-from textual.containers import Grid, Horizontal, Vertical
+from textual.containers import Grid, Horizontal
 from textual.widgets import Button, Label, RadioSet, Static
 
 from touchline.schemas.messages.plan_messages import PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
-from touchline.tui.dialogs import FormDialog, choices, number_field, pressed
+from touchline.tui.dialogs import DialogBox, FormDialog, choices, number_field, pressed
 
 
 class GoalDialog(FormDialog[PoseGoal | None]):
     """Choose how to get there; answers the same goal with that."""
+
+    NOTE = (("enter", "preview"), ("esc", "cancel"), ("tab", "next field"))
 
     def __init__(self, goal: PoseGoal) -> None:
         """Start from what the goal says."""
@@ -21,7 +23,7 @@ class GoalDialog(FormDialog[PoseGoal | None]):
 
     def compose(self) -> ComposeResult:
         """Method, law, time, buttons."""
-        with Vertical(id="dialog"):
+        with DialogBox(id="dialog"):
             yield Label("How to drive there", classes="title")
             with RadioSet(id="method"):
                 yield from choices(POSE_METHODS.summaries(), self._goal.method or POSE_METHODS.default)
@@ -35,7 +37,6 @@ class GoalDialog(FormDialog[PoseGoal | None]):
             with Horizontal(id="buttons"):
                 yield Button("Preview", variant="primary", id="ok")
                 yield Button("Cancel", id="cancel")
-            yield Static("enter preview   tab next field   esc cancel   ctrl+e emergency stop", classes="note")
 
     def on_mount(self) -> None:
         """Enter at once previews as before."""

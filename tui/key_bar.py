@@ -13,6 +13,7 @@ from touchline.tui.alerts import alerts
 from touchline.tui.goal_orders import why_no_goal
 from touchline.tui.panels import LinesPanel, hint
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import offered
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ KEYS = (
     Key("l", "Load", "load", 1),
     Key("s", "Start", "command('start')", 1),
     Key("space", "Pause", "command('pause')", 1),
-    Key("g", "Resume", "command('resume')", 1),
+    Key("g", "Go on", "command('resume')", 1),
     Key("a", "Abort", "abort", 1),
     Key("r", "Reset", "command('reset')", 1),
     Key("u", "Refill", "command('refill')", 1),
@@ -91,7 +92,8 @@ def useless(state: ConsoleState) -> frozenset[str]:
     if state.replayed:
         return frozenset()
     goals = frozenset("d" if why_no_goal(state) else "")
-    return _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)} | goals
+    useless_now = _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)} | goals
+    return useless_now - {"g"} if offered(state) is not None else useless_now
 
 
 def _out_of_order(state: ConsoleState) -> frozenset[str]:
@@ -138,9 +140,9 @@ def keys_line(state: ConsoleState, width: int) -> Content:
     for key, first, last in layout(state, width):
         label = f" {key.key} {key.text} "
         if key.key == "e":
-            part = Content.styled(label, f"bold {theme.WHITE} on {theme.STOP}")
+            part = Content.styled(label, theme.STOP_LABEL)
         elif key.key == next_key:
-            part = Content.styled(label, f"bold {theme.BLACK} on {theme.YELLOW}")
+            part = Content.styled(label, theme.NEXT_LABEL)
         elif key.key in idle:
             part = Content.styled(label, theme.FAINT)
         else:

@@ -1,4 +1,4 @@
-"""The table of painted segments with a bar each; it keeps the current one in view."""
+"""The table of painted segments with a bar each, the current one in view; above them patches that were left out."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from textual.geometry import Region, Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
+from touchline.schemas.messages.coverage_messages import MissedPatch
 from touchline.tui import format, theme
-from touchline.tui.state import ConsoleState
+from touchline.tui.map_raster import MISSED_MARK
+from touchline.tui.state import ConsoleState, missed_patches
 
 BAR_WIDTH = 6
 SLACK_M = 0.03
@@ -36,6 +38,7 @@ class SegmentsTable(ScrollView, can_focus=True):
         super().__init__(id=id)
         self.border_title = "Lines"
         self._lines: list[Line] = []
+        self._missed: tuple[MissedPatch, ...] = ()
         self._active: int | None = None
 
     def show(self, state: ConsoleState) -> None:
@@ -44,19 +47,22 @@ class SegmentsTable(ScrollView, can_focus=True):
         lines = [
             (row.label, row.length_m, fractions.get(row.segment_id, 0.0), row.segment_id == goal) for row in state.rows
         ]
-        if lines == self._lines:
+        missed = missed_patches(state)
+        if lines == self._lines and missed == self._missed:
             return
         before, self._lines, title = self._lines, lines, state.worked_along.capitalize()
+        was, self._missed = self._missed, missed
         done = sum(map(is_done, lines))
-        self.border_title = f"{title} {done}/{len(lines)}" if lines else title
-        if len(before) != len(lines):
-            self.virtual_size = Size(self.content_size.width, len(lines))
+        title = f"{title} {done}/{len(lines)}" if lines else title
+        self.border_title = f"Missed {len(missed)} · {title}" if missed else title
+        if len(before) != len(lines) or was != missed:
+            self.virtual_size = Size(self.content_size.width, len(missed) + len(lines))
             self.refresh()
         else:
             for index, (old, new) in enumerate(zip(before, lines, strict=True)):
                 if old != new:
-                    self.refresh_line(index)
-        active = next((index for index, line in enumerate(lines) if line[3]), None)
+                    self.refresh_line(index + len(missed))
+        active = next((index + len(missed) for index, line in enumerate(lines) if line[3]), None)
         if active is not None and active != self._active:
             self._reveal(active)
         self._active = active
@@ -67,7 +73,7 @@ class SegmentsTable(ScrollView, can_focus=True):
 
     def on_resize(self, event: events.Resize) -> None:
         """Keep the current line in view."""
-        self.virtual_size = Size(self.content_size.width, len(self._lines))
+        self.virtual_size = Size(self.content_size.width, len(self._missed) + len(self._lines))
         if self._active is not None:
             self._reveal(self._active)
 
@@ -77,8 +83,10 @@ class SegmentsTable(ScrollView, can_focus=True):
 
     def render_line(self, y: int) -> Strip:
         """One line of the table."""
-        width, index = self.scrollable_content_region.width, y + self.scroll_offset.y
+        width, index = self.scrollable_content_region.width, y + self.scroll_offset.y - len(self._missed)
         ground = self.rich_style
+        if index < 0:
+            return self._missed_line(self._missed[index], width)
         if index >= len(self._lines):
             return Strip.blank(width, ground)
         label, length_m, share, active = line = self._lines[index]
@@ -98,3 +106,13 @@ class SegmentsTable(ScrollView, can_focus=True):
             Segment(rest, ground + Style(color=theme.TURF_GRID)),
         ]
         return Strip(segments).adjust_cell_length(width, ground)
+
+    def _missed_line(self, patch: MissedPatch, width: int) -> Strip:
+        """How large a patch is, and where."""
+        digits = 1 if patch.area_m2 >= 1.0 else 2
+        size, place = format.number(patch.area_m2, digits, "m²"), f"at {patch.x_m + 0.0:.1f}, {patch.y_m + 0.0:.1f} m"
+        segments = [
+            Segment(f"{MISSED_MARK} {size:>9}  ", self.rich_style + Style(color=theme.VERMILION, bold=True)),
+            Segment(place, self.rich_style + Style(color=theme.INK)),
+        ]
+        return Strip(segments).adjust_cell_length(width, self.rich_style)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
-from touchline.tui.area_layer import AreaLayer, AreaScene
+from touchline.tui.area_dots import AreaScene
+from touchline.tui.area_layer import AreaLayer
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, dashed, draw
 from touchline.tui.robot import ShownPose
 from touchline.tui.spread import Spread
@@ -31,7 +32,9 @@ HEADING_CELLS = 4.0
 """So long is the line that tells a goal's heading."""
 PAINT_BESIDE_DOTS = 1
 SHOWN_FIRST_DOTS = 2
-"""Of eight: with so many on the swath ahead, or left out, a cell shows nothing else."""
+"""Of eight: with so many on the swath ahead a cell shows nothing else."""
+MISSED_MARK = "×"
+"""In every cell in which the least bit was left out: it is seen at every scale, and without colours."""
 
 Bits = NDArray[np.uint8]
 
@@ -154,7 +157,7 @@ class MapRaster:
         inks[limited] = Ink.LIMIT
         if scene.area is not None:
             _put_first(bits, inks, current & ~paint, Ink.CURRENT)
-            _put_first(bits, inks, missed, Ink.MISSED)
+            bits[missed > 0], inks[missed > 0] = missed[missed > 0], Ink.MISSED
         if not scene.current_paints:
             way |= self._current.bits
         free = bits == 0
@@ -166,6 +169,7 @@ class MapRaster:
         step = grid_step_m(view)
         draw_grid(view, step, self._grid, bits, inks)
         codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
+        codes[inks == Ink.MISSED] = ord(MISSED_MARK)
         cells = Cells(codes, inks, stripes(view, step))
         overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
         if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:

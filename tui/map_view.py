@@ -15,15 +15,16 @@ from textual.message import Message
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
-from touchline.tui.area_layer import AreaScene
+from touchline.tui.area_dots import AreaScene
 from touchline.tui.cells_view import CellsView, cell_styles
 from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import merge
 from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
+from touchline.tui.mono_cells import STYLES
 from touchline.tui.raster import EMPTY
 from touchline.tui.robot import ShownPose
 from touchline.tui.robots import Robots
-from touchline.tui.state import ConsoleState
+from touchline.tui.state import ConsoleState, missed_patches
 from touchline.tui.viewport import Viewport, round_step_m
 
 _ENDED = (TraversalStatus.DONE, TraversalStatus.ABORTED)
@@ -77,7 +78,6 @@ class MapView(CellsView, can_focus=True):
         """The goal where the pointer was pressed to aim."""
         self._raster = MapRaster()
         self._stale = False
-        self._all_styles = {stale: cell_styles(_STALE_COLORS if stale else {}) for stale in (False, True)}
 
     # -- what is drawn -----------------------------------------------------------------------------------------------
 
@@ -106,7 +106,8 @@ class MapView(CellsView, can_focus=True):
         if stale != self._stale:
             self._stale = stale
             self._show_title()
-            self.restyle(self._all_styles[stale])
+            shapes = STYLES if self.shapes else {}
+            self.restyle(cell_styles({**shapes, **(_STALE_COLORS if stale else {})}))
 
     def _scene_of(self, state: ConsoleState, others: Mapping[str, ConsoleState]) -> MapScene:
         template, path, status = state.template, state.path, state.robot.status
@@ -289,6 +290,7 @@ def _area_of(state: ConsoleState) -> AreaScene | None:
         plan=path.lines if path else (),
         plan_revision=id(path),
         at=at,
+        missed=tuple((patch.x_m, patch.y_m) for patch in missed_patches(state)),
     )
 
 

@@ -13,6 +13,7 @@ from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
 from touchline.schemas.messages.service_messages import GotoRequest, LoadRequest, SetSpeedRequest
+from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.plan_cause import PlanCause
@@ -20,13 +21,17 @@ from touchline.schemas.template import Template
 from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.goal_orders import GoalOrders
+from touchline.tui.job import NOTHING
 from touchline.tui.order_book import ESTOP_TRIES, Change, OrderLine, Phase
 from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.replay_orders import ReplayOrders
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import offered
 
 WITHDRAWN_AFTER_S = 0.5
 """A reset that comes sooner after an emergency stop was typed before it and is late: it must not undo the stop."""
+START_WITHIN_S = 10.0
+"""How long the status may take to tell that the rest of a job is loaded; later nobody expects the robot to set off."""
 PAUSE_TOLD_S = 1.0
 """How long the status may take to tell of a pause."""
 
@@ -68,11 +73,14 @@ class Operator:
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
         """Until the answer about the one asked for is here."""
+        self._start_until_s = -math.inf
+        """Until when the rest of a job that was loaded here is to be started, once the robot says that it is ready."""
 
     # -- orders ------------------------------------------------------------------------------------------------------
 
     def command(self, name: str) -> None:
         """An order without arguments, by its name in `orders.COMMANDS`."""
+        self._start_until_s = -math.inf
         if name == "estop":
             self.stop()
         elif name == "reset" and self.state.orders.stop.phase is Phase.SENT:
@@ -93,7 +101,7 @@ class Operator:
     def _stop_order(self) -> Order:
         """The stop in force, or a new one; see `StopLatch.press`."""
         latch = self.state.orders.stop
-        self._stopped_at_s = time.monotonic()
+        self._stopped_at_s, self._start_until_s = time.monotonic(), -math.inf
         with self._stopping:
             if latch.phase is not Phase.SENT:
                 self.state.note(WARN, "console", "Emergency stop sent")
@@ -172,8 +180,28 @@ class Operator:
         if self._send(order):
             self.state.plan_request = order.request_id
 
-    def load(self, *, resume: bool = False) -> None:
-        """Hand the plan to the robot; with `resume`, to go on where it was in it when its process died."""
+    def go_on(self) -> None:
+        """Have the robot go on with the job that it did not finish: load the rest, and start once that is loaded.
+
+        If its journal has lost the plan, the one in view may be that of the job.
+        """
+        trajectory, template_json = Trajectory(), ""
+        if offered(self.state) is None and self.state.path is not None:
+            trajectory = self.state.path.trajectory
+            template_json = self.state.template.text if self.state.template is not None else ""
+        self._send(orders.go_on(trajectory, template_json, self._request_id()))
+
+    @property
+    def start_due(self) -> bool:
+        """Whether the rest of a job is loaded now and to be started; true once."""
+        state = self.state
+        due = state.now_s < self._start_until_s and state.traversal == TraversalStatus.READY and not state.robot_stale
+        if due:
+            self._start_until_s = -math.inf
+        return due
+
+    def load(self) -> None:
+        """Hand the plan to the robot."""
         if self.state.path is None or self.state.template is None:
             self._say(WARN, "Load: plan a template first (p)")
             return
@@ -182,8 +210,7 @@ class Operator:
         report = self.state.path.report
         cause = PlanCause.of(self._planned[1], report) if self._planned and own and report else None
         cause_json = cause.model_dump_json() if cause else ""
-        order = orders.load(trajectory, template_json, self._request_id(), resume=resume, cause_json=cause_json)
-        self._send(order)
+        self._send(orders.load(trajectory, template_json, self._request_id(), cause_json=cause_json))
 
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
@@ -246,7 +273,7 @@ class Operator:
         word = OrderLine(INFO if outcome.ok else ERROR, plain(f"{order.title}: {fate}"))
         answered, now_s = not outcome.failure, self.state.now_s
         self.state.orders.done(order.name, word, accepted=outcome.ok, answered=answered, now_s=now_s)
-        self.replay.answered(order.name)
+        self.replay.answered(order.name, ok=outcome.ok)
         return outcome.ok
 
     def _answered(self, outcome: OrderOutcome) -> bool:
@@ -304,6 +331,10 @@ class Operator:
             less = f", {format.length(left_out_m)} of lines left out" if report.left_out else ""
             return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}{less}"
         if isinstance(request, LoadRequest):
+            if request.resume:
+                self._start_until_s = self.state.now_s + START_WITHIN_S
+                self.state.draft = NOTHING
+                return outcome.reason
             self.state.handed_over()
             return f"takes {format.duration(response.total_time)}"
         if isinstance(request, GotoRequest):

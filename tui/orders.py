@@ -106,18 +106,18 @@ def plan(template_json: str, vehicle_json: str, options: PlanOptions, request_id
     return Order("plan", "Plan", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 
-def load(
-    trajectory: Trajectory, template_json: str, request_id: str, *, resume: bool = False, cause_json: str = ""
-) -> Order:
-    """Load a plan into the robot; with `resume`, to go on where it was in it when its process died."""
+def load(trajectory: Trajectory, template_json: str, request_id: str, *, cause_json: str = "") -> Order:
+    """Load a plan into the robot."""
     request = LoadRequest(
-        request_id=request_id,
-        trajectory=trajectory,
-        template_json=template_json,
-        resume=resume,
-        cause_json=cause_json,
+        request_id=request_id, trajectory=trajectory, template_json=template_json, cause_json=cause_json
     )
     return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
+
+
+def go_on(trajectory: Trajectory, template_json: str, request_id: str) -> Order:
+    """Load the rest of the job that the robot did not finish; its own journal has the plan, if none is given."""
+    request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json, resume=True)
+    return Order("load", "Go on", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 
 def preview(request: PlanRequest) -> Order:

@@ -14,9 +14,8 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     yield SystemCommand("Emergency stop", "Stop all robots at once (e)", partial(app.run_action, "estop"))
     yield SystemCommand("Choose template", "A shipped template or a file (t)", partial(app.run_action, "template"))
     yield SystemCommand("Plan", "Plan the path for the template (p)", partial(app.run_action, "plan"))
-    yield SystemCommand("Load", "Load the plan into the robot (l)", hand.load)
-    text = "After the robot's process died: go on where it was in this plan"
-    yield SystemCommand("Load and go on", text, partial(hand.load, resume=True))
+    yield SystemCommand("Load", "Load the plan into the robot (l)", partial(app.call_later, app.run_action, "load"))
+    yield SystemCommand("Go on with the job", "Do what an abort or a restart of the robot left (g)", hand.go_on)
     yield SystemCommand("Start", "Start painting (s)", partial(app.call_later, app.run_action, "command('start')"))
     yield SystemCommand("Drive to a goal", "Aim on the map, preview, drive (d)", partial(app.run_action, "drive"))
     yield SystemCommand("Pause", "Stop where it is; resume goes on (space)", partial(hand.command, "pause"))

@@ -15,13 +15,14 @@ from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
-from touchline.tui.alerts import LOW_BATTERY, remedy
+from touchline.tui.alerts import LOW_BATTERY, is_over, remedy
 from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines, guided_lines
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
+from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
@@ -42,6 +43,8 @@ def badge(state: ConsoleState) -> theme.Badge:
     if state.traversal is None:
         return theme.WAITING
     known = theme.STATES[state.traversal]
+    if state.replayed and state.replay.paused:
+        return theme.REPLAY_PAUSED
     if state.replayed:
         known = replace(known, text=f"REPLAY {known.text}")
     if not state.robot_stale:
@@ -68,6 +71,8 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return aim_hint(state)
     if traversal == TraversalStatus.RUNNING:
         return "space", "pause"
+    if (job := next_step(state)) is not None:
+        return "g", f"go on: {share_done(state, job)}"
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
     if state.progress is not None:
@@ -97,10 +102,12 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     """The status panel, line by line, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
     head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
+    if shown is theme.REPLAY_PAUSED and state.traversal is not None:
+        head.append(Content.styled(f"recorded: {theme.STATES[state.traversal].text}", theme.MUTED))
     head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
-    head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
-    head += aim_lines(state, width)
+    head += _step(key, text, width, "reverse bold")
+    head += _unfinished_lines(state, width) + aim_lines(state, width)
     if state.drive.goal is not None and not state.busy:
         lines = []
     elif status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
@@ -119,15 +126,42 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     return head + lines
 
 
+def _unfinished_lines(state: ConsoleState, width: int) -> list[Content]:
+    """The job that could be gone on with: which it is, why it ended, and what else there is to do about it."""
+    job = offered(state)
+    if job is None or state.traversal == TraversalStatus.READY:
+        return []
+    again = ("l", "the whole job anew") if state.path is not None else ("t", "another job, or this anew")
+    lines = []
+    if next_step(state) is None:
+        lines += _step("g", f"go on with {name_of(job)}: {share_done(state, job)}", width)
+    elif state.traversal != TraversalStatus.ABORTED:
+        lines += _step(*again, width)
+        lines.append(_row("job", format.cut(name_of(job), width - 10)))
+        lines += [Content.styled(line, theme.MUTED) for line in wrap(job.reason, width)[:2]]
+    else:
+        lines += _step("r", "reset, to do another job", width)
+    return lines
+
+
+def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> list[Content]:
+    """A key that can be pressed, and what it does, in as many lines as it takes: a key in the text is never cut off."""
+    mark = f" {key} " if key else ""
+    first, *rest = wrap(text, width - len(mark) - 1)
+    lines = [Content.assemble((mark, style), (f" {first}", theme.INK))]
+    return lines + [Content.styled(f"{' ' * len(mark)} {line}", theme.INK) for line in rest]
+
+
 def _reasons(state: ConsoleState, width: int) -> list[str]:
     """Why the robot is in its state, and why it stopped first, if that was something else."""
     status = state.robot.status if state.robot_alive else None
     if status is None or not status.reason:
         return []
-    first = state.robot.stopped_by
-    if first in ("", status.reason) or state.moves_off_in_s is not None:
-        return wrap(status.reason, width)[:2]
-    return [*wrap(status.reason, width)[:2], *wrap(f"stopped first: {first}", width)[:2]]
+    reason, first = status.reason, state.robot.stopped_by
+    lines = [] if is_over(state, reason) else wrap(reason, width)[:2]
+    if first in ("", reason) or is_over(state, first) or state.moves_off_in_s is not None:
+        return lines
+    return [*lines, *wrap(f"stopped first: {first}", width)[:2]]
 
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
@@ -329,7 +363,8 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
         elif freshness is Freshness.STARTING:
             text = node.message or f"no word yet for {node.silence_s(state.now_s):.0f} s"
         elif freshness is Freshness.LIVE:
-            text, color = node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
+            message = "" if is_over(state, node.message) else node.message
+            text, color = message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
         else:
             text, color = ("down", color) if node.seen else ("not seen", theme.MUTED)
         name = NODE_LABELS.get(node.name, node.name)

@@ -35,6 +35,11 @@ class ReplayView:
         return self.status is not None and self.status.playing
 
     @property
+    def paused(self) -> bool:
+        """Whether it says that it stands still."""
+        return self.status is not None and not self.status.playing
+
+    @property
     def mark(self) -> str:
         """The mark that every screen bears."""
         status = self.status

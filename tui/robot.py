@@ -22,6 +22,7 @@ from touchline.schemas.messages.touchline import (
     TraversalReport,
     TraversalStatus,
     TrueCoverage,
+    UnfinishedJob,
 )
 from touchline.schemas.plain_text import plain
 from touchline.tui.spread import Spread
@@ -69,6 +70,8 @@ class Robot:
     """Why it pauses and what ends that; its cause is NONE if it does not, or has not reported it."""
     warning: AboutToMove = field(default_factory=AboutToMove)
     """That it gives before it moves off."""
+    unfinished: UnfinishedJob | None = None
+    """The job that it could go on with; without a length, none."""
     stopped_by: str = ""
     """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
 
@@ -123,6 +126,9 @@ class Robot:
     def _truth(self, message: TrueCoverage) -> None:
         self.truth = message
 
+    def _unfinished(self, message: UnfinishedJob) -> None:
+        self.unfinished = message
+
     def _report(self, message: TraversalReport) -> None:
         self.report = message
 
@@ -149,6 +155,7 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.PAUSE_STATUS.name: Robot._pause,
     topics.ABOUT_TO_MOVE.name: Robot._warning,
     topics.TRUE_COVERAGE.name: Robot._truth,
+    topics.UNFINISHED.name: Robot._unfinished,
     topics.REPORT.name: Robot._report,
     topics.AREA.name: Robot._area,
     topics.AREA_REPORT.name: Robot._area_report,

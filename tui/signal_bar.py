@@ -75,7 +75,7 @@ def _mark(line: OrderLine) -> str:
 
 def _style(line: OrderLine) -> str:
     if line.loud:
-        return f"bold {theme.WHITE} on {theme.STOP}"
+        return theme.STOP_LABEL
     return theme.INK if line.severity == INFO else f"bold {theme.SEVERITIES[line.severity].color}"
 
 

@@ -14,6 +14,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.coverage_messages import MissedPatch
 from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.messages.replay_messages import ReplayStatus
 from touchline.schemas.messages.standard import DiagnosticArray, String
@@ -365,7 +366,7 @@ class ConsoleState:
 
     def _robot_restarted(self) -> None:
         self._forget_robot()
-        self.note(WARN, "console", "robot restarted: load the plan again, or go on where it was (^p, Load and go on)")
+        self.note(WARN, "console", "robot restarted: g goes on with its job, l loads the plan anew")
         self.paint.request_fetch()
 
     def _forget_robot(self) -> None:
@@ -458,6 +459,12 @@ class ConsoleState:
     def _progress(self, message: Progress) -> None:
         if self.plan_request and message.request_id == self.plan_request and math.isfinite(message.fraction):
             self.progress = message.model_copy(update={"stage": plain(message.stage)})
+
+
+def missed_patches(state: ConsoleState) -> tuple[MissedPatch, ...]:
+    """The patches that a covering tool has left out by the report of the job's end, the largest first."""
+    report = state.robot.area_report
+    return report.missed if report is not None and state.covers and state.job is state.loaded else ()
 
 
 _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol, cast
 
 from textual import events
 from textual.command import CommandList, CommandPalette
+from textual.containers import Horizontal
 from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Static
@@ -21,12 +23,32 @@ class Console(Protocol):
     robots: Robots
 
 
+class NoteBar(Static):
+    """Keys of a dialog beside the emergency stop; one that does not fit is left out whole."""
+
+    def __init__(self, keys: Sequence[tuple[str, str]]) -> None:
+        """These keys and what they do, the ones that count most first."""
+        super().__init__()
+        self._keys = keys
+
+    def on_resize(self) -> None:
+        """Show what fits."""
+        room, parts = self.size.width, list[Content]()
+        for key, text in self._keys:
+            part = Content.assemble((f"  {key} ", f"bold {theme.SKY}"), (text, theme.INK))
+            room -= part.cell_length
+            if room < 0:
+                break
+            parts.append(part)
+        self.update(Content("").join(parts))
+
+
 class StopKey(Static):
     """The emergency stop, where the key bar has it."""
 
     def __init__(self) -> None:
         """With the key that works everywhere."""
-        super().__init__(Content.styled(" ctrl+e E-STOP ", f"bold {theme.WHITE} on {theme.VERMILION}"))
+        super().__init__(Content.styled(" ctrl+e E-STOP ", theme.STOP_LABEL))
 
     async def on_click(self, event: events.Click) -> None:
         """Stop the robots."""
@@ -34,13 +56,16 @@ class StopKey(Static):
         await self.app.run_action("estop", self.app)
 
 
-def add_stop(screen: Screen[Any]) -> None:
-    """Add the order line and the emergency stop to a screen, at the places where the console has them."""
-    signals, key = SignalBar(), StopKey()
+def add_stop(screen: Screen[Any], keys: Sequence[tuple[str, str]] = ()) -> None:
+    """Add the order line, the emergency stop and keys beside it to a screen, where the console has them."""
+    signals, stop, note = SignalBar(), StopKey(), NoteBar(keys)
+    row = Horizontal(stop, note)
     # Not in the style sheet, because that of the console does not hold for the palette.
     signals.styles.dock, signals.styles.height, signals.styles.margin = "top", 1, (1, 0, 0, 0)
-    key.styles.dock, key.styles.height, key.styles.width = "bottom", 1, "auto"
-    screen.mount(signals, key)
+    row.styles.dock, row.styles.height, row.styles.background = "bottom", 1, theme.PANEL
+    stop.styles.width, stop.styles.height, note.styles.width, note.styles.height = "auto", 1, "1fr", 1
+    note.styles.text_wrap = "nowrap"
+    screen.mount(signals, row)
     signals.show(cast(Console, screen.app).robots)
 
 
@@ -49,5 +74,5 @@ class Palette(CommandPalette):
 
     def on_mount(self) -> None:
         """Add it; the list of commands, which lies on top of everything, leaves its row free."""
-        add_stop(self)
+        add_stop(self, (("enter", "choose"), ("esc", "close"), ("type", "to find")))
         self.query_one(CommandList).styles.max_height = "55vh"

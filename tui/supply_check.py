@@ -9,11 +9,15 @@ from touchline.tui.state import ConsoleState
 
 
 def of_job(state: ConsoleState) -> Supplies:
-    """Needs and levels for the job in view, as far as they are known."""
-    robot = state.robot
+    """Needs and levels for what is left of the job in view, as far as they are known."""
+    robot, report = state.robot, _report(state)
+    if report is not None and state.path_loaded and robot.status is not None:  # of a job that goes on, the rest
+        paint_l = report.paint_l * (1.0 - robot.status.coverage_pct / 100.0)
+        battery_wh = report.battery_wh * (1.0 - (robot.driven_fraction or 0.0))
+        report = report.model_copy(update={"paint_l": paint_l, "battery_wh": battery_wh})
     tank_l = robot.sprayer.tank_l if robot.sprayer else None
     charge = robot.battery.percentage if robot.battery else None
-    return supplies.supplies(_report(state), state.vehicle, tank_l, charge)
+    return supplies.supplies(report, state.vehicle, tank_l, charge)
 
 
 def _report(state: ConsoleState) -> PlanReport | None:

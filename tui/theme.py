@@ -1,7 +1,7 @@
 """Colours and marks. The hues are Okabe and Ito's, which colour-blind eyes tell apart; every meaning has a mark too.
 
-Text has a contrast of at least 4.5 to 1 and marks of 3 to 1 (WCAG 2), with all colours and with 16; lines of the map
-are of different colours with either.
+Text has a contrast of at least 4.5 to 1 and marks of 3 to 1 (WCAG 2), with all colours, 256 and 16 (`colors.py`); lines
+of the map can be told apart with each, and without colours by their shapes (`mono_cells.py`).
 """
 
 from __future__ import annotations
@@ -26,9 +26,13 @@ GREEN = "#1fb88a"
 YELLOW = "#f0e442"
 VERMILION = "#e5622b"
 PURPLE = "#cc79a7"
-STOP = "#bf4a14"
-"""Vermilion dark enough for white text on it."""
+STOP = "#b3261e"
+"""Red dark enough for white text on it, and red with few colours, too."""
 STOPPED_PANEL = "#4a1505"
+STOP_LABEL = f"bold reverse {STOP} on {WHITE}"
+"""White on red; reversed, so that it stands out without colours, too."""
+NEXT_LABEL = f"bold underline {BLACK} on {YELLOW}"
+"""The key that comes next; underlined for the same reason."""
 
 TURF = "#13261c"
 TURF_STRIPE = "#152b20"
@@ -79,6 +83,7 @@ STATES = {
     TraversalStatus.ABORTED: Badge("✗", "ABORTED", PURPLE),
     TraversalStatus.ESTOPPED: Badge("■", "E-STOPPED", STOP, WHITE),
 }
+REPLAY_PAUSED = Badge("‖", "REPLAY PAUSED", ORANGE)
 NO_ROBOT = Badge("–", "NO ROBOT", FAINT)
 WAITING = Badge("…", "WAITING FOR STATUS", FAINT)
 

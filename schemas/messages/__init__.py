@@ -123,6 +123,7 @@ from touchline.schemas.messages.touchline import (
     TraversalReport,
     TraversalStatus,
     TrueCoverage,
+    UnfinishedJob,
 )
 from touchline.schemas.messages.turf_tank import (
     Actuation,
@@ -294,6 +295,7 @@ __all__ = [
     "Twist",
     "TwistWithCovariance",
     "UVCoordinate",
+    "UnfinishedJob",
     "Vector3",
     "Velocity",
     "VelocityProfile",

@@ -12,10 +12,10 @@ from touchline.schemas.messages.turf_tank import Trajectory
 class LoadRequest(Message):
     """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it.
 
-    ``resume``: go on where the robot was in this very trajectory when its process died. ``here``: the robot stands
-    where it begins, and is not carried there. ``replace``: the robot is driving, and goes on along this one without a
-    stop. At most one of the three. ``cause_json``: what the plan was made from (``touchline.schemas.plan_cause``), for
-    the recording; may be empty.
+    ``resume``: go on where the robot was in this very trajectory when it was aborted or its process died; without
+    segments, in the one that its journal keeps. ``here``: the robot stands where it begins, and is not carried there.
+    ``replace``: the robot is driving, and goes on along this one without a stop. At most one of the three.
+    ``cause_json``: what the plan was made from (``touchline.schemas.plan_cause``), for the recording; may be empty.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"

@@ -165,6 +165,24 @@ class AboutToMove(Message):
     reason: str = ""
 
 
+class UnfinishedJob(Message):
+    """A job that the robot was on and can go on with, after an abort or after its process ended; by its journal.
+
+    Load with ``resume`` and an empty trajectory to go on. ``total_length_m`` is 0 if there is none. ``name`` is the
+    template's, "" of a plan without one; ``done_pct`` the share of its work that the robot believes to have done;
+    ``reason`` why the job ended.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/UnfinishedJob"
+    header: Header = Header()
+    name: str = ""
+    done_pct: float = 0.0
+    arc_length_m: float = 0.0
+    total_length_m: float = 0.0
+    elapsed_s: float = 0.0
+    reason: str = ""
+
+
 class TrueCoverage(Message):
     """What has really been painted, which only an emulator can know.
 

@@ -16,7 +16,13 @@ from touchline.schemas.cdr import typestore
 from touchline.schemas.definition_folder import write_definitions
 from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import CommandRequest, CommandResponse, InjectFaultRequest, InjectFaultResponse
+from touchline.schemas.messages import (
+    CommandRequest,
+    CommandResponse,
+    InjectFaultRequest,
+    InjectFaultResponse,
+    LoadRequest,
+)
 from touchline.schemas.plain_text import plain
 from touchline.schemas.spec import read_text
 from touchline.schemas.topics import Service
@@ -27,7 +33,7 @@ from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, co
 from touchline.services.system.priority import FIRST, run_at
 
 OrderName = Literal[
-    "start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
+    "start", "pause", "resume", "go-on", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
 ]
 _SERVICES = {
     "start": topics.START,
@@ -41,6 +47,9 @@ _SERVICES = {
     "take-over": topics.TAKE_OVER,
     "remove": topics.REMOVE,
 }
+_GO_ON = "go-on"
+_ORDERS = (*_SERVICES, _GO_ON)
+_LOAD_TIMEOUT_S = 30.0
 
 
 def register(app: typer.Typer) -> None:
@@ -53,7 +62,7 @@ def register(app: typer.Typer) -> None:
 def order(
     what: Annotated[
         OrderName,
-        typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_SERVICES)}.", show_default=False),
+        typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_ORDERS)}.", show_default=False),
     ],
     patience_s: Annotated[
         float,
@@ -78,12 +87,18 @@ def order(
 ) -> None:
     """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
 
+    resume ends a pause. go-on continues the job that was aborted, or cut short by a restart of the robot, from its
+    journal.
+
     take-over and remove are for a robot that has failed in `touchline run --robots`: the others do what is left, and it
     is said that it was carried away. What stops a robot is repeated until it is acknowledged, and says on standard
     error while it is not.
     """
-    service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
     config = BusConfig.from_environment(robot or ())
+    if what == _GO_ON:
+        _tell(_gone_on(config), what, config, as_json)
+        return
+    service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
     if service.urgent:
         run_at(FIRST)
         typestore()  # takes a tenth of a second, which the order itself need not wait for
@@ -100,6 +115,18 @@ def _asked(
     with Bus.open_all(topics.OPERATOR, config) as buses:
         for bus in buses:
             yield bus.namespace, bus.call(service, request)
+
+
+def _gone_on(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
+    """Load the job that each robot's journal keeps, and start it."""
+    with Bus.open_all(topics.OPERATOR, config) as buses:
+        for bus in buses:
+            loaded = bus.call(topics.LOAD, LoadRequest(request_id=uuid.uuid4().hex, resume=True), _LOAD_TIMEOUT_S)
+            answer = CommandResponse(success=loaded.success, message=loaded.message)
+            if loaded.success:
+                started = bus.call(topics.START, CommandRequest(request_id=uuid.uuid4().hex))
+                answer = started.model_copy(update={"message": answer.message}) if started.success else started
+            yield bus.namespace, answer
 
 
 def fault(

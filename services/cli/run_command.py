@@ -176,7 +176,7 @@ def watch_robot(presence: Presence, name: str) -> None:
     """
     for change in presence.poll():
         if change.node == topics.ROBOT_SIM and not change.alive:
-            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (console: Load and go on)")
+            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (touchline order go-on)")
 
 
 def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator, LoadedJob, Taking
 from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.journal import Journal, digest
-from touchline.services.robot_sim.journal_keeper import JournalKeeper
+from touchline.services.robot_sim.journal_keeper import JournalKeeper, Taken
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 
@@ -47,13 +47,13 @@ class Ready(NamedTuple):
 
     Attributes:
         job: Of the emulator.
-        whose: Digest of the trajectory.
+        taken: For the journal.
         told: What is published about it.
         trajectory: Itself.
     """
 
     job: LoadedJob
-    whose: bytes
+    taken: Taken
     told: list[Payload]
     trajectory: m.Trajectory
 
@@ -99,6 +99,9 @@ class Commands:
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
+        self._unfinished = self._progress.unfinished
+        if journal is not None:
+            self.told.append((topics.UNFINISHED, encode(self._unfinished)))
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
             topics.AUTHORIZE: self.authorize,
@@ -136,16 +139,25 @@ class Commands:
         Raises:
             CommandRefused, SpecError: It cannot be driven, or not be resumed, or contradicts itself.
         """
+        if request.resume + request.here + request.replace > 1:
+            raise CommandRefused("resume, here and replace exclude each other: give one of them")
+        if request.resume and not request.trajectory.path.segments:
+            request = self._progress.kept_job().model_copy(update={"resume": True})
         template = parse_template(request.template_json) if request.template_json.strip() else None
         if template is not None:
             self._check_origin(template)
-        if request.resume + request.here + request.replace > 1:
-            raise CommandRefused("resume, here and replace exclude each other: give one of them")
-        resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
+        resume, remains = self._progress.to_resume(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
         cause = parse(PlanCause, request.cause_json, "cause_json") if request.cause_json else None
         job = self._emulator.prepare(request.trajectory, template, resume, remains, taking, cause)
-        return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template), request.trajectory)
+        taken = Taken(
+            digest(request.trajectory),
+            encode(request),
+            template.name if template is not None else "",
+            works=bool(job.ledger.ids) or job.account is not None,
+            resumed=request.resume,
+        )
+        return Ready(job, taken, job_payloads(request.trajectory, template), request.trajectory)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
         """As `prepare_load`, of a trajectory alone."""
@@ -171,12 +183,15 @@ class Commands:
         Raises:
             CommandRefused: Not now, or not here.
         """
-        total_time_s = self._emulator.take(ready.job)
+        job = ready.job
+        if job.remains is not None:
+            job = job._replace(remains=self._progress.as_of_now(job.remains))
+        total_time_s = self._emulator.take(job)
         self.trajectory = ready.trajectory
         self.told += self._telemetry.awake() + self._telemetry.begin(ready.told)
-        if ready.job.remains is not None:
+        if job.remains is not None:
             self.told += self._telemetry.restored_paint()
-        self.told += self._of_journal(self._progress.loaded(ready.whose, resumed=ready.job.resume is not None))
+        self.told += self._of_journal(self._progress.loaded(ready.taken))
         return total_time_s
 
     def refuse_load(self, reason: str) -> m.LoadResponse:
@@ -240,7 +255,11 @@ class Commands:
 
         Returns what is to be published about that: nothing, if all is well.
         """
-        return self._of_journal(self._progress.note_latch()) + self._of_journal(self._progress.note())
+        news = self._of_journal(self._progress.note_latch()) + self._of_journal(self._progress.note())
+        if (unfinished := self._progress.unfinished) is not self._unfinished:
+            self._unfinished = unfinished
+            news.append((topics.UNFINISHED, encode(unfinished)))
+        return news
 
     def _of_journal(self, problem: str) -> list[Payload]:
         """A line of the event log; it is about this machine's disk, so it has no part in the session's hash."""

@@ -3,7 +3,8 @@
 A small file mapped into memory: writing is a copy of some bytes, and what was written survives the process. Two slots
 are written in turn and carry a checksum, so that a process killed in the middle of writing leaves what it wrote before.
 The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen. So is the setup, the robot
-and the world that the traversal began in: whoever goes on must live in the same.
+and the world that the traversal began in: whoever goes on must live in the same. And so is the job itself, plan and
+template, so that it can be gone on with by somebody who has neither.
 
 An emergency stop has a place of its own after the slots, and is latched there until a reset.
 """
@@ -25,9 +26,9 @@ from typing import Final, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.cdr import encode
-from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Trajectory
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.messages import LoadRequest, Trajectory
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.paint.record import PaintRecord
 from touchline.services.robot_sim.recovery_state import Remains, Totals
@@ -87,7 +88,7 @@ class Journal:
         self._paint: PaintRecord | None = None
         self._keeps_paint = False
         self._number, self._trajectory, self._setup = 0, b"", b""
-        self._setup_path = path.with_suffix(".setup")
+        self._setup_path, self._job_path = path.with_suffix(".setup"), path.with_suffix(".job")
         try:
             self._open(path)
         except BlockingIOError:
@@ -154,8 +155,24 @@ class Journal:
             return f"what differs is not known, as {self._setup_path} cannot be read or is of another traversal"
         return setup.changes_from(earlier)
 
-    def begin(self, trajectory: bytes, setup: SetupText) -> None:
-        """Begin the traversal of the trajectory of this digest: no paint has fallen."""
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where the job that is kept can go on; None if none is kept, or it is over."""
+        checkpoint = self._newest().checkpoint if self._map is not None else _OVER
+        return checkpoint if checkpoint.leg >= 0 else None
+
+    def job(self) -> LoadRequest | None:
+        """The request by which the job that is kept was loaded; None if there is none, or it cannot be read."""
+        if self.checkpoint is None:
+            return None
+        try:
+            job = decode(LoadRequest, self._job_path.read_bytes())
+        except (OSError, PayloadError):
+            return None
+        return job if digest(job.trajectory) == self._newest().trajectory else None
+
+    def begin(self, trajectory: bytes, setup: SetupText, job: bytes = b"") -> None:
+        """Begin the traversal of the trajectory of this digest, loaded by this request: no paint has fallen."""
         if self._paint is None:
             return
         self._trajectory, self._setup = trajectory, setup.digest
@@ -164,6 +181,9 @@ class Journal:
         with suppress(OSError):  # a slot has its digest; only what differs could not be named
             self._setup_path.touch(mode=0o600)
             self._setup_path.write_text(setup.text, encoding="utf-8")
+        with suppress(OSError):  # whoever has the plan can go on with it
+            self._job_path.touch(mode=0o600)
+            self._job_path.write_bytes(job)
         try:
             self._paint.begin(trajectory)
         except OSError as error:
@@ -174,11 +194,11 @@ class Journal:
         if self._paint is not None:
             self.problem, self._keeps_paint = "", True
 
-    def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint) -> None:
-        """Note where the traversal is, after the paint that has fallen since the last time."""
+    def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint | None = None) -> None:
+        """Note where the traversal is, after the paint that has fallen since the last time, if any may have."""
         if self._paint is None:
             return
-        if self._keeps_paint and totals.points > self._paint.points:
+        if paint is not None and self._keeps_paint and totals.points > self._paint.points:
             try:
                 self._paint.append(paint.rows(self._paint.points))
             except OSError as error:

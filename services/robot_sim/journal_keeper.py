@@ -2,28 +2,57 @@
 
 from __future__ import annotations
 
-from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Trajectory, TraversalStatus
+from typing import NamedTuple
+
+from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.messages import LoadRequest, Trajectory, TraversalStatus, UnfinishedJob
 from touchline.services.onboard.executive.traversal import EMERGENCY_STOP
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.packing import header
+from touchline.services.robot_sim.recovery_state import Remains, Totals
 from touchline.services.robot_sim.setup_text import SetupText
+from touchline.services.robot_sim.unfinished import unfinished_before, unfinished_here
+
+
+class Taken(NamedTuple):
+    """A trajectory that was loaded.
+
+    Attributes:
+        digest: Of the trajectory.
+        request: By which it was loaded, encoded.
+        name: Of its template.
+        works: Whether there is work to do along it, not only a way to drive.
+        resumed: Whether it goes on from what is kept.
+    """
+
+    digest: bytes
+    request: bytes
+    name: str
+    works: bool
+    resumed: bool
 
 
 class JournalKeeper:
     """See the module; without a journal, nothing is kept.
 
-    What was kept of the last traversal stays until the next one is under way.
+    What was kept of the last traversal stays until the next one is under way; a job that was not finished stays until
+    the next one with work to do is: the robot may be driven elsewhere in between.
+
+    Attributes:
+        unfinished: The job that the robot could go on with and is not on now; without a length, there is none.
     """
 
     def __init__(self, emulator: Emulator, journal: Journal | None) -> None:
         """Nothing loaded."""
         self._emulator, self._journal = emulator, journal
         self._setup = SetupText.of(emulator.setup)
-        self._digest = b""
-        self._resumed = self._under_way = False
+        self._taken: Taken | None = None
+        self._under_way = False
+        self._given_up: tuple[Checkpoint, Totals] | None = None
+        """Where and with what the job ended that this process was on last."""
+        self.unfinished = self._unfinished_before()
         self._said = ""
         self._latched = False
 
@@ -49,12 +78,32 @@ class JournalKeeper:
         problem = self._journal.latch(self._emulator.onboard.status.reason)
         return f"the emergency stop would not survive a restart of the robot: {problem}" if problem else ""
 
-    def unfinished(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains]:
+    def _unfinished_before(self) -> UnfinishedJob:
+        checkpoint = self._journal.checkpoint if self._journal is not None else None
+        job = self._journal.job() if self._journal is not None else None
+        if checkpoint is None or job is None:
+            return UnfinishedJob()
+        try:
+            return unfinished_before(job, checkpoint, self._emulator.vehicle)
+        except SpecError:  # a template of another version
+            return UnfinishedJob()
+
+    def kept_job(self) -> LoadRequest:
+        """The request by which the job was loaded that can be gone on with.
+
+        Raises:
+            CommandRefused: There is none, or it cannot be read.
+        """
+        job = self._journal.job() if self._journal is not None else None
+        if job is None:
+            raise CommandRefused("there is nothing to resume: the robot keeps no unfinished job; load a plan")
+        return job
+
+    def to_resume(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains]:
         """Where to go on with a trajectory, and with what.
 
         Raises:
-            CommandRefused: It was not under way when the last process ended, or with another vehicle or scenario, or
-                that cannot be known.
+            CommandRefused: It was not under way last, or with another vehicle or scenario, or that cannot be known.
         """
         found = self._journal.unfinished(trajectory, self._setup) if self._journal is not None else None
         if found is None:
@@ -63,32 +112,61 @@ class JournalKeeper:
             raise CommandRefused(f"there is nothing to resume: {reason}")
         return found
 
-    def loaded(self, whose: bytes, *, resumed: bool) -> str:
-        """The trajectory of this digest will be under way; returns what the operator should know, "" for nothing."""
+    def as_of_now(self, remains: Remains) -> Remains:
+        """What is left, with the levels of now if it was this process that gave the job up."""
+        if self._given_up is None:
+            return remains
+        return remains._replace(totals=remains.totals._replace(supplies=self._emulator.world.supplies))
+
+    def loaded(self, taken: Taken) -> str:
+        """This trajectory will be under way; returns what the operator should know, "" for nothing."""
         if self._journal is None:
             return ""
-        self._digest, self._resumed, self._under_way, self._said = whose, resumed, False, ""
+        keeps = taken.works or not self.unfinished.total_length_m
+        self._taken, self._under_way, self._said = taken if keeps else None, False, ""
         return self._news(self._journal)
 
     def note(self) -> str:
         """Note where the traversal is; returns what the operator should know, "" for nothing."""
-        journal, emulator = self._journal, self._emulator
-        if journal is None or not self._digest:
+        journal, emulator, taken = self._journal, self._emulator, self._taken
+        if journal is None:
             return ""
-        checkpoint = emulator.onboard.checkpoint
-        if checkpoint is None:
-            if self._under_way:
-                journal.end()
-                self._digest = b""
+        checkpoint = emulator.onboard.checkpoint if taken is not None else None
+        if taken is None or checkpoint is None:
+            self._note_rest(journal)
             return ""
         if not self._under_way:
-            self._under_way = True
-            if self._resumed:
-                journal.go_on()
-            else:
-                journal.begin(self._digest, self._setup)
-        journal.write(checkpoint, emulator.totals, emulator.ledger)
+            if emulator.onboard.state == TraversalStatus.ABORTED:  # before it was started
+                return ""
+            self._set_off(journal, taken)
+        totals = emulator.totals
+        journal.write(checkpoint, totals, emulator.ledger)
+        if emulator.onboard.state == TraversalStatus.ABORTED:
+            self._given_up = checkpoint, totals
+            if not self.unfinished.total_length_m or emulator.settled:
+                self.unfinished = unfinished_here(taken.name, emulator, header(emulator.tick_count))
         return self._news(journal) if journal.problem else ""
+
+    def _set_off(self, journal: Journal, taken: Taken) -> None:
+        self._under_way, self._given_up = True, None
+        if self.unfinished.total_length_m:
+            self.unfinished = UnfinishedJob()
+        if taken.resumed:
+            journal.go_on()
+        else:
+            journal.begin(taken.digest, self._setup, taken.request)
+
+    def _note_rest(self, journal: Journal) -> None:
+        """Note that the traversal is over, or, of a job that was given up, how full tank and battery are now."""
+        if self._under_way and self._emulator.onboard.state == TraversalStatus.DONE:
+            journal.end()
+        elif self._given_up is not None:
+            checkpoint, totals = self._given_up
+            supplies = self._emulator.world.supplies
+            if supplies != totals.supplies:
+                self._given_up = checkpoint, totals._replace(supplies=supplies)
+                journal.write(*self._given_up)
+        self._taken, self._under_way = (None, False) if self._under_way else (self._taken, False)
 
     def _news(self, journal: Journal) -> str:
         news = journal.problem if journal.problem != self._said else ""

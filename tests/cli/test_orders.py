@@ -33,7 +33,7 @@ def robot(bus_config):
 
     def serve():
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
-            servers = [bus.serve(service) for service in (topics.PAUSE, topics.START, topics.INJECT_FAULT)]
+            servers = [bus.serve(service) for service in (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT)]
             ready.set()
             while not over.wait(0.005):
                 for server in servers:
@@ -58,6 +58,14 @@ def test_orders_and_faults_reach_the_robot(touchline, robot):
     (name, request) = robot[-1]
     assert (name, json.loads(request.fault_json)["kind"]) == (topics.INJECT_FAULT.name, "bumper")
     assert len({request.request_id for _, request in robot}) == 3
+
+
+def test_to_go_on_loads_what_the_robot_keeps_and_starts_it(touchline, robot):
+    code, out, err = touchline("order", "go-on")
+    assert (code, out, err) == (1, "", "go-on refused: no plan is loaded\n")
+    (load, request), (start, _) = robot
+    assert (load, start) == (topics.LOAD.name, topics.START.name)
+    assert request.resume and not request.trajectory.path.segments
 
 
 def test_orders_to_nobody_and_faults_that_are_none(touchline):

@@ -184,16 +184,11 @@ def test_what_was_under_way_can_be_resumed_until_something_else_is(path):
         assert len(journal.unfinished(PLAN, SETUP)[1].paint) == 0
 
 
-@pytest.mark.parametrize("end", ["done", "aborted"])
-def test_what_is_over_cannot_be_resumed(path, end):
+def test_what_is_done_cannot_be_resumed(path):
     with Journal(path) as journal:
         robot = Robot(journal)
         robot.load()
-        robot.drive(until_m=99.0 if end == "done" else 3.0)
-        if end == "aborted":
-            assert journal.unfinished(PLAN, SETUP)
-            robot.emulator.abort()
-            robot.drive()
+        robot.drive()
     with Journal(path) as journal:
         refused = Robot(journal).load(resume=True)
     assert not refused.success and "nothing to resume" in refused.message

@@ -18,6 +18,7 @@ from touchline.tui.state import ConsoleState
 EMPTY = received(topics.SPRAYER, m.SprayerState(tank_l=0.02))
 FULL = received(topics.SPRAYER, m.SprayerState(tank_l=20.0))
 FLOAT = received(topics.GNSS_STATUS, m.GnssStatus(fix=m.GnssStatus.FLOAT))
+CHARGED = received(topics.BATTERY, m.BatteryState(percentage=1.0))
 FLAT = received(topics.BATTERY, m.BatteryState(percentage=0.07))
 
 
@@ -66,7 +67,7 @@ def test_the_next_step_ends_the_cause(template: Template, cause: Incoming, key: 
 
 
 def test_the_first_reason_survives_an_emergency_stop_and_a_reset(template: Template) -> None:
-    state = reduced(*scenes.mid_run(template), told(template, m.TraversalStatus.PAUSED, "the tank is empty"))
+    state = reduced(*scenes.mid_run(template), EMPTY, told(template, m.TraversalStatus.PAUSED, "the tank is empty"))
     state.apply(told(template, m.TraversalStatus.ESTOPPED, "emergency stop"), 0.0)
     state.apply(told(template, m.TraversalStatus.PAUSED, "emergency stop released; resume to go on"), 0.0)
     assert "stopped first: the tank is empty" in "\n".join(line.plain for line in panels.status_lines(state, 60))
@@ -108,3 +109,48 @@ def test_what_comes_from_outside_cannot_command_the_terminal(template: Template)
     shown += [row.label for row in state.draft.template.rows] if state.draft.template else []
     assert not [text for text in shown if any(char in text for char in "\x1b\x07\x9b")]
     assert any("red" in text for text in shown)
+
+
+@pytest.mark.parametrize(
+    ("reason", "low", "filled"),
+    [
+        ("the tank is empty", EMPTY, FULL),
+        ("the tank is all but empty", EMPTY, FULL),
+        ("the battery is low (7 %)", FLAT, CHARGED),
+    ],
+)
+def test_the_reason_goes_with_a_refill(
+    template: Template, reason: str, low: list[Incoming], filled: list[Incoming]
+) -> None:
+    state = ConsoleState()
+    paused = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason=reason)
+    for event in [*scenes.mid_run(template), low, received(topics.STATUS, paused)]:
+        state.apply(event, 0.0)
+    assert reason in [line.plain for line in panels.status_lines(state, 46)]
+    state.apply(filled, 0.0)
+    assert not [line.plain for line in panels.status_lines(state, 46) if reason[:8] in line.plain]
+    assert panels.hint(state) == ("g", "resume")
+    stopped = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason="paused by the operator")
+    state.apply(received(topics.STATUS, stopped), 0.0)
+    assert "stopped first" not in " ".join(line.plain for line in panels.status_lines(state, 46))
+
+
+LONG_HINTS = [
+    (EMPTY, "u"),
+    (FLAT, "b"),
+    (FLOAT, "g"),
+]
+
+
+@pytest.mark.parametrize("width", [24, 30, 31, 44, 50])
+@pytest.mark.parametrize(("event", "key"), LONG_HINTS)
+def test_no_hint_is_cut_where_a_key_stands(template: Template, event: Incoming, key: str, width: int) -> None:
+    state = ConsoleState()
+    paused = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55)
+    for each in [*scenes.mid_run(template), event, received(topics.STATUS, paused)]:
+        state.apply(each, 0.0)
+    lines = [line.plain for line in panels.status_lines(state, width)]
+    shown = " ".join(" ".join(lines).split())
+    assert "then resume (g)" in shown and (key == "g" or f" {key} " in lines[1] + lines[2])
+    head = lines[: next(index for index, line in enumerate(lines) if "(g)" in line) + 1]
+    assert max(map(len, head)) <= width

@@ -14,7 +14,8 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.tui.area_layer import AreaLayer, AreaScene
+from touchline.tui.area_dots import AreaScene
+from touchline.tui.area_layer import AreaLayer
 from touchline.tui.job import sample
 from touchline.tui.map_raster import Ink
 from touchline.tui.map_view import MapView

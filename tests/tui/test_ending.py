@@ -17,8 +17,8 @@ from tests.tui.scenes import loaded
 from touchline.schemas.errors import TouchlineError
 from touchline.services.bus.ports import free_port
 from touchline.tui.console import check_encoding, check_end
-from touchline.tui.dialogs import TemplateDialog
 from touchline.tui.driver import HUNG_UP, Screen
+from touchline.tui.template_dialog import TemplateDialog
 
 ENDED_S = 60.0
 

@@ -7,8 +7,9 @@ from tests.tui import scenes
 from tests.tui.console import console, until
 from touchline.schemas import topics
 from touchline.schemas.template import Template
-from touchline.tui.dialogs import ConfirmDialog, KeysDialog
+from touchline.tui.dialogs import ConfirmDialog
 from touchline.tui.key_bar import KeyBar
+from touchline.tui.keys_dialog import KeysDialog
 
 
 async def test_keys_list_names_every_key_of_the_bar() -> None:

@@ -15,10 +15,11 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
-from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
+from touchline.tui.dialogs import PlanDialog, Tick
 from touchline.tui.event_log import ERROR, INFO
 from touchline.tui.map_view import MapView
 from touchline.tui.panels import StatusPanel
+from touchline.tui.template_dialog import TemplateDialog
 
 
 async def test_choosing_a_shipped_template(template: Template) -> None:
@@ -116,7 +117,7 @@ async def test_the_chosen_method_is_told_without_colour(template: Template) -> N
         assert [mark[1] for mark in marks] == ["●", "○", "○"]
 
 
-async def test_a_plan_can_be_loaded_to_go_on_after_a_crash(template: Template) -> None:
+async def test_a_plan_can_be_loaded_to_go_on_by_who_has_it_though_the_robot_has_lost_it(template: Template) -> None:
     async with console(*scenes.up()) as (app, link, pilot):
         app.operator.choose(template, template.model_dump_json())
         link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
@@ -124,10 +125,10 @@ async def test_a_plan_can_be_loaded_to_go_on_after_a_crash(template: Template) -
         await until(pilot, lambda: app.state.path is not None)
         link.asked.clear()
         link.answers[topics.LOAD.name] = m.LoadResponse(success=True, message="loaded, to go on at 7.00 m")
-        (command,) = (c for c in app.get_system_commands(app.screen) if c.title == "Load and go on")
+        (command,) = (c for c in app.get_system_commands(app.screen) if c.title == "Go on with the job")
         command.callback()
         await until(pilot, lambda: link.asked)
-        assert link.asked[0][1].resume
+        assert link.asked[0][1].resume and link.asked[0][1].trajectory == app.state.job.path.trajectory
 
 
 async def test_the_paint_of_a_plan_is_as_long_as_the_template(template: Template) -> None:

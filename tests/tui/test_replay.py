@@ -21,15 +21,17 @@ from touchline.schemas.cdr import decode
 from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.replay_run import ReplayRun
 from touchline.schemas.team import TeamScenario
+from touchline.schemas.topics import Service
 from touchline.services.bridge.replay_service import Playback, run_replay
 from touchline.services.bridge.replay_source import ReplaySource
 from touchline.services.bus import BusConfig
 from touchline.services.runs.payload_recorder import PayloadRecorder
 from touchline.services.runs.team.team_run import TeamRun
+from touchline.tui.fleet_rows import fleet_rows
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.link import BusLink, open_links
 from touchline.tui.panels import StatusPanel
-from touchline.tui.protocol import NodeChanged, Received
+from touchline.tui.protocol import Incoming, NodeChanged, Received
 from touchline.tui.robots import Robots
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
@@ -230,3 +232,65 @@ async def test_the_screen_has_the_mark_and_keys_move_the_replay() -> None:
             await pilot.pause()
             assert said in app.state.log.entries[-1].text
         assert len(link.asked) + len(link.told) == before
+
+
+def replaying(*, playing: bool = True) -> list[Incoming]:
+    told = m.ReplayStatus(file="s.mcap", end_s=100.0, now_s=12.0, speed=5.0, playing=playing)
+    return [
+        NodeChanged(topics.REPLAY, True),
+        received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING)),
+        Received(topics.REPLAY_STATUS.name, told),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("keys", "service", "field", "wanted", "further"),
+    [
+        (["right_square_bracket"] * 3, topics.REPLAY_SET_SPEED, "factor", 50.0, 100.0),
+        (["left_square_bracket"] * 3, topics.REPLAY_SET_SPEED, "factor", 0.5, 0.25),
+        (["greater_than_sign"] * 3, topics.REPLAY_SEEK, "time_s", 42.0, 52.0),
+    ],
+)
+async def test_keys_that_come_faster_than_answers_add_up(
+    keys: list[str], service: Service[Any, Any], field: str, wanted: float, further: float
+) -> None:
+    """Also those that come after the answer, as long as the replay's status does not tell of it yet."""
+    async with console(*replaying()) as (app, link, pilot):
+        link.held = threading.Event()
+        await pilot.press(*keys)
+        link.held.set()
+        await until(pilot, lambda: getattr(link.asked[-1][1], field) == wanted)
+        order = "replay-seek" if service is topics.REPLAY_SEEK else "replay-speed"
+        await until(pilot, lambda: not app.state.orders.under_way(order))
+        await pilot.press(keys[0])
+        await until(pilot, lambda: getattr(link.asked[-1][1], field) == further)
+        assert {name for name, _ in link.asked} == {service.name}
+
+
+async def test_steps_that_come_faster_than_answers_are_all_made() -> None:
+    async with console(*replaying()) as (_, link, pilot):
+        link.held = threading.Event()
+        await pilot.press("n", "n", "n", "n")
+        link.held.set()
+        await until(pilot, lambda: len(link.asked) == 2)
+        assert [request.seconds for _, request in link.asked] == pytest.approx([0.1, 0.3])
+
+
+async def test_space_pressed_twice_pauses_and_goes_on_though_the_status_is_late() -> None:
+    async with console(*replaying()) as (app, link, pilot):
+        await pilot.press("space")
+        await until(pilot, lambda: link.asked and not app.state.orders.under_way("replay"))
+        await pilot.press("space")
+        await until(pilot, lambda: len(link.asked) == 2)
+        assert link.names() == [topics.REPLAY_PAUSE.name, topics.REPLAY_RESUME.name]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+async def test_a_paused_replay_does_not_say_that_anything_runs(size: tuple[int, int]) -> None:
+    async with console(*replaying(playing=False), size=size) as (app, link, pilot):
+        head, recorded = plain(app, StatusPanel).splitlines()[:2]
+        assert head.strip() == "‖ REPLAY PAUSED" and recorded == "recorded: RUNNING"
+        assert "go on with the replay" in plain(app, StatusPanel)
+        assert fleet_rows(app.robots)[0].badge.text == "PAUSED"
+        link.incoming += replaying()
+        await until(pilot, lambda: "► REPLAY RUNNING" in plain(app, StatusPanel))

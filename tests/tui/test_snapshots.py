@@ -8,6 +8,7 @@ from textual.pilot import Pilot
 
 from tests.tui import fleets, scenes
 from tests.tui.scenes import FakeLink, FakeLinks
+from tests.tui.test_unfinished_job import aborted
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
@@ -101,6 +102,21 @@ def test_a_frozen_robot_that_does_not_acknowledge_a_stop(snap_compare: Compare, 
 def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Template, key: str) -> None:
     events = scenes.mid_run(template) if key == "a" else scenes.loaded(template)
     assert snap_compare(app_with(events), terminal_size=(80, 24), run_before=settled(key))
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+def test_a_job_that_was_aborted(snap_compare: Compare, template: Template, size: tuple[int, int]) -> None:
+    assert snap_compare(app_with(aborted(template)), terminal_size=size, run_before=settled())
+
+
+def test_a_template_is_found_by_what_is_typed(snap_compare: Compare, template: Template) -> None:
+    keys = settled("t", *"soccer", "tab")  # a cursor in the field would blink
+    assert snap_compare(app_with(scenes.loaded(template)), terminal_size=(80, 24), run_before=keys)
+
+
+def test_without_colours(snap_compare: Compare, template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=settled())
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])

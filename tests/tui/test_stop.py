@@ -14,13 +14,15 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui import orders
-from touchline.tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
+from touchline.tui.dialogs import ConfirmDialog, PlanDialog
 from touchline.tui.driver import SturdyDriver
+from touchline.tui.keys_dialog import KeysDialog
 from touchline.tui.order_book import Phase
 from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.stop_screen import StopKey
 from touchline.tui.stop_sender import StopSender
+from touchline.tui.template_dialog import TemplateDialog
 
 STOPPED = m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)
 
@@ -131,7 +133,7 @@ async def test_it_passes_an_order_that_hangs_and_a_try_of_its_own(template: Temp
 
 
 async def test_key_and_button_work_in_every_dialog(template: Template) -> None:
-    dialogs = {"t": TemplateDialog, "p": PlanDialog, "a": ConfirmDialog, "question_mark": KeysDialog}
+    dialogs = {"t": TemplateDialog, "p": PlanDialog, "question_mark": KeysDialog}
     for size in ((120, 40), (80, 24)):
         async with console(*scenes.loaded(template), size=size) as (app, link, pilot):
             for key, dialog in (*dialogs.items(), ("ctrl+p", CommandPalette)):

@@ -336,9 +336,9 @@ class Traversal:
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on; None if no traversal is running or paused."""
+        """Where the traversal could go on, after an abort or in another process; None if there is none."""
         state = self._before_estop if self.state == ESTOPPED else self.state
-        place = self.job.place if self.job is not None and state in (RUNNING, PAUSED) else None
+        place = self.job.place if self.job is not None and state in (RUNNING, PAUSED, ABORTED) else None
         return Checkpoint(*place, self.clock.tick, self.clock.elapsed_s, self._fallbacks) if place is not None else None
 
     @property

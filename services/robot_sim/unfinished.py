@@ -1,0 +1,66 @@
+"""The job that a robot can go on with after an abort or a restart, as it tells of it."""
+
+from __future__ import annotations
+
+import math
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Header, LoadRequest, UnfinishedJob
+from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.executive.covered import Covered
+from touchline.services.onboard.executive.painted import Painted
+from touchline.services.onboard.interface import Checkpoint
+from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
+from touchline.services.robot_sim.emulator import Emulator
+
+RESTARTED = "the robot was restarted"
+
+
+def unfinished_before(job: LoadRequest, checkpoint: Checkpoint, vehicle: Vehicle) -> UnfinishedJob:
+    """Describe a job of an earlier process.
+
+    Args:
+        job: The request by which it was loaded.
+        checkpoint: Where it can go on.
+        vehicle: The robot that does it now; where it could not drive the path, share and length are NaN.
+    """
+    try:
+        plan = load_trajectory(job.trajectory, vehicle)
+    except CommandRefused:
+        done_pct = total_m = math.nan
+    else:
+        done_pct, total_m = _done_pct(plan, checkpoint, vehicle), plan.total_length_m
+    return UnfinishedJob(
+        name=parse(Template, job.template_json, "the journal").name if job.template_json.strip() else "",
+        done_pct=done_pct,
+        arc_length_m=checkpoint.arc_length_m,
+        total_length_m=total_m,
+        elapsed_s=checkpoint.elapsed_s,
+        reason=RESTARTED,
+    )
+
+
+def unfinished_here(name: str, emulator: Emulator, header: Header) -> UnfinishedJob:
+    """Describe the job, of a template of this name, that the robot has just given up."""
+    status = emulator.onboard.status
+    return UnfinishedJob(
+        header=header,
+        name=name,
+        done_pct=emulator.onboard.painted.coverage_pct,
+        arc_length_m=status.arc_length_m,
+        total_length_m=status.total_length_m,
+        elapsed_s=status.elapsed_s,
+        reason=status.reason,
+    )
+
+
+def _done_pct(plan: LoadedTrajectory, checkpoint: Checkpoint, vehicle: Vehicle) -> float:
+    """Share of the work that the robot will believe to have done when it goes on there."""
+    if not vehicle.tool.paints:
+        return Covered(plan).belief(checkpoint.arc_length_m).coverage_pct
+    owed_m = checkpoint.owed_from_m
+    painted = Painted(plan, vehicle)
+    painted.restore(checkpoint.arc_length_m if owed_m is None else owed_m)
+    return painted.belief().coverage_pct
