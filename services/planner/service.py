@@ -188,7 +188,9 @@ def run_service(
                 if (call := server.wait(wait_s)) is not None:
                     _admit(Asked(call, robot), worker, tally)
                 wait_s = 0.0
-            _pass_on(worker, progress, tally)
+            if not worker.said.empty():
+                with stop.beating():  # a large plan takes a while to be put into bytes
+                    _pass_on(worker, progress, tally)
             if time.monotonic() >= health_at_s:
                 health_at_s = time.monotonic() + HEALTH_EVERY_S
                 level, message = condition(worker, tally, late.current)
