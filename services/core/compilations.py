@@ -59,13 +59,13 @@ def run_steps(steps: Iterable[Step], report: Callable[[str], object]) -> None:
 
     Args:
         steps: Name and function of each.
-        report: Called with a line for people before each kernel that has to be compiled, and at the end; not at all
-            if every kernel is in the cache.
+        report: Called before each kernel that has to be compiled, with a line such as "compiling 3 of 6 (sensors):
+            fast.measure", and at the end; not at all if every kernel is in the cache.
     """
     steps, begun_s, doing = list(steps), time.perf_counter(), ""
-    with Compilations(lambda name: report(f"compiling kernels, {doing}: {name}")) as compiled:
+    with Compilations(lambda name: report(f"compiling {doing}: {name}")) as compiled:
         for number, (name, step) in enumerate(steps, start=1):
-            doing = f"step {number} of {len(steps)}, {name}"
+            doing = f"{number} of {len(steps)} ({name})"
             step()
     if compiled.names:
         report(f"compiled {len(compiled.names)} kernels in {time.perf_counter() - begun_s:.1f} s")
