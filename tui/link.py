@@ -17,7 +17,7 @@ from touchline.schemas.messages.service_messages import GetPaintRequest, GetPain
 from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.topics import Service, Topic
 from touchline.schemas.traversal_state import traversal_state
-from touchline.services.bus import Bus, BusConfig, Inbox, Sample
+from touchline.services.bus import Bus, BusConfig, Inbox, Sample, StopProof, proves
 from touchline.tui.protocol import (
     CallFailed,
     Incoming,
@@ -139,6 +139,7 @@ class BusLink:
         self._lost = 0
         self._fetched: deque[PaintFetched] = deque()
         self._fetching = threading.Lock()
+        self._proof = StopProof(bus)
         self._told: object = None
         """The last question that nobody waits for, which is held while it is under way."""
 
@@ -200,8 +201,11 @@ class BusLink:
         """Ask a service. Raises CallFailed when there is no usable answer."""
         try:
             answer: Message = self._bus.call(service, request, timeout_s)
+            doubt = self._proof.lacking(service.name, timeout_s) if proves(service.name) else ""
         except Exception as error:  # a bus that is being left raises whatever it pleases
             raise CallFailed(str(error) or type(error).__name__) from error
+        if doubt and getattr(answer, "success", True):
+            raise CallFailed(doubt)
         return answer
 
     def tell(self, service: Service[Any, Any], request: Message) -> None:

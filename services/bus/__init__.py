@@ -7,6 +7,7 @@ from touchline.services.bus.health import HealthReporter
 from touchline.services.bus.inbox import Inbox, Sample
 from touchline.services.bus.insist import UrgentOrder, insist
 from touchline.services.bus.publisher import Publisher
+from touchline.services.bus.stop_proof import StopProof, proves
 
 __all__ = [
     "Answer",
@@ -19,6 +20,8 @@ __all__ = [
     "Sample",
     "ServedCall",
     "Server",
+    "StopProof",
     "UrgentOrder",
     "insist",
+    "proves",
 ]

@@ -23,11 +23,22 @@ class Answerers:
         """Whether a session is one of ``node``; anybody is, where a service names no node."""
         if not node:
             return lambda session: True
+        self._begin()
+        nodes = (node, REPLAY) if node in REPLAYED else (node,)
+        return lambda session: self._is_of(nodes, session)
+
+    def sessions(self, node: str) -> frozenset[str]:
+        """Those of a node that are known by now."""
+        self._begin()
+        assert self._presence is not None, "it is watched"
+        with self._lock:
+            self._presence.poll()
+            return self._presence.instances(node)
+
+    def _begin(self) -> None:
         with self._lock:
             if self._presence is None:
                 self._presence = self._watch()
-        nodes = (node, REPLAY) if node in REPLAYED else (node,)
-        return lambda session: self._is_of(nodes, session)
 
     def _is_of(self, nodes: tuple[str, ...], session: str) -> bool:
         assert self._presence is not None, "it is watched before it is asked"

@@ -49,7 +49,7 @@ class Bus:
         self._former: list[_Membership] = []
         self._patience_s = patience_s
         self._declared: WeakSet[Inbox | Presence | Publisher | Server[Any, Any]] = WeakSet()
-        self._opened_at = time.monotonic()
+        self.opened_s = time.monotonic()
         self._answerers = Answerers(self.presence)
         self._replies = Replies()
         self._others: list[Bus] = []
@@ -182,7 +182,7 @@ class Bus:
     def of(self, namespace: str) -> Self:
         """A bus of another robot in the same session, with counters and answering threads of its own."""
         other = type(self)(self._session, self.node, self.config.of(namespace), self._patience_s)
-        other._opened_at = self._opened_at
+        other.opened_s = self.opened_s
         self._others.append(other)  # held here: its liveliness token goes with it
         return other
 
@@ -203,7 +203,7 @@ class Bus:
         Raises:
             TouchlineError: Another one serves.
         """
-        claim(self, self._session, self._opened_at)
+        claim(self, self._session, self.opened_s)
 
     def key(self, name: str) -> str:
         """The key of a topic or service name."""
@@ -264,6 +264,14 @@ class Bus:
         """As :meth:`call` with a request that is CDR already, without waiting, and without looking for the service."""
         believed = self._answerers.believed(service.server)
         return Question(self._session, self.key(service.name), service, payload, timeout_s, believed)
+
+    def ask_session(self, session: str, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
+        """As :meth:`ask`, but only the answer of the process with this session is taken."""
+        return Question(self._session, self.key(service.name), service, payload, timeout_s, lambda who: who == session)
+
+    def sessions(self, node: str) -> frozenset[str]:
+        """Sessions of all processes of a name, by their liveliness tokens."""
+        return self._answerers.sessions(node)
 
     def presence(self) -> Presence:
         """A view of who is on the bus."""

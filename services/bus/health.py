@@ -31,11 +31,15 @@ class HealthReporter:
 
     An answer tells what was sent of each topic, too (`touchline.services.bus.last_sent`).
     Their stamp is the bus's time, the last clock that was heard (0 before the first); wall time is one of the values.
+
+    Attributes:
+        common: Values of the whole process, which are told beside those of each `poll`.
     """
 
     def __init__(self, bus: Bus) -> None:
         """Begin to serve ``<node>/diagnostics``."""
         self._bus = bus
+        self.common: Callable[[], Mapping[str, object]] = dict
         self._publisher = bus.publisher(topics.DIAGNOSTICS)
         self._server = bus.serve(topics.diagnostics_service(bus.node))
         self._clock = bus.inbox([topics.CLOCK], keep="latest")
@@ -92,6 +96,7 @@ class HealthReporter:
             "lost": counters.lost,
             "rejected": counters.rejected,
             "last_rejection": counters.last_rejection,
+            **self.common(),
             **values,
         }
         status = DiagnosticStatus(

@@ -1,4 +1,4 @@
-"""Urgent orders: repeated over the bus and at the robots' own doors until every robot has acknowledged."""
+"""Urgent orders: repeated over the bus and at the robots' own doors until every robot says that it has obeyed."""
 
 import threading
 import time
@@ -14,6 +14,7 @@ from touchline.schemas.topics import Request, Response, Service
 from touchline.services.bus.bus import Bus
 from touchline.services.bus.calls import CallError
 from touchline.services.bus.config import BusConfig
+from touchline.services.bus.stop_proof import StopProof, proves
 
 #: A robot answers within milliseconds: after this it is told that it has not.
 TELL_S: Final = 0.25
@@ -54,7 +55,7 @@ class UrgentOrder(Generic[Request, Response]):
 def insist(
     order: UrgentOrder[Request, Response], node: str, config: BusConfig, tell: Callable[[str], None]
 ) -> Iterator[tuple[str, Response]]:
-    """Send an order over the bus and at the robots' own doors at once; each robot's first answer counts.
+    """Send an order over the bus and at the robots' own doors at once; each robot's first answer that is proved counts.
 
     A crowd on the bus, or a frozen process at its meeting point, can hold up the first way but not the second; a robot
     on another machine may be reached by the first alone.
@@ -188,9 +189,11 @@ class _Asked(Generic[Request, Response]):
             thread.join()
 
     def _call(self, bus: Bus, attempt_s: float, telling: bool) -> None:
-        robot = bus.namespace
+        robot, proof = bus.namespace, StopProof(bus, at_door=not telling)
         try:
             answer = bus.call(self._order.service, self._order.request, attempt_s, lambda: self._go_on(robot))
+            if problem := self._doubt(bus, answer, attempt_s, proof):
+                raise CallError(problem)
         except PayloadError as error:
             self._answers.put(error)
         except TouchlineError as error:
@@ -204,6 +207,14 @@ class _Asked(Generic[Request, Response]):
                     self._answered.add(robot)
                     self._problem = ""
                     self._answers.put((robot, answer))
+
+    def _doubt(self, bus: Bus, answer: Response, attempt_s: float, proof: StopProof) -> str:
+        """Why an answer is not the robot's word that it has done as ordered; "" if it is."""
+        name, server = self._order.service.name, self._order.service.server
+        refused = not getattr(answer, "success", True) and name != topics.ESTOP.name  # which no robot refuses
+        if not proves(name) or (refused and len(bus.sessions(server)) < 2):
+            return ""
+        return proof.lacking(name, attempt_s)
 
     def _find(self, robots: Iterable[str], all_found: bool) -> None:
         """Take up robots that are on the bus; when all are known, those that are not are not waited for."""

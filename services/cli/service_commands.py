@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.fleet import Fleet
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.team import TeamScenario
 from touchline.services.bus import BusConfig
@@ -37,11 +38,17 @@ def register(app: typer.Typer) -> None:
     app.command("tui")(tui)
 
 
-def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
+def planner(body: VehicleChoice, fleet: RobotsOption = None, supervisor: SupervisorOption = None) -> None:
     """Run the planner: answers plan requests on the bus until Ctrl-C."""
     from touchline.services.planner.service import run_service
 
-    run_service(vehicle=body.chosen(), supervisor=supervisor)
+    if fleet is None:
+        vehicles = [body.chosen()]
+    elif body.vehicle is not None:
+        raise SpecError("command line", "--vehicle", "is given with --robots", f"say it of each robot in {fleet.name}")
+    else:
+        vehicles = [setup.vehicle for setup in Fleet.read(fleet).setups().values()]
+    run_service(vehicles=vehicles, supervisor=supervisor)
 
 
 def robot_sim(

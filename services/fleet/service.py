@@ -12,6 +12,7 @@ import sys
 import time
 import uuid
 from enum import Enum
+from functools import partial
 from typing import Final
 
 from pydantic import TypeAdapter, ValidationError
@@ -23,6 +24,7 @@ from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.services.core.compilations import run_steps
 from touchline.services.fleet.answers import header_at
 from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
 from touchline.services.fleet.body_contacts import body_radius_m
@@ -38,6 +40,7 @@ from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.task_books import TaskBooks
 from touchline.services.fleet.team_status import team_news
 from touchline.services.fleet.warm_up_team import warm_up_team
+from touchline.services.system.late_compilations import LateCompilations
 from touchline.services.system.shutdown import until_stopped
 
 IDLE_S: Final = 0.001
@@ -363,8 +366,11 @@ def run_service(
         bus.claim()
         health = HealthReporter(bus)
         health.starting("loading kernels")
-        warm_up_team(team, area)
+        run_steps([("a team of two", partial(warm_up_team, team, area))], health.starting)
         service = TeamService(bus, team, area, lockstep=lockstep)
+        late = LateCompilations(stop)
+        health.common = late.values
+        late.watch()
         while not stop:
             if not service.turn():
                 time.sleep(IDLE_S)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
@@ -9,8 +11,13 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.computer import Onboard
+from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
+from touchline.services.onboard.drives import onboard_drive
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.executive.handover import PlanPlace, taken_over_at
-from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import ACTUATORS, TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.tracking_state import NOW
+from touchline.services.onboard.trajectory.path_projection import AHEAD_COLUMNS
 
 _TICKS = 90
 
@@ -28,6 +35,17 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
         onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, (0.0, 0.0), fixes))
+    _warm_up_rare(vehicle)
+
+
+def _warm_up_rare(vehicle: Vehicle) -> None:
+    """Run what a robot that keeps to its path never needs: the fallback of followers, and braking off course."""
+    drive, pursuit = drive_of(vehicle), PurePursuitFollower(vehicle)
+    now, actuators = np.zeros(NOW), np.zeros(ACTUATORS)
+    pursuit.step(now, np.zeros((pursuit.fine_rows, AHEAD_COLUMNS)))
+    onboard_drive.command(drive.figures, 0.0, 0.0, now, actuators)
+    onboard_drive.actuators_of(drive.figures, 0.0, 0.0, now)
+    onboard_drive.twist(drive.figures, actuators, now)
 
 
 def straight(vehicle: Vehicle) -> Trajectory:

@@ -9,21 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from touchline.schemas import topics
-from touchline.schemas.messages import (
-    DiagnosticStatus,
-    LeavingTrajectory,
-    PlanOptions,
-    PlanRequest,
-    PlanResponse,
-    PoseGoal,
-    Progress,
-)
+from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
 from touchline.services.bus.health import STARTING
+from touchline.services.core.compilations import run_steps
+from touchline.services.system.late_compilations import LateCompilations
 from touchline.services.system.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
@@ -34,14 +26,6 @@ HEALTH_EVERY_S = 0.05
 WAITING_MAX = 8
 # Progress is published when it has grown by this much, and at every new stage.
 PROGRESS_STEP = 0.02
-
-# Lines that cross, so that every kernel is needed.
-WARM_UP = """{"name": "warm-up", "segments": [
-    {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [0, 3], "end": [2, 3]}},
-    {"id": "c", "line": {"start": [1, -1], "end": [1, 4]}}]}"""
-
-# A place to drive to, first from rest, then from amid the drive there.
-WARM_UP_GOAL = PoseGoal(x_m=8.0, y_m=3.0)
 
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
@@ -77,14 +61,15 @@ class Worker:
     """Plans one request after another in a thread of its own, so the bus is served meanwhile.
 
     The thread never touches the bus: what it has to say waits in `said` for the main thread. `warm` is set once it has
-    loaded its kernels.
+    its kernels; until then, `doing` says how far it is.
     """
 
-    vehicle: Vehicle
+    vehicles: Sequence[Vehicle]
     calls: "queue.SimpleQueue[Asked]" = field(default_factory=queue.SimpleQueue)
     said: "queue.SimpleQueue[Told | Planned]" = field(default_factory=queue.SimpleQueue)
     warm: threading.Event = field(default_factory=threading.Event)
     stopping: threading.Event = field(default_factory=threading.Event)
+    doing: str = "loading kernels"
 
     def start(self) -> threading.Thread:
         """Begin; the thread ends with the process."""
@@ -95,11 +80,14 @@ class Worker:
     def _work(self) -> None:
         from touchline.services.planner.request import answer
 
-        self._warm_up()
+        try:
+            self._warm_up()
+        except Stopping:
+            return
         while not self.stopping.is_set():
             asked = self.calls.get()
             try:
-                response: PlanResponse | None = answer(asked.call.request, self.vehicle, self._teller(asked))
+                response: PlanResponse | None = answer(asked.call.request, self.vehicles[0], self._teller(asked))
             except Stopping:
                 return
             except Exception:  # noqa: BLE001, a defect of the planner must not end the service
@@ -108,15 +96,17 @@ class Worker:
             self.said.put(Planned(asked, response))
 
     def _warm_up(self) -> None:
-        """Load the compiled kernels: here, where the bus is served meanwhile, before anyone waits for them."""
-        from touchline.services.planner.request import answer
+        """Load or compile the kernels: here, where the bus is served meanwhile, before anyone waits for them."""
+        from touchline.services.planner.warm_up_planner import planner_steps
 
-        answer(PlanRequest(template_json=WARM_UP), self.vehicle)
-        from_rest = PlanRequest(goal=(WARM_UP_GOAL,), options=PlanOptions(start=np.zeros(3)))
-        drive = answer(from_rest, self.vehicle).trajectory
-        leaving = LeavingTrajectory(trajectory=drive)
-        answer(PlanRequest(goal=(WARM_UP_GOAL,), leaving=(leaving,)), self.vehicle)
+        for vehicle in dict.fromkeys(self.vehicles):
+            run_steps(planner_steps(vehicle), self._report)
         self.warm.set()
+
+    def _report(self, doing: str) -> None:
+        if self.stopping.is_set():
+            raise Stopping
+        self.doing = doing
 
     def _teller(self, asked: Asked) -> "ProgressTeller":
         return ProgressTeller(asked, self.said, self.stopping)
@@ -165,13 +155,14 @@ class RequestTally:
 
 
 def run_service(
-    config: BusConfig | None = None, vehicle: Vehicle | None = None, *, supervisor: int | None = None
+    config: BusConfig | None = None, vehicles: Sequence[Vehicle] = (), *, supervisor: int | None = None
 ) -> None:
     """Serve `planner/plan` of all robots of `config` until SIGTERM or SIGINT (or until `supervisor` is gone).
 
     Args:
         config: Where the bus is, and the robots that may ask.
-        vehicle: For which is planned when a request carries none.
+        vehicles: For which kernels are compiled before the first request; a request without a vehicle is for the
+            first of them, by default the shipped marker.
         supervisor: Process id of the parent, to end with it.
 
     Raises:
@@ -181,7 +172,7 @@ def run_service(
     with until_stopped(supervisor) as stop, Bus.open_all(topics.PLANNER, config, lambda: stop.asked) as buses:
         for bus in buses:
             bus.claim()
-        worker, tally = Worker(vehicle or Vehicle()), RequestTally()
+        worker, tally, late = Worker(vehicles or (Vehicle(),)), RequestTally(), LateCompilations(stop)
         servers, health = [bus.serve(topics.PLAN_SERVICE) for bus in buses], [HealthReporter(bus) for bus in buses]
         progress = [bus.publisher(topics.PLANNER_PROGRESS) for bus in buses]
         planning = worker.start()
@@ -191,26 +182,37 @@ def run_service(
                 raise RuntimeError("the planning thread has ended")
             if worker.warm.is_set():  # until then the kernels, as they are loaded, hold up every thread
                 stop.beat()
+                late.watch()
             wait_s = TURN_S  # for the first robot; the others are only looked at
             for robot, server in enumerate(servers):
                 if (call := server.wait(wait_s)) is not None:
                     _admit(Asked(call, robot), worker, tally)
                 wait_s = 0.0
-            _pass_on(worker, progress, tally)
+            if not worker.said.empty():
+                with stop.beating():  # a large plan takes a while to be put into bytes
+                    _pass_on(worker, progress, tally)
             if time.monotonic() >= health_at_s:
                 health_at_s = time.monotonic() + HEALTH_EVERY_S
-                level, message = condition(worker, tally)
+                level, message = condition(worker, tally, late.current)
                 for reporter in health:
-                    reporter.poll(tally.values(), level=level, message=message)
+                    reporter.poll({**tally.values(), **late.values()}, level=level, message=message)
         worker.stopping.set()
         for asked in tally.waiting:
             asked.call.fail("the planner is stopping; ask again when it is back")
 
 
-def condition(worker: Worker, tally: RequestTally) -> tuple[int, str]:
-    """How the planner is: the level and the message of its diagnostics."""
+def condition(worker: Worker, tally: RequestTally, compiling: str = "") -> tuple[int, str]:
+    """How the planner is: the level and the message of its diagnostics.
+
+    Args:
+        worker: That plans.
+        tally: Of the requests.
+        compiling: The kernel that is being compiled for a request, of a plug-in or a vehicle that is new.
+    """
     if not worker.warm.is_set():
-        return DiagnosticStatus.WARN, f"{STARTING}loading compiled kernels"
+        return DiagnosticStatus.WARN, f"{STARTING}{worker.doing}"
+    if compiling:
+        return DiagnosticStatus.WARN, f"{STARTING}compiling {compiling} for the first plan of its kind"
     level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
     return level, "planning" if tally.waiting else "ready"
 

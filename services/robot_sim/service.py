@@ -23,6 +23,7 @@ from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 from touchline.services.robot_sim.robot_process import ClockPolicy, RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
+from touchline.services.system.late_compilations import LateCompilations
 from touchline.services.system.priority import FIRST, run_at, switch_threads_soon
 from touchline.services.system.shutdown import until_stopped
 
@@ -67,8 +68,11 @@ def run_service(
         try:
             health = [HealthReporter(bus) for bus in buses]
             _warm_up(robots.values(), health)
-            for bus in buses:
+            late = LateCompilations(stop)
+            for bus, reporter in zip(buses, health, strict=True):
                 bus.claim()
+                reporter.common = late.values
+            late.watch()
             gc.freeze()
             gc.disable()
             with ExitStack() as journals:
@@ -105,7 +109,7 @@ def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
         kind = setup.vehicle, setup.onboard
         if kind not in done:
             done.append(kind)
-            warm_up(tell, setup)
+            warm_up(tell, setup, in_team=True)
 
 
 def journal_path(namespace: str, chosen: Path | None = None) -> Path:

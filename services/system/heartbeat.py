@@ -2,19 +2,27 @@
 
 Threads of Zenoh live on when the loop of a process hangs, so neither its liveliness token nor its open connections say
 that anybody would answer an order.
+
+On a busy machine a sound loop does not turn for a while, either. So the time in which its process waits for a processor
+does not count: a loop hangs that has not turned though it had one, or wanted none.
 """
 
 import mmap
 import os
 import struct
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
+
+from touchline.services.system.processor_use import ProcessorUse
 
 #: Names the file to a child; a service that runs alone has none, and no cost.
 VARIABLE: Final = "TOUCHLINE_HEARTBEAT"
 #: A loop that has not turned for this long hangs: the longest turn of a sound one takes some tenths of a second.
 HANGS_S: Final = 1.0
+#: From then on it is looked at what the process does: that takes a while, and most loops turn sooner.
+_SUSPICIOUS_S: Final = 0.2
 _BEAT: Final = struct.Struct("=Q")
 #: Between two looks counts at most this much: a supervisor that was itself held up knows nothing of the time between.
 _LOOK_S: Final = 0.25
@@ -44,7 +52,7 @@ class HeartbeatWatch:
     Attributes:
         path: The file, for the environment of the child.
         begun: Whether there was a beat; before the first one, a service compiles its kernels.
-        quiet_s: For how long there was none since.
+        quiet_s: For how long there was none since, but for the time in which the process waited for a processor.
     """
 
     def __init__(self, path: Path) -> None:
@@ -61,15 +69,29 @@ class HeartbeatWatch:
         self.quiet_s = 0.0
         self._last = 0
         self._looked_s: float | None = None
+        self._used_s: float | None = None
 
-    def look(self, now_s: float) -> None:
-        """Read the beat, at this monotonic time."""
+    def look(self, now_s: float, use: Callable[[], ProcessorUse | None]) -> None:
+        """Read the beat.
+
+        Args:
+            now_s: Monotonic time.
+            use: Says what the process is doing; asked only when it has been quiet for a while.
+        """
         (value,) = _BEAT.unpack_from(self._map, 0)
         if value != self._last:
-            self._last, self.begun, self.quiet_s = value, True, 0.0
+            self._last, self.begun, self.quiet_s, self._used_s = value, True, 0.0, None
         elif self.begun and self._looked_s is not None:
-            self.quiet_s += min(now_s - self._looked_s, _LOOK_S)
+            passed_s = min(now_s - self._looked_s, _LOOK_S)
+            self.quiet_s += passed_s if self.quiet_s < _SUSPICIOUS_S else self._counted_s(passed_s, use())
         self._looked_s = now_s
+
+    def _counted_s(self, passed_s: float, doing: ProcessorUse | None) -> float:
+        """How much of a time counts in which the loop did not turn."""
+        before_s, self._used_s = self._used_s, doing.used_s if doing is not None else None
+        if doing is None or not doing.wants:
+            return passed_s
+        return min(passed_s, doing.used_s - before_s) if before_s is not None else 0.0
 
 
 def _mapped(path: Path) -> mmap.mmap:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -9,6 +11,9 @@ from types import FrameType
 from touchline.services.system.heartbeat import Heartbeat
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+#: Work within a turn that takes longer than this hangs, too.
+WORK_S = 60.0
+_BEAT_EVERY_S = 0.1
 
 
 class Stop:
@@ -31,6 +36,23 @@ class Stop:
         """Beat the heartbeat during long waits within a turn of the loop."""
         if self._heartbeat is not None:
             self._heartbeat.beat()
+
+    @contextmanager
+    def beating(self) -> Iterator[None]:
+        """Beat from another thread while this one is at known work that takes long, but no longer than `WORK_S`."""
+        done, last_s = threading.Event(), time.monotonic() + WORK_S
+
+        def go_on() -> None:
+            while not done.wait(_BEAT_EVERY_S) and time.monotonic() < last_s:
+                self.beat()
+
+        thread = threading.Thread(target=go_on, name="heartbeat", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
 
     @property
     def asked(self) -> bool:

@@ -20,6 +20,7 @@ from touchline.services.bus import BusConfig
 from touchline.services.bus.presence import Presence
 from touchline.services.system.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
 from touchline.services.system.private_folder import open_private
+from touchline.services.system.processor_use import processor_use
 from touchline.services.system.safe_path import safe_path
 
 #: A restart waits this long, doubled for each failure in a row.
@@ -219,7 +220,7 @@ class Supervisor:
             return []
         assert child.heartbeat is not None
         heartbeat = child.heartbeat
-        heartbeat.look(now)
+        heartbeat.look(now, lambda: processor_use(process.pid))
         if not heartbeat.begun and now - child.started_at > _FIRST_BEAT_S:
             return [self._kill(child, process, f"has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
         hung = heartbeat.quiet_s >= HANGS_S

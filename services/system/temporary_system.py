@@ -174,7 +174,7 @@ def local_system(
         state = Path(folder)
         children = _robot_children(robots, options, state, lasting=lasting)
         if topics.PLANNER not in options.without:
-            children.append(Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S))
+            children.append(Child(topics.PLANNER, ["planner", "--robots", _robots(robots, state)], _PATIENCE_S))
         if topics.BRIDGE not in options.without:
             command = ["bridge", *options.bridge, "--recordings", str(recordings)]
             beside = (topics.TEAM_NAMESPACE,) if options.coordinator is not None else ()
@@ -213,10 +213,10 @@ def _robot_children(
     return children
 
 
-def _vehicle(robots: Mapping[str, Setup], folder: Path) -> str:
-    """A file of the first robot's vehicle, for which the planner plans unless a request carries another."""
-    path = folder / "vehicle.json"
-    path.write_text(next(iter(robots.values())).vehicle.model_dump_json(), encoding="utf-8")
+def _robots(robots: Mapping[str, Setup], folder: Path) -> str:
+    """A file of all robots, for whose vehicles the planner has kernels; it plans for that of a request."""
+    path = folder / "robots.json"
+    path.write_text(Fleet.of(robots).model_dump_json(), encoding="utf-8")
     return str(path)
 
 

@@ -4,15 +4,18 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from tests.meeting import eventually
+from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import CommandRequest
-from touchline.services.bus import Bus, BusConfig, CallError, UrgentOrder, insist
+from touchline.schemas.messages import CommandRequest, CommandResponse
+from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter, StopProof, UrgentOrder, insist
 
 # Says how many requests it has had. Given an argument, it can open no other connection once the first peer has come, as
 # a robot does among its services that has no descriptors left.
@@ -21,10 +24,11 @@ import resource, sys
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import CommandRequest, CommandResponse
-from touchline.services.bus import Bus
+from touchline.schemas.messages import TraversalStatus
+from touchline.services.bus import Bus, HealthReporter
 
 with Bus.open(topics.ROBOT_SIM) as bus:
-    server, asked = bus.serve(topics.ESTOP), 0
+    server, health, asked = bus.serve(topics.ESTOP), HealthReporter(bus), 0
     presence = bus.presence()
     decode(CommandRequest, encode(CommandRequest()))  # opens files for the first time
     print("ready", flush=True)
@@ -34,6 +38,7 @@ with Bus.open(topics.ROBOT_SIM) as bus:
         resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))  # none that may come free, either
         print("full", flush=True)
     while True:
+        health.poll({"state": TraversalStatus.ESTOPPED if asked else TraversalStatus.RUNNING})
         if (call := server.wait(0.01)) is not None:
             asked += 1
             call.reply(CommandResponse(success=True, message=f"request {asked}"))
@@ -83,6 +88,68 @@ def test_an_order_to_a_frozen_robot_is_told_and_carried_out_once_when_it_goes_on
         assert told == ["robot-sim has not answered"]
         with Bus.open(topics.OPERATOR, bus_config) as bus:  # repeats of the order got the first one's answer
             assert bus.call(topics.ESTOP, CommandRequest(request_id="another")).message == "request 2"
+
+
+@contextmanager
+def stranger(bus_config, success, state):
+    """Somebody who has the robot's name, too, and answers in its place."""
+    done = threading.Event()
+
+    def answer(bus, server, health):
+        while not done.is_set():
+            health.poll({"state": state})
+            if (call := server.wait(0.01)) is not None:
+                call.reply(CommandResponse(success=success, message="a stranger's"))
+
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+        thread = threading.Thread(target=answer, args=(bus, bus.serve(topics.ESTOP), HealthReporter(bus)))
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+
+@contextmanager
+def telemetry(bus_config, state):
+    """What publishes the robot's status: a process of its own, which is not frozen with it."""
+    with Bus.open(topics.TELEMETRY, bus_config) as bus:
+        publisher = bus.publisher(topics.STATUS)
+        publisher.send(m.TraversalStatus(state=state))
+        yield publisher
+
+
+@pytest.mark.parametrize("success", [True, False])
+def test_a_stranger_cannot_answer_for_a_frozen_robot(bus_config, success):
+    """Nor with a state: whoever tells one of the robot has to say that it has stopped."""
+    told, stopped = [], m.TraversalStatus.ESTOPPED
+    with (
+        Bus.open(topics.BRIDGE, bus_config),  # at the meeting point, so that the stranger is met
+        robot(bus_config) as process,
+        telemetry(bus_config, m.TraversalStatus.RUNNING) as status,
+    ):
+        process.send_signal(signal.SIGSTOP)
+        with stranger(bus_config, success, stopped):
+            with pytest.raises(CallError, match="does not say itself that it has stopped"):
+                estop(bus_config, 4.0, told.append)
+            status.send(m.TraversalStatus(state=stopped))
+            process.send_signal(signal.SIGCONT)
+            estop(bus_config)
+
+
+@pytest.mark.parametrize("state", [m.TraversalStatus.RUNNING, m.TraversalStatus.ESTOPPED])
+def test_each_process_of_the_name_has_to_say_that_it_has_stopped(bus_config, state):
+    """To who has been on the bus all the time, as a console, a frozen robot's token is known."""
+    with Bus.open("test", bus_config) as bus, robot(bus_config) as process, stranger(bus_config, True, state):
+        proof = StopProof(bus)
+        assert eventually(lambda: len(bus.sessions(topics.ROBOT_SIM)) == 2)
+        bus.call(topics.ESTOP, CommandRequest(request_id="stop"))
+        assert eventually(lambda: proof.lacking(topics.ESTOP.name, 1.0) == "", 5.0) == (
+            state != m.TraversalStatus.RUNNING
+        )
+        process.send_signal(signal.SIGSTOP)
+        assert "one of 2 processes" in proof.lacking(topics.ESTOP.name, 1.0)
 
 
 def stop_everyone(config, patience_s=30.0, tell=lambda problem: None):

@@ -1,12 +1,17 @@
 """A loop that turns is told from one that hangs."""
 
 import os
+import signal
 import stat
+import subprocess
+import sys
 import time
 
 import pytest
 
+from tests.meeting import eventually
 from touchline.services.system.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
+from touchline.services.system.processor_use import ProcessorUse, processor_use
 from touchline.services.system.shutdown import until_stopped
 
 
@@ -15,27 +20,32 @@ def watch(tmp_path):
     return HeartbeatWatch(tmp_path / "robot.heartbeat")
 
 
+def unknown():
+    """What a process does is not known on every system."""
+    return
+
+
 def test_silence_counts_from_the_first_beat_on(watch):
     for now_s in (0.0, 0.2, 100.0, 100.2):
-        watch.look(now_s)
+        watch.look(now_s, unknown)
     assert (watch.begun, watch.quiet_s) == (False, 0.0), "its kernels are being compiled"
     Heartbeat(watch.path).beat()
-    watch.look(100.3)
-    watch.look(100.5)
+    watch.look(100.3, unknown)
+    watch.look(100.5, unknown)
     assert watch.begun
     assert watch.quiet_s == pytest.approx(0.2)
     Heartbeat(watch.path).beat()
-    watch.look(100.6)
+    watch.look(100.6, unknown)
     assert watch.quiet_s == 0.0
 
 
 def test_a_supervisor_that_was_held_up_accuses_nobody(watch):
     Heartbeat(watch.path).beat()
-    watch.look(0.0)
-    watch.look(60.0)
+    watch.look(0.0, unknown)
+    watch.look(60.0, unknown)
     assert watch.quiet_s < 0.5
     for turn in range(10):
-        watch.look(60.0 + 0.1 * turn)
+        watch.look(60.0 + 0.1 * turn, unknown)
     assert watch.quiet_s > 0.5
 
 
@@ -43,10 +53,10 @@ def test_whoever_asks_whether_to_stop_beats(watch, monkeypatch):
     monkeypatch.setenv(VARIABLE, str(watch.path))
     with until_stopped(supervisor=os.getppid()) as stop:
         assert VARIABLE not in os.environ, "what it starts would beat in its place"
-        watch.look(0.0)
+        watch.look(0.0, unknown)
         assert not watch.begun
         assert not stop
-        watch.look(0.1)
+        watch.look(0.1, unknown)
         assert watch.begun
 
 
@@ -65,5 +75,88 @@ def test_the_file_is_private_and_made_anew(tmp_path):
     Heartbeat(path).beat()
     assert precious.read_text() == "12345678 and more"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    watch.look(time.monotonic())
+    watch.look(time.monotonic(), unknown)
     assert watch.begun
+
+
+def quiet_after(watch, used_s, *, wants, turns=40):
+    """Quiet seconds after looks every 0.1 s, between which the process has so much processor time."""
+    Heartbeat(watch.path).beat()
+    for turn in range(turns + 1):
+        watch.look(0.1 * turn, lambda turn=turn: ProcessorUse(used_s * turn, wants))
+    return watch.quiet_s
+
+
+def test_a_process_that_waits_for_a_processor_does_not_hang(watch):
+    assert quiet_after(watch, 0.002, wants=True) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("used_s", "wants"),
+    [(0.0, False), (0.1, True), (0.02, False)],
+    ids=["stopped or deadlocked", "an endless loop", "deadlocked, and other threads work now and then"],
+)
+def test_a_process_that_could_have_turned_its_loop_hangs(watch, used_s, wants):
+    assert quiet_after(watch, used_s, wants=wants) > 3.0
+
+
+LOOP = """
+import os, sys, threading
+from touchline.services.system.heartbeat import Heartbeat
+beat = Heartbeat.from_environment()
+beat.beat()
+print("begun", flush=True)
+{}
+"""
+DOES = {
+    "stopped": "while True: beat.beat()",
+    "deadlocked": "lock = threading.Lock(); lock.acquire(); lock.acquire()",
+    "endless": "while True: pass",
+}
+
+
+@pytest.mark.parametrize("kind", DOES)
+def test_a_real_loop_that_does_not_turn_is_found(watch, kind):
+    """However busy the machine: a loop that spins is given the time that it takes to have had a processor for 3 s."""
+    command = [sys.executable, "-c", LOOP.format(DOES[kind])]
+    environment = {**os.environ, VARIABLE: str(watch.path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        try:
+            assert process.stdout.readline() == "begun\n"
+            if kind == "stopped":
+                process.send_signal(signal.SIGSTOP)
+                assert eventually(lambda: (use := processor_use(process.pid)) is not None and not use.wants)
+            assert eventually(lambda: looked(watch, process.pid) > 3.0)
+        finally:
+            process.kill()
+
+
+def looked(watch, pid):
+    watch.look(time.monotonic(), lambda: processor_use(pid))
+    return watch.quiet_s
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs a class of processes that get next to no processor")
+def test_a_real_loop_without_a_processor_is_not_accused(watch):
+    """Of two processes on one processor, the one that is to run when nothing else does has none."""
+    one = {min(os.sched_getaffinity(0))}
+    environment = {**os.environ, VARIABLE: str(watch.path)}
+    starved = LOOP.format(
+        f"os.sched_setaffinity(0, {one}); os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))\nwhile True: pass"
+    )
+    busy = f"import os\nos.sched_setaffinity(0, {one})\nprint('begun', flush=True)\nwhile True: pass"
+    with (
+        subprocess.Popen([sys.executable, "-c", busy], stdout=subprocess.PIPE, text=True) as hog,
+        subprocess.Popen([sys.executable, "-c", starved], stdout=subprocess.PIPE, text=True, env=environment) as loop,
+    ):
+        try:
+            assert hog.stdout.readline() == loop.stdout.readline() == "begun\n"
+            assert eventually(lambda: (use := processor_use(loop.pid)) is not None and use.wants)
+            begun_s = time.monotonic()
+            while time.monotonic() < begun_s + 2.0:
+                looked(watch, loop.pid)
+                time.sleep(0.02)
+            assert watch.quiet_s < 0.8
+        finally:
+            hog.kill()
+            loop.kill()

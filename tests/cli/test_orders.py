@@ -8,7 +8,7 @@ import pytest
 
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.services.bus import Bus
+from touchline.services.bus import Bus, HealthReporter
 from touchline.services.cli.commands import execute
 
 
@@ -34,8 +34,10 @@ def robot(bus_config):
     def serve():
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
             servers = [bus.serve(service) for service in (topics.PAUSE, topics.START, topics.LOAD, topics.INJECT_FAULT)]
+            health = HealthReporter(bus)
             ready.set()
             while not over.wait(0.005):
+                health.poll({"state": m.TraversalStatus.PAUSED if asked else m.TraversalStatus.RUNNING})
                 for server in servers:
                     while (call := server.poll()) is not None:
                         asked.append((server.service.name, call.request))

@@ -120,8 +120,8 @@ def test_diagnostics_count_what_it_was_asked(bus: Bus) -> None:
 
 
 def test_it_is_starting_until_its_kernels_are_loaded() -> None:
-    worker, tally = Worker(Vehicle()), RequestTally()
-    assert condition(worker, tally) == (DiagnosticStatus.WARN, "starting: loading compiled kernels")
+    worker, tally = Worker((Vehicle(),)), RequestTally()
+    assert condition(worker, tally) == (DiagnosticStatus.WARN, "starting: loading kernels")
     worker.start()
     assert worker.warm.wait(ANSWER_S)
     assert condition(worker, tally) == (DiagnosticStatus.OK, "ready")

@@ -1,0 +1,64 @@
+"""What is compiled after the start is told, and does not look like a loop that hangs."""
+
+import pytest
+from numba import njit
+
+from tests.meeting import eventually
+from touchline.services.system.heartbeat import Heartbeat, HeartbeatWatch
+from touchline.services.system.late_compilations import KEY, LateCompilations
+from touchline.services.system.shutdown import Stop
+
+
+@pytest.fixture
+def watch(tmp_path):
+    return HeartbeatWatch(tmp_path / "robot.heartbeat")
+
+
+@pytest.fixture
+def stop(watch):
+    return Stop(None, Heartbeat(watch.path))
+
+
+@pytest.fixture
+def late(stop):
+    found = LateCompilations(stop)
+    found.watch()
+    yield found
+    found._compilations.__exit__(None, None, None)
+
+
+def added(x):
+    return x + 1
+
+
+def test_it_is_told_by_name_and_logged(late, capsys):
+    assert late.values() == {}
+    njit(added)(1)
+    assert late.values() == {KEY: "test_late_compilations.added"}
+    assert "test_late_compilations.added was compiled after the start" in capsys.readouterr().err
+    assert late.current == ""
+
+
+def test_the_loop_is_heard_of_while_it_compiles(late, watch, stop, monkeypatch):
+    asked = []
+    monkeypatch.setattr(stop, "beating", lambda: asked.append(late.current) or Stop.beating(stop))
+    njit(added)(1.0)
+    assert asked == ["test_late_compilations.added"]
+
+
+def test_work_that_takes_long_beats(stop, watch):
+    values = set()
+
+    def beats():
+        watch.look(0.0, lambda: None)
+        values.add(watch._last)
+        return len(values) > 2
+
+    with stop.beating():
+        assert eventually(beats)
+
+
+def test_work_without_end_falls_silent(stop, watch, monkeypatch):
+    monkeypatch.setattr("touchline.services.system.shutdown.WORK_S", 0.0)
+    with stop.beating():
+        assert not eventually(lambda: watch.look(0.0, lambda: None) or watch.begun, 0.5)

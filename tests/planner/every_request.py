@@ -1,0 +1,83 @@
+"""Requests of every kind to a planner that is warm; prints the kernels that were not there by then.
+
+Run as `python -m tests.planner.every_request VEHICLE`, each time in a new process.
+"""
+
+import itertools
+import json
+import sys
+
+import numpy as np
+
+from tests.late_kernels import LateKernels
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal
+from touchline.schemas.plugins import AREA_METHODS, METHODS, POSE_METHODS, SPEED_LAWS
+from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.planner.request import answer
+from touchline.services.planner.service import Worker
+
+FIELD = {"boundary": {"corners": [(-40, -60), (80, -60), (80, 60), (-40, 60)]}}
+POST = {"obstacles": [{"id": "post", "corners": [(12, -1), (14, -1), (14, 2), (12, 2)]}]}
+LINES = [
+    {"id": "bar", "line": {"start": (0, 0), "end": (10, 0)}},
+    {"id": "on", "line": {"start": (16, 0), "end": (26, 0)}},
+    {"id": "bow", "arc": {"start": (10, 0), "center": (10, -13), "sweep_angle": -1.5708}},
+    {"id": "across", "line": {"start": (3, -20), "end": (3, 20)}},
+]
+OUTLINE = [(0, 0), (12, 0), (12, 9), (0, 9)]
+HOLE = [(5, 4), (6, 4), (6, 5), (5, 5)]
+WAYS = [
+    {},
+    {"order": "given"},
+    {"forward_only": True},
+    {"drying_time_s": 600.0},
+    {"drying_time_s": 600.0, "hard_drying": True},
+    {"start": np.array([0.0, -9.0, 0.0]), "return_to_start": True},
+    {"start": np.array([0.0, -9.0, 0.0]), "end": np.array([0.0, -12.0, 1.0])},
+    {"kappa_max_1pm": 0.2, "sigma_max_1pm2": 0.1},
+]
+
+
+def lines():
+    for more, method, way in itertools.product(({}, FIELD, FIELD | POST), METHODS.names(), WAYS):
+        text = json.dumps({"name": "lines", "segments": LINES, **more})
+        yield PlanRequest(template_json=text, options=PlanOptions(method=method, **way))
+
+
+def areas(methods):
+    for more, method in itertools.product(({}, FIELD), methods):
+        shape = [{"id": "area", "outline": OUTLINE, "holes": [HOLE]}]
+        text = json.dumps({"name": "area", "areas": shape, **more})
+        yield PlanRequest(template_json=text, options=PlanOptions(area_method=method, laps=0, coverage_pct=1.0))
+
+
+def goals():
+    places = [(5.0, 2.0, 1.0), (0.3, 0.5, 2.0), (5.0, 2.0, np.nan), (-3.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    for place, method, law in itertools.product(places, POSE_METHODS.names(), ("", *SPEED_LAWS.names())):
+        goal = PoseGoal(x_m=place[0], y_m=place[1], heading_rad=place[2], method=method, law=law)
+        timed = goal.model_copy(update={"duration_s": 60.0})
+        yield from (PlanRequest(goal=(each,), options=PlanOptions(start=np.zeros(3))) for each in (goal, timed))
+
+
+def goals_under_way(drive):
+    for at_m, method in itertools.product((0.0, 3.0, 12.0), POSE_METHODS.names()):
+        leaving = LeavingTrajectory(trajectory=drive, arc_length_m=at_m)
+        yield PlanRequest(goal=(PoseGoal(x_m=30.0, y_m=-6.0, heading_rad=0.0, method=method),), leaving=(leaving,))
+
+
+def main(name):
+    vehicle = SHIPPED[name].vehicle
+    Worker((vehicle,))._warm_up()
+    late = LateKernels()
+    far = PlanRequest(goal=(PoseGoal(x_m=25.0, y_m=6.0, heading_rad=0.0),), options=PlanOptions(start=np.zeros(3)))
+    methods = AREA_METHODS.names() if vehicle.tool.width_m else ()
+    planned = []
+    for request in (*lines(), *areas(methods), *goals(), *goals_under_way(answer(far, vehicle).trajectory)):
+        late.doing = f"{request.template_json} {request.options} {request.goal}"
+        planned.append(answer(request, vehicle).success)
+    assert sum(planned) > len(planned) / 3, "most are refused, and show nothing"
+    late.tell()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,53 @@
+"""A robot that has said that it is ready compiles nothing any more, whatever happens to it."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import LoadRequest, PlanOptions, PlanRequest
+from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.planner.request import answer
+
+LINES = {
+    "name": "corner",
+    "segments": [
+        {"id": "a", "line": {"start": (0, 0), "end": (4, 0)}},
+        {"id": "b", "line": {"start": (4, 0), "end": (4, 3)}},
+    ],
+}
+AREA = {"name": "lawn", "areas": [{"id": "lawn", "outline": [(0, 0), (12, 0), (12, 12), (0, 12)]}]}
+
+
+def job(vehicle):
+    template = json.dumps(AREA if vehicle.tool.covers else LINES)
+    quick = PlanOptions(area_method="zigzag" if vehicle.tool.covers else "")
+    planned = answer(PlanRequest(template_json=template, options=quick), vehicle)
+    assert planned.success, planned.message
+    return LoadRequest(trajectory=planned.trajectory, template_json=template)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "follower"),
+    [
+        ("turf-tank-two", "mpc"),
+        ("turf-tank-two", "pure-pursuit"),
+        ("clay-roller", "pure-pursuit"),
+        ("clay-roller", "pursuit-lanes"),
+        ("turtlebot3-waffle-pi", "dynamic"),
+        ("turtlebot3-waffle-pi", "linear"),
+        ("turtlebot3-waffle-pi", "frenet"),
+        ("turtlebot3-waffle-pi", "linear-scaled"),
+        ("turtlebot3-waffle-pi", "nonlinear"),
+        ("turtlebot3-waffle-pi", "regularised"),
+    ],
+)
+def test_nothing_is_prepared_after_the_warm_up(vehicle, follower, tmp_path):
+    path = tmp_path / "job"
+    path.write_bytes(encode(job(SHIPPED[vehicle].vehicle)))
+    command = [sys.executable, "-m", "tests.robot_sim.whole_life", vehicle, follower, str(path)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300.0)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == ""

@@ -1,0 +1,183 @@
+"""All that may happen to a robot after it has said that it is ready; prints the kernels that were not there by then.
+
+Run as `python -m tests.robot_sim.whole_life VEHICLE FOLLOWER JOB`, each time in a new process; JOB is a file of a
+LoadRequest.
+"""
+
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import get_args
+
+from tests.late_kernels import LateKernels
+from tests.meeting import caught_up
+from tests.robot_sim.bus_rig import AtOnce, ask
+from tests.robot_sim.scripted import trajectory
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.curves import Curve
+from touchline.schemas.faults import Fault
+from touchline.schemas.messages import LoadRequest
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.ports import free_port
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.robot_process import RobotProcess
+from touchline.services.robot_sim.warm_up import warm_up
+
+MOST_S = 20.0
+NEEDED = {
+    "disc-stuck": {"position": "up"},
+    "messages-duplicated": {"sensor": "gnss"},
+    "messages-late": {"sensor": "gnss", "delay_s": 0.3},
+    "messages-lost": {"sensor": "encoder", "share": 0.5},
+    "messages-reordered": {"sensor": "imu"},
+    "valve-stuck": {"position": "open"},
+}
+"""Fields without which there is no such fault."""
+
+
+class Life:
+    """A robot's process, and what an operator asks of it."""
+
+    def __init__(self, bus, operator, setup, journal, late):
+        self._bus, self._operator, self._setup, self._journal, self._late = bus, operator, setup, journal, late
+        self._kept = Journal(journal)
+        self.begin()
+
+    def begin(self):
+        """Start the process anew."""
+        self._late.doing = "start"
+        self.end()
+        health, outlet, self._kept = HealthReporter(self._bus), AtOnce(self._bus), Journal(self._journal)
+        self._robot = RobotProcess(self._bus, health, self._setup, outlet, speed=-1.0, clock="held", journal=self._kept)
+        caught_up(self._bus, self._operator)
+
+    def end(self):
+        """What a kill does to the journal."""
+        self._kept.__exit__(None, None, None)
+
+    def order(self, service, **fields):
+        self._late.doing = f"{service.name} {fields.get('fault_json', '')}"
+        return ask(self._operator, self._robot, service, **fields)
+
+    def drive(self, job, seconds, **how):
+        """Load a job, start it, and let time pass."""
+        loaded = self.order(topics.LOAD, **{**dict(job), **how})
+        assert loaded.success, loaded.message
+        assert self.order(topics.START).success
+        self.run(seconds)
+
+    def run(self, seconds):
+        """Let sim time pass, as long as it does."""
+        emulator, deadline = self._robot._emulator, time.monotonic() + MOST_S
+        last_s = emulator.time_s + seconds
+        while emulator.time_s < last_s and emulator.active and time.monotonic() < deadline:
+            self._robot.turn()
+
+    @property
+    def pose(self):
+        return self._robot._emulator.onboard.estimate[:3]
+
+
+def straight(pose, length_m):
+    """A job of driving straight ahead."""
+    x_m, y_m, heading_rad = pose
+    return {"trajectory": trajectory([Curve(x_m, y_m, heading_rad, 0.0, length_m)], [0], speed_mps=0.25)}
+
+
+def work(life, job):
+    """A job with a pause, and all that a robot at rest can be asked."""
+    life.drive(job, 6.0)
+    life.order(topics.PAUSE)
+    life.run(3.0)
+    life.order(topics.REFILL_TANK)
+    life.order(topics.REPLACE_BATTERY)
+    life.order(topics.RESUME)
+    life.run(3.0)
+    life.order(topics.AUTHORIZE, until_m=1e9)
+    life.order(topics.SET_SPEED, factor=50.0)
+    life.run(3.0)
+    life.order(topics.SET_SPEED, factor=-1.0)
+    life.run(20.0)
+    life.order(topics.ABORT)
+    life.run(2.0)
+
+
+def go_on_after_a_kill(life, job):
+    life.begin()
+    life.drive(job, 6.0)
+    life.begin()
+    life.drive(job, 3.0, resume=True)
+    life.order(topics.ABORT)
+    life.run(3.0)
+
+
+def goal_and_another_under_way(life):
+    life.begin()
+    life.drive(straight((0.0, 0.0, 0.0), 4.0), 4.0)
+    life.order(topics.LOAD, **straight((0.0, 0.0, 0.0), 5.0), replace=True)
+    life.run(60.0)
+    life.drive(straight(life.pose, 3.0), 1.0, here=True)
+
+
+def stops(life, job):
+    life.begin()
+    life.drive(job, 4.0)
+    life.order(topics.ESTOP)
+    life.run(3.0)
+    life.order(topics.RESET)
+    life.run(1.0)
+
+
+def team(life):
+    life.begin()
+    life.order(topics.BEGIN_GUIDED, lockstep_s=0.0)
+    life.run(2.0)
+    life.order(topics.ABORT)
+    life.run(2.0)
+
+
+def faults(life, job):
+    for kind in get_args(get_args(Fault)[0]):
+        name = get_args(kind.model_fields["kind"].annotation)[0]
+        life.begin()
+        life.order(topics.RESET)
+        life.drive(job, 3.0)
+        fault = {"kind": name, "duration_s": 0.5, **NEEDED.get(name, {})}
+        life.order(topics.INJECT_FAULT, fault_json=json.dumps(fault))
+        life.run(2.0)
+        life.order(topics.RESUME)
+        life.run(1.0)
+        life.order(topics.RESET)
+
+
+def main(vehicle, follower, job):
+    setup = Setup(vehicle=SHIPPED[vehicle].vehicle, onboard=OnboardConfig(follower=follower))
+    config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    job = decode(LoadRequest, Path(job).read_bytes())
+    warm_up(setup=setup, in_team=True)
+    late = LateKernels()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Bus.open(topics.ROBOT_SIM, config) as bus,
+        Bus.open(topics.OPERATOR, config) as operator,
+    ):
+        life = Life(bus, operator, setup, Path(folder) / "journal", late)
+        work(life, job)
+        go_on_after_a_kill(life, job)
+        goal_and_another_under_way(life)
+        stops(life, job)
+        team(life)
+        if follower == SHIPPED[vehicle].follower:
+            faults(life, job)
+        life.end()
+    late.tell()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
