@@ -106,7 +106,7 @@ class Traversal:
         self._automatic = False  # the pause was ordered by the robot and ends by itself
         self._tries = Tries()
         self._before_estop = IDLE
-        self._fallbacks_before = 0  # of a process that came before
+        self._fallbacks_before = 0  # of a process that came before, less those of earlier jobs
 
     def check_load(self) -> None:
         """Whether a trajectory would be taken now.
@@ -141,7 +141,7 @@ class Traversal:
             job.resume_at(resume)
         self.job, self._hazards.fence = job, course.fence
         self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
-        self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
+        self._fallbacks_before = (resume.follower_fallbacks if resume is not None else 0) - self._follower.fallbacks
         self._tries = Tries()
         self._become(READY, "")
         return plan.total_time_s
@@ -185,7 +185,7 @@ class Traversal:
         self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer)
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
-        self._fallbacks_before = 0
+        self._fallbacks_before = -self._follower.fallbacks
         self._tries = Tries()
         self._become(RUNNING, "")
 
