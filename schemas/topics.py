@@ -114,6 +114,8 @@ BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, A
 EVENTS = Topic("events", m.Event)
 #: What the robot was told to do, and when it obeyed.
 ORDERS = Topic("traversal/orders", m.RobotOrder, general=False, hashed=False)
+#: JSON of the state in which a robot that has not just been switched on was given a job, before all that is told of it.
+INITIAL_STATE = Topic("traversal/initial_state", m.String, general=False, hashed=False)
 #: Of a robot of a shared job, from who leads that: the stretch of its path that the others keep off.
 CLAIMED = Topic("traversal/claimed", m.NavPath, latched=True, units="m", tolerance=1e-6, general=False, hashed=False)
 #: What the robot can go on with after an abort or a restart.
@@ -167,6 +169,7 @@ TOPICS: tuple[Topic, ...] = (
     BATTERY,
     EVENTS,
     ORDERS,
+    INITIAL_STATE,
     CLAIMED,
     UNFINISHED,
     WHEREABOUTS,

@@ -228,6 +228,11 @@ class Onboard:
         return self._log.take()
 
     @property
+    def estimator(self) -> Estimator:
+        """That tells where the robot is."""
+        return self._estimator
+
+    @property
     def computer(self) -> Computer:
         """(1,) its state, for kernels."""
         return self._state.array

@@ -39,6 +39,7 @@ from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
+from touchline.services.robot_sim.initial_state import InitialState, RobotParts
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.order_log import OrderLog
 from touchline.services.robot_sim.paint.ledger import PaintLedger
@@ -147,6 +148,8 @@ class Emulator:
         frame: What the onboard computer saw in the last tick of which all or the end was done here.
         command: What it answered in the last tick.
         estimator_error: Of the loaded traversal.
+        initial: The state in which the present job was given; None if the robot had just been switched on, or if the
+            job was taken over under way.
     """
 
     def __init__(
@@ -167,6 +170,7 @@ class Emulator:
         self.account: AreaAccount | None = None
         self.track = Track()
         self.orders = OrderLog()
+        self.initial: InitialState | None = None
         self.estimator_error = EstimatorError()
         self.tick_count = 0
         self.frame: SensorFrame | None = None
@@ -258,7 +262,9 @@ class Emulator:
                 does not agree with the one that it is to replace.
         """
         resume, remains = job.resume, job.remains
+        initial = self._state() if job.taking is not Taking.UNDER_WAY else None
         duration_s = self._hand_to_onboard(job)
+        self.initial = initial
         cause = job.cause.model_dump(mode="json") if job.cause is not None else None
         restored = restored_json(resume, remains) if resume is not None else {}
         self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
@@ -272,6 +278,25 @@ class Emulator:
         if resume is not None and resume.tick > self.tick_count:
             self._stand_by(resume.tick)
         return duration_s
+
+    def _state(self) -> InitialState | None:
+        """The state for the next job to begin in; None if the robot has just been switched on."""
+        if not self.tick_count and not self.orders.count:
+            return None
+        return InitialState.of(self._parts, self.tick_count, self.orders.count, self.command)
+
+    def restore(self, state: InitialState) -> None:
+        """Be in the state in which a robot was given a job; to be called before anything else.
+
+        Raises:
+            DamagedState: It is not that of such a robot.
+        """
+        state.restore(self._parts)
+        self.tick_count, self.command, self.orders.count = state.tick, state.command, state.orders
+
+    @property
+    def _parts(self) -> RobotParts:
+        return RobotParts(self.world, self.sensors, self.faults, self.onboard)
 
     def _hand_to_onboard(self, job: LoadedJob) -> float:
         if job.taking is Taking.UNDER_WAY:
@@ -297,7 +322,9 @@ class Emulator:
             CommandRefused: Not now, or not such a robot.
         """
         self.check_load()
+        initial = self._state()
         self.onboard.begin_guided()
+        self.initial = initial
         self._note("begin-guided")
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
         self.estimator_error = EstimatorError()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable
-from typing import Final, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 
@@ -18,6 +19,29 @@ from touchline.services.robot_sim.world.effects import SENSORS, Effects
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
+
+
+class TimedFault(NamedTuple):
+    """A fault, from its first to its last tick."""
+
+    first_tick: int
+    last_tick: float
+    fault: f.Fault
+
+    def as_json(self) -> list[Any]:
+        """Values as in JSON, for `from_json`."""
+        last_tick = None if math.isinf(self.last_tick) else int(self.last_tick)
+        return [self.first_tick, last_tick, self.fault.model_dump(mode="json", exclude_none=True)]
+
+    @classmethod
+    def from_json(cls, told: list[Any]) -> Self:
+        """The fault that was told.
+
+        Raises:
+            SpecError, ValueError, TypeError: It is none.
+        """
+        first_tick, last_tick, fault = told
+        return cls(int(first_tick), math.inf if last_tick is None else int(last_tick), f.parse_fault(json.dumps(fault)))
 
 
 class _Entry(NamedTuple):
@@ -70,6 +94,16 @@ class FaultTimeline:
         if tick < self._next_change:
             return
         before = self._active
+        self._let_act(tick)
+        for entry in self._active:
+            if entry not in before:
+                self._events.append(OnboardEvent(Event.WARN, "fault-begins", f.describe(entry.fault)))
+        for entry in before:
+            if entry not in self._active:
+                self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
+
+    def _let_act(self, tick: int) -> None:
+        """Have act in a tick what is to."""
         self._active = [entry for entry in self._entries if entry.first_tick <= tick <= entry.last_tick]
         self._entries = [entry for entry in self._entries if entry.last_tick >= tick]
         self._next_change = min(
@@ -79,12 +113,20 @@ class FaultTimeline:
         self.effects.reset()
         for entry in self._active:
             _apply(entry, self.effects)
-        for entry in self._active:
-            if entry not in before:
-                self._events.append(OnboardEvent(Event.WARN, "fault-begins", f.describe(entry.fault)))
-        for entry in before:
-            if entry not in self._active:
-                self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
+
+    @property
+    def timed(self) -> tuple[TimedFault, ...]:
+        """What acts or is still to come."""
+        return tuple(TimedFault(*entry[:3]) for entry in self._entries)
+
+    def restore(self, faults: Sequence[TimedFault], tick: int) -> None:
+        """Have these faults, and no others, as after a tick; there is nothing to tell of them.
+
+        Raises:
+            SpecError: One is of an actuator that the drive does not have.
+        """
+        self._entries = [_Entry(*each, self._numbers(each.fault, "fault", "")) for each in faults[:MAX_FAULTS]]
+        self._let_act(tick)
 
     @property
     def unchanged_until(self) -> int:

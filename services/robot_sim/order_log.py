@@ -21,15 +21,21 @@ class ObeyedOrder(NamedTuple):
 
 
 class OrderLog:
-    """The orders since they were told last."""
+    """The orders since they were told last.
+
+    Attributes:
+        count: Of all orders so far.
+    """
 
     def __init__(self) -> None:
         """None yet."""
         self._waiting: list[ObeyedOrder] = []
+        self.count = 0
 
     def note(self, tick: int, name: str, **details: Any) -> None:
         """An order was obeyed, with these details (values as in JSON)."""
         text = json.dumps(details, separators=(",", ":")) if details else "{}"
+        self.count += 1
         self._waiting.append(ObeyedOrder(tick, name, text))
 
     def take(self) -> list[ObeyedOrder]:

@@ -96,6 +96,10 @@ class Samples:
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
+    def told_before(self, row: Rows) -> None:
+        """Take for told what the last tick's row, (tick_log.COLUMNS,), has to say of the sprayer."""
+        self._sprayer = row[np.newaxis, tick_log.SPRAYER : tick_log.TANK_L]
+
     def series(self, rows: Rows, positions: Sequence[Placed]) -> list[Series]:
         """All that is due in these ticks, which follow one another, in the order of topics within a tick.
 

@@ -190,7 +190,16 @@ class Telemetry:
         """
         self.digest, self.ended, self.final = SessionDigest(), None, None
         self.digest.add(told)
-        return told + self.news()
+        initial = self._emulator.initial
+        state = [] if initial is None else [(topics.INITIAL_STATE, encode(m.String(data=initial.text)))]
+        return state + told + self.news()
+
+    def go_on(self) -> None:
+        """Tell on from where an emulator has been restored, of which another `Telemetry` has told all so far."""
+        if self._emulator.tick_count:
+            row = np.zeros(tick_log.COLUMNS)
+            self._note(row)
+            self._samples.told_before(row)
 
     def awake(self) -> list[Payload]:
         """What the standing robot knows while sim time is held: tank, battery, fix and place, if it has found that.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,6 +144,33 @@ def position_sigma(P: Floats) -> float:
     return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
 
 
+class Gathered(NamedTuple):
+    """What an estimator has gathered at standstill before it starts.
+
+    Attributes:
+        sums: Of gyro z [rad/s], accelerometer x [m/s²], magnetometer x and y [T].
+        ticks: In which these were summed up.
+        accels: The newest readings of the accelerometer [m/s²].
+        told: Where odometry alone starts from: east [m], north [m], heading [rad]; None if nobody has told.
+    """
+
+    sums: tuple[float, ...]
+    ticks: int
+    accels: tuple[float, ...]
+    told: tuple[float, float, float] | None
+
+    @classmethod
+    def from_json(cls, values: Sequence[Any]) -> Self:
+        """Of the values that a tuple becomes in JSON.
+
+        Raises:
+            ValueError, TypeError: They are none.
+        """
+        sums, ticks, accels, told = values
+        pose = None if told is None else (float(told[0]), float(told[1]), float(told[2]))
+        return cls(tuple(map(float, sums)), int(ticks), tuple(map(float, accels)), pose)
+
+
 class Estimator:
     """A 12-state EKF that sees nothing but `SensorFrame`s; its states are in `filter_model`, its noise in `noise`.
 
@@ -180,6 +207,20 @@ class Estimator:
         self.ring.inputs.reset()  # nothing of it is learned from
         start_learning(self.ring.figures, self.ring.learned)
         self.counters.reset()
+
+    @property
+    def gathered(self) -> Gathered | None:
+        """What it has gathered to start from; None if it has started."""
+        if self.started:
+            return None
+        return Gathered(tuple(self._sums.tolist()), self._sum_ticks, tuple(self._accels), self._told_pose)
+
+    @gathered.setter
+    def gathered(self, gathered: Gathered | None) -> None:
+        if gathered is None:
+            return
+        self._sums[:], self._sum_ticks, accels, self._told_pose = gathered
+        self._accels = deque(accels, maxlen=_GATHERED_TICKS)
 
     @property
     def counters(self) -> m.FilterCounters:

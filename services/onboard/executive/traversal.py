@@ -133,7 +133,7 @@ class Traversal:
         self._stopped_tick = 0  # since when it has stood, if it pauses, or has not set off since
         self._tries = Tries()
         self._before_estop = IDLE
-        self._fallbacks_before = 0  # of a process that came before
+        self._fallbacks_before = 0  # of a process that came before, less those of earlier jobs
 
     def check_load(self) -> None:
         """Whether a trajectory would be taken now.
@@ -169,7 +169,7 @@ class Traversal:
         self.job, self._hazards.fence = job, course.fence
         self.clock.tick = max(self.clock.tick, resume.tick if resume is not None else 0)
         self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
-        self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
+        self._fallbacks_before = (resume.follower_fallbacks if resume is not None else 0) - self._follower.fallbacks
         self._tries = Tries()
         self._become(READY, "")
         return plan.total_time_s
@@ -213,7 +213,7 @@ class Traversal:
         self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer)
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
-        self._fallbacks_before = 0
+        self._fallbacks_before = -self._follower.fallbacks
         self._tries = Tries()
         self._set_off("guided by a coordinator")
 

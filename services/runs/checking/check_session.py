@@ -181,7 +181,12 @@ def _check(one: SessionCheck, messages: RobotMessages, only: str, progress: Prog
     Raises:
         NotRebuilt: It cannot be done again.
     """
-    session = RecordedSession.of(messages)
+    session = messages.session()
+    if session.amid:
+        begin_s = session.from_ns / 1e9
+        one.notes.append(
+            f"checked from {begin_s:.2f} s on, where the robot is given the first job that is in the recording in full"
+        )
     if messages.followed:
         one.cut = True
         one.notes.append("its process died; compared as far as that came")
@@ -269,7 +274,7 @@ def update_recording(path: Path) -> None:
         raise NotRebuilt(f"{path}: is of {len(robots)} robots, and only that of one is written anew")
     told = [topic for each in summary.topics if (topic := topic_at(each)) is not None]
     messages = RobotMessages(path, robots[0])
-    session = RecordedSession.of(messages)
+    session = messages.session()
     if messages.followed:
         raise NotRebuilt(f"{path}: its robot's process died and another came, which is not written anew")
     record_again(path, session, robots[0], told)

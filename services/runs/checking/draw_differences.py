@@ -46,7 +46,7 @@ def draw_differences(only: str, verdict: SessionVerdict) -> list[Plot]:
     try:
         if only == ESTIMATOR:
             return estimate_plots(_estimates(messages, verdict.first))
-        session = RecordedSession.of(messages)
+        session = messages.session()
         found = _plans(session) if verdict.part == PLAN else []
         if only == PLAN:
             return found
@@ -65,6 +65,7 @@ def _estimates(messages: RobotMessages, first: Divergence) -> DifferenceTraces:
     """What was estimated then and today, both beside the truth that was recorded."""
     recorded = messages.tables(OPEN_LOOP | {topics.TRUTH.name})
     session, said = estimated_again(recorded)
+    recorded = recorded.since(session.since)
     traces = DifferenceTraces(first, session.last_tick / 100.0)
     truth = [(topics.TRUTH, each.payload) for each in recorded.messages({topics.TRUTH.name})]
     then = recorded.messages(ESTIMATES)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from touchline.schemas import topics
 from touchline.schemas.layout import Payloads
-from touchline.schemas.setup import Setup
 from touchline.schemas.topics import Topic
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.frame_series import SIGMAS, FrameSeries
@@ -43,7 +42,7 @@ def estimates_again(
         frames: That its computer got.
         accepted: Ticks at whose ends the position was moved to where the receiver had jumped.
     """
-    run = _SaidAgain(session.setup, frames)
+    run = _SaidAgain(session, frames)
     jobs = iter(session.jobs)
     for order in session.orders:
         yield from run.until(order.tick)
@@ -59,9 +58,11 @@ def estimates_again(
 class _SaidAgain:
     """An estimator, and what it says of itself."""
 
-    def __init__(self, setup: Setup, frames: FrameSeries) -> None:
+    def __init__(self, session: RecordedSession, frames: FrameSeries) -> None:
         self._first_tick = frames.first_tick
-        self._ticks = EstimatorTicks(setup, frames, _AT_ONCE, Estimator)
+        self._ticks = EstimatorTicks(session.setup, frames, _AT_ONCE, Estimator)
+        if session.initial is not None:
+            self._ticks.restore(session.initial)
         self._packer = OdometryPacker(_AT_ONCE)
 
     @property

@@ -21,7 +21,9 @@ from touchline.services.onboard.estimation.frame_series import (
     note_estimate,
 )
 from touchline.services.onboard.filter_model import FilterCounters
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
 from touchline.services.runs.checking.recorded_sensors import frame_at
+from touchline.services.runs.checking.recorded_session import NotRebuilt
 
 COUNTED: Final = FilterCounters.dtype.names or ()
 
@@ -65,6 +67,17 @@ class EstimatorTicks:
         counters = cast("NDArray[Any]", FilterCounters.row(most))
         self._out = EstimateSeries(np.zeros((most, COLUMNS)), cast("Any", counters))
         self._counters = counters
+
+    def restore(self, initial: InitialState) -> None:
+        """Begin in the state in which a robot was given a job.
+
+        Raises:
+            NotRebuilt: It is none of today's.
+        """
+        try:
+            initial.restore_estimator(self.estimator, self._computer)
+        except DamagedState as error:
+            raise NotRebuilt(f"the robot's state at the job's begin is not one of today's: {error}") from error
 
     @property
     def state(self) -> NDArray[Any]:

@@ -25,7 +25,16 @@ ESTIMATES: Final = frozenset(name for name, part in PART_OF.items() if part == E
 """Topics of the estimator."""
 _JUMP_ACCEPTED: Final = "position-accepted"
 _CAUSES: Final = frozenset(
-    topic.name for topic in (topics.SETUP, topics.PLAN, topics.TEMPLATE, topics.ORDERS, topics.EVENTS, topics.CLOCK)
+    topic.name
+    for topic in (
+        topics.SETUP,
+        topics.INITIAL_STATE,
+        topics.PLAN,
+        topics.TEMPLATE,
+        topics.ORDERS,
+        topics.EVENTS,
+        topics.CLOCK,
+    )
 )
 OPEN_LOOP: Final = SENSED | ESTIMATES | _CAUSES
 """Topics that it takes to run the estimator alone, and to compare what it says."""
@@ -49,6 +58,7 @@ def check_estimator(
         NotRebuilt: What it needs was not recorded.
     """
     session, said = estimated_again(recorded)
+    recorded = recorded.since(session.since)
     came = recorded.of(SENSED | ESTIMATES)
     from_ns = min([session.from_ns, *(int(each.publish_time_ns[0]) for each in came.values())])
     diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut, session.loaded_ns)
@@ -60,11 +70,12 @@ def check_estimator(
 
 def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list[Said]]]:
     """What was recorded, and what today's estimator says on its sensors; see `check_estimator`."""
-    causes, came = recorded.messages(_CAUSES), recorded.of(SENSED | ESTIMATES)
+    causes = recorded.messages(_CAUSES)
     session = RecordedSession.of(causes)
     _refuse_resumed(session)
+    came = recorded.since(session.since).of(SENSED | ESTIMATES)
     session.last_tick = max([session.last_tick, *(int(each.log_time_ns[-1]) // TICK_NS for each in came.values())])
-    frames = sensor_frames(session.setup, came, session.last_tick)
+    frames = sensor_frames(session.setup, came, session.last_tick, session.initial)
     return session, list(estimates_again(session, frames, _accepted(causes)))
 
 
@@ -94,13 +105,13 @@ def decided_again(
     _refuse_resumed(session)
     came = messages.tables(SENSED).of(SENSED)
     computer = ForcedComputer(session.setup, session.commands)
-    sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick))
+    sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick, session.initial))
     let_both_go_on(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
     return computer
 
 
 def _refuse_resumed(session: RecordedSession) -> None:
-    if any(order.details.get("resumed") for order in session.orders):
+    if session.shifted or any(order.details.get("resumed") for order in session.orders):
         raise NotRebuilt(
             "a part alone is not run on what goes on from a process that died: "
             "when its sensors arrived is not told until sim time has passed what that process had come to"

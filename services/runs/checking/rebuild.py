@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
-from touchline.schemas.errors import CommandRefused
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import Guidance
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recovery_state import restored_from
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
-from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
+from touchline.services.runs.checking.recorded_session import GivenJob, NotRebuilt, RecordedSession, TimedOrder
 
 SLICE_TICKS: Final = 1000
 """Between two looks at what has been said."""
@@ -33,6 +34,9 @@ class Rebuild:
 
     Attributes:
         refused: Orders that the robot of today does not obey, with its reasons.
+
+    Raises:
+        NotRebuilt: The state that it is to begin in is none of today's.
     """
 
     def __init__(
@@ -44,6 +48,8 @@ class Rebuild:
         if sensors is not None:
             self._emulator.sensors = sensors
         self._telemetry = Telemetry(self._emulator)
+        if session.initial is not None:
+            self._restore(session.initial)
         self._runner = FastRunner(self._emulator) if onboard is None else None
         self._jobs = iter(session.jobs)
         self.refused: list[str] = []
@@ -65,6 +71,13 @@ class Rebuild:
             "link-lost": lambda _: emulator.link_lost(),
             "inject-fault": lambda details: emulator.inject_fault(parse_fault(_json(details["fault"]))),
         }
+
+    def _restore(self, initial: InitialState) -> None:
+        try:
+            self._emulator.restore(initial)
+        except (DamagedState, SpecError) as error:
+            raise NotRebuilt(f"the robot's state at the job's begin is not one of today's: {error}") from error
+        self._telemetry.go_on()
 
     @property
     def tick(self) -> int:

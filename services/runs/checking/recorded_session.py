@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -22,10 +23,12 @@ from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.onboard.interface import ACTUATORS, TICKS_PER_S
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
 
 TICK_NS = 10_000_000
 _BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
 """Orders that a robot may have obeyed before it was given anything to do."""
+_GIVES_A_JOB: Final = ("load", "begin-guided")
 _CLOCK_TICKS: Final = int(TICKS_PER_S / topics.CLOCK.rate_hz)
 """A robot tells its clock so often."""
 
@@ -76,6 +79,11 @@ class RecordedSession:
         jobs: One for each order to load, in their order.
         last_tick: The last one of which anything is recorded.
         from_ns: Sim time of the first stamp that is recorded.
+        initial: The robot's state when its first job here was given; None if it had just been switched on.
+        since: Number of the message with that state among its kind, from 1: what comes before it is no part of the
+            session; 0 if all is.
+        amid: Whether the recording begins amid an earlier job.
+        shifted: Whether log times are no sim times, as an earlier process of the robot is in the recording.
         commands: (last_tick + 1, ACTUATORS) what the actuators were told in each tick; NaN where nothing is recorded.
     """
 
@@ -84,6 +92,10 @@ class RecordedSession:
     jobs: list[GivenJob] = field(default_factory=list)
     last_tick: int = 0
     from_ns: int = 0
+    initial: InitialState | None = None
+    since: int = 0
+    amid: bool = False
+    shifted: bool = False
     commands: NDArray[np.float64] = field(default_factory=lambda: np.full((1, ACTUATORS), np.nan))
 
     @property
@@ -105,18 +117,12 @@ class RecordedSession:
             found.take(message)
         if found.setup is None:
             raise NotRebuilt("its setup is not in the recording: begin to record before the robot is told anything")
-        jobs, orders = found.jobs(), found.orders
-        if not orders:
+        if not found.orders:
             raise NothingTold("no order is in the recording: it is older than these, or begins after them")
-        first = next((order for order in orders if order.name not in _BEFORE_ALL or order.tick), orders[0])
-        if first.name not in ("load", "begin-guided"):
-            raise NotRebuilt(f"the recording begins amid a session, with the order {first.name}")
-        if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
-            raise NotRebuilt(
-                f"the robot had been under way for {found.first_tick // TICKS_PER_S} s of sim time before the "
-                "recording begins, and how its sensors and its place were by then is not in it: "
-                "record from the robot's first job"
-            )
+        since, amid = _beginning(found)
+        initial = found.states[since - 1].state if since else None
+        found.forget_before(since)
+        jobs, orders = found.jobs(), found.orders
         if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
             raise NotRebuilt(
                 "the session goes on from that of a process that died, "
@@ -130,7 +136,80 @@ class RecordedSession:
             )
         if len(jobs) != sum(order.name == "load" for order in orders):
             raise NotRebuilt("the recording lacks a plan that was loaded")
-        return cls(found.setup, orders, jobs, found.last_tick, found.from_ns or 0, found.commands())
+        from_ns = found.from_ns or 0 if initial is None else initial.tick * TICK_NS
+        return cls(
+            found.setup,
+            orders,
+            jobs,
+            found.last_tick,
+            from_ns,
+            initial,
+            since,
+            amid,
+            found.shifted,
+            found.commands(),
+        )
+
+
+@dataclass(frozen=True)
+class _StatePlace:
+    """A state in the recording, and how many orders, plans and templates come before it."""
+
+    text: str
+    orders: int
+    plans: int
+    templates: int
+
+    @cached_property
+    def state(self) -> InitialState:
+        """It.
+
+        Raises:
+            NotRebuilt: It cannot be read.
+        """
+        try:
+            return InitialState.from_text(self.text)
+        except DamagedState as error:
+            raise NotRebuilt(str(error)) from error
+
+    def begins(self, orders: Sequence[TimedOrder]) -> bool:
+        """Whether the next order is the one that was given in this state."""
+        following = orders[self.orders : self.orders + 1]
+        return any(each.name in _GIVES_A_JOB and each.tick == self.state.tick for each in following)
+
+
+def _beginning(found: _Finder) -> tuple[int, bool]:
+    """The number of the state that a session begins with, 0 for switched on; and whether that is amid a recording.
+
+    Raises:
+        NotRebuilt: It begins with nothing that can be done again.
+    """
+    problem = _lack_of_beginning(found)
+    if not problem and not (found.states and _lacks_orders(found.states[0], found.orders)):
+        return 0, False
+    for number, each in enumerate(found.states, 1):
+        if each.begins(found.orders):
+            return number, bool(each.orders) or found.drove_before
+    raise NotRebuilt(problem or "orders that the robot obeyed before its first job are not in the recording")
+
+
+def _lack_of_beginning(found: _Finder) -> str:
+    """Why the session cannot have begun with a robot that was just switched on; "" if it may."""
+    first = next((order for order in found.orders if order.name not in _BEFORE_ALL or order.tick), found.orders[0])
+    if first.name not in _GIVES_A_JOB:
+        return f"the recording begins amid a session, with the order {first.name}, and no other job follows"
+    if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
+        return (
+            f"the robot had been under way for {found.first_tick // TICKS_PER_S} s of sim time before the "
+            "recording begins, and how its sensors and its place were by then is not in it: the recording is older "
+            "than those that have the robot's state at the begin of each job"
+        )
+    return ""
+
+
+def _lacks_orders(first: _StatePlace, orders: Sequence[TimedOrder]) -> bool:
+    """Whether the robot had obeyed orders before that are not in the recording."""
+    return first.begins(orders) and first.state.orders != first.orders
 
 
 class _Finder:
@@ -139,6 +218,8 @@ class _Finder:
     def __init__(self) -> None:
         self.setup: Setup | None = None
         self.orders: list[TimedOrder] = []
+        self.states: list[_StatePlace] = []
+        self.drove_before = self.shifted = False
         self.first_tick = self.last_tick = 0
         self.from_ns: int | None = None
         self._plans: list[Trajectory] = []
@@ -149,6 +230,7 @@ class _Finder:
             topics.PLAN.name: lambda payload: self._plans.append(decode(Trajectory, payload)),
             topics.TEMPLATE.name: self._take_template,
             topics.ORDERS.name: self._take_order,
+            topics.INITIAL_STATE.name: self._take_state,
             topics.ACTUATOR_COMMAND.name: self._take_command,
         }
 
@@ -161,13 +243,23 @@ class _Finder:
             self.from_ns = message.publish_time_ns
         if topic is topics.CLOCK:
             tick = message.publish_time_ns // TICK_NS
-            self.first_tick, self.last_tick = self.first_tick or tick, max(self.last_tick, tick)
+            if not self.first_tick:
+                self.first_tick, self.shifted = tick, message.log_time_ns != message.publish_time_ns
+            self.last_tick = max(self.last_tick, tick)
+            self.drove_before |= not self.states
         if (taker := self._takers.get(topic.name)) is None:
             return
         try:
             taker(message.payload)
         except (PayloadError, SpecError, json.JSONDecodeError) as error:
             raise NotRebuilt(f"{message.topic} cannot be read today: {error}") from error
+
+    def forget_before(self, since: int) -> None:
+        """Forget what was told before a state, by its number from 1; nothing for 0."""
+        if since:
+            begin = self.states[since - 1]
+            self.orders = self.orders[begin.orders :]
+            self._plans, self._templates = self._plans[begin.plans :], self._templates[begin.templates :]
 
     def jobs(self) -> list[GivenJob]:
         """What was loaded, each with its cause."""
@@ -190,6 +282,10 @@ class _Finder:
     def _take_template(self, payload: bytes) -> None:
         text = decode(String, payload).data
         self._templates.append(parse(Template, text, "the recording's template") if text else None)
+
+    def _take_state(self, payload: bytes) -> None:
+        text = decode(String, payload).data
+        self.states.append(_StatePlace(text, len(self.orders), len(self._plans), len(self._templates)))
 
     def _take_order(self, payload: bytes) -> None:
         order = decode(RobotOrder, payload)

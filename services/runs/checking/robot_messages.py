@@ -13,6 +13,7 @@ from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded
 from touchline.services.bridge.recorder import is_stamped
 from touchline.services.bridge.robot_time import RobotTime
+from touchline.services.runs.checking.recorded_session import RecordedSession
 from touchline.services.runs.checking.robot_tables import ProcessTables, RobotTables
 
 
@@ -25,7 +26,8 @@ class RobotMessages:
         process: Which one, from 1.
 
     Attributes:
-        time: The robot's, as it was when this process began; known once the first message has been read.
+        time: The robot's, as it was when this process, or the session, began; known once the first message has been
+            read.
         followed: Whether another process comes after it; known once all have been read.
     """
 
@@ -33,6 +35,17 @@ class RobotMessages:
         """See the class."""
         self._path, self._robot, self._process = path, robot, process
         self.time, self.followed = RobotTime(), False
+        self._since = 0
+
+    def session(self) -> RecordedSession:
+        """What has caused their session; from now on these are only the messages of that.
+
+        Raises:
+            NotRebuilt: Something is missing, or cannot be done again.
+        """
+        found = RecordedSession.of(self)
+        self._since = found.since
+        return found
 
     def __iter__(self) -> Iterator[Recorded]:
         """All of them."""
@@ -41,9 +54,9 @@ class RobotMessages:
     def of(self, names: Collection[str] | None = None) -> Iterator[Recorded]:
         """Those of some topics only, by name in the topic table; all if it is None."""
         # What passed before is told by the stamps of all topics.
-        wanted = None if names is None or self._process > 1 else self._paths(names)
+        wanted = None if names is None or self._process > 1 or self._since else self._paths(names)
         own: dict[str, Topic | None] = {}
-        process, time = 0, RobotTime()
+        process, states, time = 0, 0, RobotTime()
         for message in map(presented, RecordingReader(self._path).messages(wanted)):
             path = message.topic
             if path not in own:
@@ -52,7 +65,8 @@ class RobotMessages:
                 continue
             process += topic is topics.SETUP
             now = max(process, 1)
-            if now < self._process:
+            states += topic is topics.INITIAL_STATE and now == self._process
+            if now < self._process or states < self._since:
                 if is_stamped(topic):
                     time.hear(message.publish_time_ns, topic is topics.CLOCK)
                 continue
@@ -65,7 +79,7 @@ class RobotMessages:
 
     def tables(self, names: Collection[str]) -> ProcessTables:
         """Those of some topics as tables."""
-        return RobotTables(self._path, names, self._robot).process(self._process)
+        return RobotTables(self._path, names, self._robot).process(self._process).since(self._since)
 
     def _paths(self, names: Collection[str]) -> frozenset[str]:
         """By which topics may have been recorded; with the setups, which tell processes apart."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -25,6 +25,19 @@ class ProcessTables(NamedTuple):
 
     tables: Sequence[MessageTable]
     followed: bool
+
+    def since(self, number: int) -> Self:
+        """What it said since it told in which state it was given a job, the message with that included.
+
+        Args:
+            number: Of that message among its kind, from 1; 0 for all.
+        """
+        if not number:
+            return self
+        states = [each.place for each in self.tables if topic_at(each.topic) is topics.INITIAL_STATE]
+        place = np.sort(np.concatenate(states))[number - 1]
+        parts = [each.rows(int(np.searchsorted(each.place, place)), len(each.place)) for each in self.tables]
+        return self._replace(tables=[each for each in parts if len(each.place)])
 
     def of(self, names: Collection[str]) -> dict[str, MessageTable]:
         """The table of each of these topics that there is, by name in the topic table."""
@@ -58,7 +71,7 @@ class RobotTables:
 
     def __init__(self, path: Path, names: Collection[str], robot: str | None = None) -> None:
         """Read the recording."""
-        self._names, self.robot = {topics.SETUP.name, *names}, robot
+        self._names, self.robot = {topics.SETUP.name, topics.INITIAL_STATE.name, *names}, robot
         reader = RecordingReader(path)
         self._tables = reader.tables(self._wanted)
         self.summary = reader.summary

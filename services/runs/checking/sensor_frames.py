@@ -21,6 +21,7 @@ from touchline.services.onboard.estimation.frame_series import FrameSeries
 from touchline.services.onboard.estimation.received import FIX_FIXED
 from touchline.services.onboard.interface import ANGLES, MAG, READINGS
 from touchline.services.robot_sim import layouts
+from touchline.services.robot_sim.initial_state import InitialState
 from touchline.services.runs.checking.recorded_session import TICK_NS, NotRebuilt
 
 Floats = NDArray[np.float64]
@@ -42,21 +43,25 @@ SENSED: Final = frozenset(
 _FIRST_TICK: Final = 1
 
 
-def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
+def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialState | None = None) -> FrameSeries:
     """What the computer got in each tick, from the first to the last.
 
     Args:
         setup: The robot and its world.
         came: The messages of each topic in `SENSED`, as far as there are any.
         last_tick: Of the session.
+        initial: The state that it begins in; None if that is switched on.
 
     Raises:
         NotRebuilt: What the estimator needs was not recorded.
     """
-    n = max(last_tick, _FIRST_TICK)
-    ticks = np.arange(_FIRST_TICK, _FIRST_TICK + n)
+    first_tick = _FIRST_TICK if initial is None else initial.tick + 1
+    n = max(last_tick - first_tick + 1, 1)
+    ticks = np.arange(first_tick, first_tick + n)
     readings: Floats = np.zeros((n, READINGS))
     measured: Integers = np.zeros((n, 3), np.int64)
+    if initial is not None:
+        readings[:], measured[:] = initial.arrived
     joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
     vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
     angles = {"position[0]": len(joints)}
@@ -71,7 +76,7 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
         if messages is None:
             raise NotRebuilt("IMU, magnetometer or wheels were not recorded, so nothing can be run on them")
         values = np.hstack(_numbers(layout, messages, places))
-        # The newest that has arrived by each tick; before the first one, rest.
+        # The newest that has arrived by each tick; before the first one what had arrived before, or rest.
         newest = np.searchsorted(messages.log_time_ns // TICK_NS, ticks, side="right") - 1
         has = newest >= 0
         readings[has, column : column + values.shape[1]] = values[newest[has]]
@@ -79,7 +84,7 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int) -> FrameSeries:
     poses = came.get(topics.CAMERA_POSE.name)
     fixes, arrivals = _fixes(setup, came) if poses is None else _poses(poses)
     arrived = np.searchsorted(arrivals, np.append(ticks, ticks[-1] + 1), side="left")
-    return FrameSeries(_FIRST_TICK, readings, measured, cast("Sequence[ReceivedFix]", fixes), arrived)
+    return FrameSeries(first_tick, readings, measured, cast("Sequence[ReceivedFix]", fixes), arrived)
 
 
 def _numbers(layout: FixedLayout, messages: MessageTable, places: Mapping[str, int]) -> list[NDArray[Any]]:

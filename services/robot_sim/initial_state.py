@@ -1,0 +1,269 @@
+"""The state in which a robot is given a job: a check of a recording can begin there, whatever came before.
+
+A robot that has driven before is not as it was when it was switched on: errors of its receiver, biases, wheel angles,
+tank and battery go on. All of that is in records, which are kept field by field; what today's code makes of the setup,
+such as noise figures and limits, is left out. A job's own state is made anew with the job, so it is no part of this.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import zlib
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, NamedTuple, Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.services.onboard import Onboard
+from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, ComputerState
+from touchline.services.onboard.estimation.filter import Estimator, Gathered
+from touchline.services.onboard.interface import ACTUATORS, Command
+from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
+from touchline.services.robot_sim.onboard_computer import OnboardComputer
+from touchline.services.robot_sim.sensors.receiver import FIXED
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.sensors.transport import HISTORY, PENDING
+from touchline.services.robot_sim.world.world import World
+
+Arrays = dict[str, NDArray[Any]]
+
+COMPUTER: Final = "computer"
+_TRANSPORT: Final = "transport"
+_MADE_OF_SETUP: Final = frozenset(
+    (
+        *(
+            f"{COMPUTER}.safety.{name}"
+            for name in (
+                "fence_timeout_s",
+                "lag_share",
+                "max_step",
+                "tolerance",
+                "tolerance_share",
+                "nominal_l",
+                "settle_ticks",
+                "fence_margin_m",
+                "body_radius_m",
+            )
+        ),
+        *(f"{COMPUTER}.pose.{name}" for name in ("needs_fixes", "fix_age_s", "sigma_m", "blind_sigma_m")),
+    )
+)
+"""Beside these, all in records that are called `figures`, and the next, which a job begins with anew."""
+_MADE_OF_JOB: Final = (f"{COMPUTER}.leg.", f"{COMPUTER}.guidance.")
+_MOST: Final[Mapping[str, float]] = {
+    f"{_TRANSPORT}.pending_count": PENDING,
+    f"{COMPUTER}.safety.flow_first": FLOW_WINDOW_TICKS - 1,
+    f"{COMPUTER}.safety.flow_count": FLOW_WINDOW_TICKS,
+    "receiver.fix": FIXED,
+}
+"""What kernels take for an index."""
+_MOST_COUNT: Final = 1 << 40
+_MOST_BYTES: Final = 4_000_000
+_MOST_FIELDS: Final = 1000
+
+
+class DamagedState(TouchlineError):
+    """A recorded state that is none, or not of such a robot."""
+
+
+class RobotParts(NamedTuple):
+    """All that goes on from job to job."""
+
+    world: World
+    sensors: Sensors
+    faults: FaultTimeline
+    onboard: OnboardComputer
+
+    def fields(self) -> Arrays:
+        """The fields of all records that are kept, by their paths: views, to be read and set."""
+        world, sensing = self.world, self.sensors.sensing
+        records: dict[str, Any] = {
+            "body": world.state.array,
+            "drive": world.drive.array,
+            "fast": sensing.fast,
+            "receiver": sensing.receiver,
+            "camera": sensing.camera,
+            _TRANSPORT: sensing.transport,
+        }
+        if isinstance(self.onboard, Onboard):
+            records[COMPUTER] = self.onboard.computer
+        found = {path: field for name, array in records.items() for path, field in _leaves(name, array)}
+        return {path: field for path, field in found.items() if not _is_made(path)} | {"trace": world.trace}
+
+
+def _leaves(path: str, array: NDArray[np.void]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """The fields of a structured array that are arrays of numbers, records in records field by field."""
+    for name in array.dtype.names or ():
+        field = array[name]
+        if field.dtype.names:
+            yield from _leaves(f"{path}.{name}", field)
+        else:
+            yield f"{path}.{name}", field
+
+
+def _is_made(path: str) -> bool:
+    """Whether a field is made of the setup or of a job, and not kept."""
+    return ".figures." in path or path in _MADE_OF_SETUP or path.startswith(_MADE_OF_JOB)
+
+
+class InitialState(NamedTuple):
+    """See the module.
+
+    Attributes:
+        tick: In which the job was given.
+        orders: That the robot had obeyed before, since it was switched on.
+        command: In force.
+        faults: That act, or are still to come.
+        gathered: What an estimator that has not started has gathered; None if it has started.
+        fields: Of the records, by path; see `RobotParts.fields`.
+    """
+
+    tick: int
+    orders: int
+    command: Command
+    faults: tuple[TimedFault, ...]
+    gathered: Gathered | None
+    fields: Arrays
+
+    @classmethod
+    def of(cls, parts: RobotParts, tick: int, orders: int, command: Command) -> Self:
+        """That of a robot at the end of a tick."""
+        fields = {path: field.copy() for path, field in parts.fields().items()}
+        gathered = parts.onboard.estimator.gathered if isinstance(parts.onboard, Onboard) else None
+        return cls(tick, orders, command, parts.faults.timed, gathered, fields)
+
+    def restore(self, parts: RobotParts) -> None:
+        """Bring a robot that has just been switched on into this state.
+
+        Raises:
+            DamagedState: It is not that of such a robot.
+        """
+        self._set(parts.fields())
+        parts.faults.restore(self.faults, self.tick)
+        if isinstance(parts.onboard, Onboard):
+            parts.onboard.estimator.gathered = self.gathered
+
+    def restore_estimator(self, estimator: Estimator, computer: ComputerState) -> None:
+        """Bring an estimator, and the computer that it is a part of, into this state.
+
+        Raises:
+            DamagedState: It is not that of such a robot.
+        """
+        leaves = _leaves(COMPUTER, cast("NDArray[np.void]", computer.array))
+        self._set({path: field for path, field in leaves if not _is_made(path)})
+        estimator.gathered = self.gathered
+
+    def _set(self, fields: Arrays) -> None:
+        for path, field in fields.items():
+            kept = self.fields.get(path)
+            if kept is None:
+                continue  # a field that is newer than the recording stays as at switch-on
+            if kept.dtype != field.dtype or kept.shape != field.shape:
+                raise DamagedState(f"{path} is of another kind than today")
+            field[...] = kept
+
+    @property
+    def arrived(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        """(READINGS,) what the computer had of the 100 Hz sensors, and (3,) the ticks in which it was measured."""
+        return self.fields[f"{_TRANSPORT}.readings"][0], self.fields[f"{_TRANSPORT}.measured_tick"][0]
+
+    @property
+    def text(self) -> str:
+        """As JSON, with all bits."""
+        fields = {path: _worn(path, field, self) for path, field in self.fields.items()}
+        layout = [(path, field.dtype.str, field.shape) for path, field in fields.items()]
+        data = b"".join(field.tobytes() for field in fields.values())
+        actuators, *rest = self.command
+        return json.dumps(
+            {
+                "tick": self.tick,
+                "orders": self.orders,
+                "command": [list(actuators), *rest],
+                "faults": [each.as_json() for each in self.faults],
+                "gathered": self.gathered,
+                "fields": layout,
+                "fields_zlib": base64.b64encode(zlib.compress(data, 1)).decode(),
+            },
+            separators=(",", ":"),
+        )
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """The state of which this is the text.
+
+        Raises:
+            DamagedState: It is none.
+        """
+        try:
+            told = json.loads(text)
+            actuators, valve, disc, valve_after_s = told["command"]
+            gathered = told["gathered"]
+            found = cls(
+                int(told["tick"]),
+                int(told["orders"]),
+                Command(tuple(map(float, actuators)), bool(valve), bool(disc), float(valve_after_s)),
+                tuple(map(TimedFault.from_json, told["faults"])),
+                None if gathered is None else Gathered.from_json(gathered),
+                _unpacked(told["fields"], told["fields_zlib"]),
+            )
+            found._check()
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError, zlib.error, SpecError) as error:
+            raise DamagedState(f"the robot's state at the job's begin cannot be read: {error}") from error
+        return found
+
+    def _check(self) -> None:
+        """Refuse what kernels could not live with: they do not look at bounds.
+
+        Raises:
+            ValueError: For the field that is impossible.
+        """
+        if not 0 <= self.tick <= _MOST_COUNT or len(self.command.actuators) != ACTUATORS:
+            raise ValueError("tick or command is impossible")
+        for path, field in self.fields.items():
+            whole = field.dtype.kind == "i"
+            most: float = self.tick + 1 if "tick" in path or path == f"{_TRANSPORT}.schedule" else _MOST_COUNT
+            most = _MOST.get(path, most if whole else math.inf)
+            least = 0 if path in _MOST else -1 if whole else -math.inf
+            numbers = field.astype(np.float64) if whole or path in _MOST else field
+            if (whole or path in _MOST) and not ((numbers >= least) & (numbers <= most)).all():
+                raise ValueError(f"{path} is impossible")
+            if path.startswith(("body.", "drive.")) and not np.isfinite(numbers).all():
+                raise ValueError(f"{path} is not finite")
+
+
+def _worn(path: str, field: NDArray[Any], state: InitialState) -> NDArray[Any]:
+    """A field without samples that nothing will ask for again: they are noise, which cannot be compressed."""
+    schedule = state.fields.get(f"{_TRANSPORT}.schedule")
+    if path != f"{_TRANSPORT}.history" or schedule is None:
+        return field
+    due = schedule[schedule >= 0]
+    asked = np.unique(np.concatenate((due, due - 1, [state.tick])) % HISTORY)
+    worn = np.zeros_like(field)
+    worn[:, asked] = field[:, asked]
+    return worn
+
+
+def _unpacked(layout: list[Any], packed: str) -> Arrays:
+    """The fields by their paths.
+
+    Raises:
+        ValueError, TypeError, zlib.error: They are none.
+    """
+    if len(layout) > _MOST_FIELDS:
+        raise ValueError("there are too many fields")
+    unpacker = zlib.decompressobj()
+    data = unpacker.decompress(base64.b64decode(packed, validate=True), _MOST_BYTES)
+    fields, at = Arrays(), 0
+    for path, kind, shape in layout:
+        if kind not in ("<f8", "<i8", "|b1") or not all(type(each) is int and each >= 0 for each in shape):
+            raise ValueError(f"{path} is of no known kind")
+        size = np.dtype(kind).itemsize * math.prod(shape)
+        if at + size > len(data):
+            raise ValueError(f"{path} is not there in full")
+        fields[str(path)] = np.frombuffer(data[at : at + size], kind).reshape(shape)
+        at += size
+    return fields

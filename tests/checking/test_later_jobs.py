@@ -1,0 +1,203 @@
+"""Recordings of later jobs of a robot whose services stay up: each is checked from the state that it began in."""
+
+import json
+
+import pytest
+
+from tests.checking.day_of_jobs import Day, write
+from tests.checking.short_sessions import BEND
+from tests.checking.test_mutations import MUTATIONS
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import String
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+from touchline.services.runs.checking.check_session import check_recording, update_recording
+
+pytestmark = pytest.mark.xdist_group("checking")
+WIDE = Template(
+    name="wide",
+    segments=[{"id": "bow", "arc": {"center": (0.0, 5.0), "start": (0.0, 0.0), "sweep_angle": 0.3}}],
+)
+SLOPE_AND_SKY = {
+    "ground": {"grade": 0.03, "uphill_rad": 1.0},
+    "sky": [{"outline": [(-1, -1), (0.3, -1), (0.3, 1), (-1, 1)], "best_fix": "float"}],
+    "faults": [{"kind": "corrections-lost", "start_s": 12.0, "duration_s": 3.0}],
+}
+
+
+@pytest.fixture(scope="module")
+def day():
+    """Five jobs with all that may happen between and amid them."""
+    day = Day()
+    day.job()
+    day.order("refill_tank")
+    day.order("replace_battery")
+    day.fault(kind="messages-late", sensor="imu", delay_s=0.05, duration_s=4.0)
+    day.fault(kind="messages-duplicated", sensor="gnss", share=0.5, after_s=0.3, duration_s=30.0)
+    day.load()
+    day.order("start")
+    day.drive(450)
+    day.order("pause")
+    day.drive(60)
+    day.order("resume")
+    day.drive(50)
+    day.order("abort")
+    day.drive()
+    day.pass_ticks(37)
+    day.load_drive(1.0)
+    day.order("start")
+    day.drive()
+    day.load()
+    day.order("start")
+    day.drive(480)
+    day.order("estop")
+    day.drive(150)
+    day.order("reset")
+    day.order("resume")
+    day.drive()
+    day.order("reset")
+    day.job()
+    return day
+
+
+def test_the_first_job_tells_no_state_and_each_later_one_does(day):
+    assert len(day.begins) == 4
+    assert all(len(payload) < 256 * 1024 for topic, payload in day.told if topic is topics.INITIAL_STATE)
+
+
+def test_all_jobs_from_the_first_on_are_checked(day, tmp_path):
+    (one,) = check_recording(write(tmp_path / "day.mcap", day.told), exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.planned == 5
+    assert not one.notes
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_recording_of_later_jobs_is_checked_to_the_bit(day, tmp_path, number):
+    (one,) = check_recording(write(tmp_path / "later.mcap", day.recorded_from(day.begins[number])), exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.planned == 4 - number
+    assert one.diff.topics[topics.IMU.name].pairs > 500
+    assert not one.notes
+
+
+def test_a_recording_that_begins_amid_a_job_is_checked_from_the_next_one_on(day, tmp_path):
+    path = write(tmp_path / "amid.mcap", day.recorded_from(day.begins[1] - 400))
+    (one,) = check_recording(path, exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.planned == 3
+    assert "first job that is in the recording in full" in one.notes[0]
+    assert one.diff.topics[topics.PLAN.name].pairs == 3
+
+
+@pytest.mark.parametrize("part", ["follower", "estimator"])
+def test_a_part_alone_is_run_on_a_later_job(day, tmp_path, part):
+    """Also where the recording begins before that job, with something else."""
+    amid = day.recorded_from(day.begins[1] - 400)
+    (one,) = check_recording(write(tmp_path / "later.mcap", amid), exact=True, only=part)
+    assert one.passed, (one.problem, str(one.first))
+
+
+def test_a_later_job_is_written_anew_as_it_is(day, tmp_path):
+    path = write(tmp_path / "later.mcap", day.recorded_from(day.begins[3]))
+    update_recording(path)
+    (one,) = check_recording(path, exact=True)
+    assert one.passed, (one.problem, str(one.first))
+    assert one.diff.topics[topics.REPORT.name].pairs == 1
+
+
+def test_a_job_after_one_that_went_on_from_a_process_that_died_is_checked(tmp_path):
+    day = Day()
+    day.job()
+    day.load()
+    day.order("start")
+    day.drive(500)
+    amid = len(day.told)
+    day.be_killed()
+    day.order("start")
+    day.drive()
+    day.job()
+    whole = check_recording(write(tmp_path / "whole.mcap", day.told), exact=True)
+    assert [one.passed for one in whole] == [True, True], [one.problem or str(one.first) for one in whole]
+    first, second = check_recording(write(tmp_path / "amid.mcap", day.recorded_from(amid)), exact=True)
+    assert "no order is in the recording" in first.problem
+    assert second.passed, (second.problem, str(second.first))
+    (last,) = check_recording(write(tmp_path / "last.mcap", day.recorded_from(day.begins[-1])), exact=True)
+    assert last.passed, (last.problem, str(last.first))
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "follower"),
+    [
+        ("turf-tank-two", "pure-pursuit"),
+        ("turf-tank-two", "dynamic"),
+        ("turf-tank-two", "pursuit-lanes"),
+        ("clay-roller", "mpc"),
+        ("turtlebot3-waffle-pi", "frenet"),
+        ("turtlebot2", "mpc"),
+    ],
+)
+def test_later_jobs_of_every_kind_of_robot_are_checked(tmp_path, vehicle, follower):
+    config = with_its_own(vehicle, OnboardConfig(follower=follower))
+    world = on_its_ground(vehicle, Scenario(seed=8, **({} if vehicle == "turtlebot2" else SLOPE_AND_SKY)))
+    day = Day(SHIPPED[vehicle].vehicle, world, config, template=BEND if vehicle == "turf-tank-two" else WIDE)
+    for _ in range(3):
+        day.load()
+        day.order("start")
+        day.drive(2500)
+        if day.emulator.active:
+            day.order("abort")
+            day.drive()
+    for number in day.begins:
+        (one,) = check_recording(write(tmp_path / "later.mcap", day.recorded_from(number)), exact=True)
+        assert one.passed, (one.problem, str(one.first))
+        assert one.diff.topics[topics.TRUTH.name].pairs > 100
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["a motor 1 % weaker", "whiter fixes", "another gain of the filter", "a nozzle 1 cm off", "a topic that is not told"],
+)
+def test_a_change_is_found_in_a_later_job(monkeypatch, day, tmp_path, name):
+    """What is made of the setup is not taken from the recorded state."""
+    path = write(tmp_path / "later.mcap", day.recorded_from(day.begins[3]))
+    mutate, part = MUTATIONS[name]
+    mutate(monkeypatch)
+    (one,) = check_recording(path, exact=True)
+    assert not one.passed
+    assert one.part == part, str(one.first)
+
+
+def test_another_state_is_a_difference(day, tmp_path):
+    told = day.recorded_from(day.begins[3])
+    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
+    state = json.loads(decode(String, told[at][1]).data)
+    state["command"][0][0] = 1.0
+    told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
+    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
+    assert not one.passed
+    assert one.part == "world"
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"tick": -1},
+        {"fields": [["transport.pending_count", "<i8", [1]]], "fields_zlib": "eJz7/58OAABYBwP9"},
+        {"fields_zlib": "AAAA"},
+        {"command": [[0.0], False, False, 0.0]},
+        {"faults": [[1, None, {"kind": "none"}]]},
+        {"gathered": [1]},
+    ],
+)
+def test_a_state_that_is_none_is_refused_in_a_line(day, tmp_path, damage):
+    told = day.recorded_from(day.begins[3])
+    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
+    state = {**json.loads(decode(String, told[at][1]).data), **damage}
+    told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
+    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
+    assert not one.passed
+    assert "state at the job's begin" in one.problem
