@@ -159,7 +159,13 @@ def test_later_jobs_of_every_kind_of_robot_are_checked(tmp_path, vehicle, follow
 
 @pytest.mark.parametrize(
     "name",
-    ["a motor 1 % weaker", "whiter fixes", "another gain of the filter", "a nozzle 1 cm off", "a topic that is not told"],
+    [
+        "a motor 1 % weaker",
+        "whiter fixes",
+        "another gain of the filter",
+        "a nozzle 1 cm off",
+        "a topic that is not told",
+    ],
 )
 def test_a_change_is_found_in_a_later_job(monkeypatch, day, tmp_path, name):
     """What is made of the setup is not taken from the recorded state."""
