@@ -8,6 +8,7 @@ more than what is shipped (see docs/plugins.md).
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -105,7 +106,12 @@ class Registry(Generic[T]):
         self.group = f"touchline.{kind.replace(' ', '_')}s"
         self._plugins: dict[str, Plugin[T]] = {}
         self._packages: dict[str, str] = {}
+        self._shipped: frozenset[str] = frozenset()
         self._looked = False
+
+    def close_shipped(self) -> None:
+        """Take what is registered so far for what comes with Touchline."""
+        self._shipped = frozenset(self._plugins)
 
     def register(
         self,
@@ -160,6 +166,15 @@ class Registry(Generic[T]):
             return f"its entry point names a {type(found).__name__}, not a touchline.schemas.plugins.Plugin"
         self._plugins[offer.name], self._packages[offer.name] = found, offer.package
         return ""
+
+    def is_shipped(self, name: str) -> bool:
+        """Whether the plug-in of that name comes with Touchline."""
+        return name in self._shipped
+
+    def described(self, name: str) -> str:
+        """The plug-in of that name for people, with the package that it is from."""
+        package = self._packages.get(name)
+        return f'the {self.kind} "{name}"' + (f" of the package {package}" if package else "")
 
     @property
     def default(self) -> str:
@@ -216,6 +231,15 @@ class Registry(Generic[T]):
             problem = f'importing the {self.kind} "{name}" of the package {self._packages[name]} fails'
             remedy = "mend or uninstall the package"
             raise BrokenPlugin(f"{problem} with {type(error).__name__}: {error}; {remedy}") from error
+
+
+#: Set by `--verbose`, for this process and those that it starts.
+VERBOSE = "TOUCHLINE_VERBOSE"
+
+
+def tracebacks_wanted() -> bool:
+    """Whether errors of plug-ins are printed with their traceback."""
+    return bool(os.environ.get(VERBOSE))
 
 
 def part_for(registry: Registry[KindParts], kind: str, room: str) -> Any:
@@ -373,3 +397,6 @@ SPEED_LAWS.register("limits", "fastest: as limits of speed and acceleration allo
 SPEED_LAWS.register("quintic", "s = 10τ³ − 15τ⁴ + 6τ⁵: smooth at both ends", f"{_LAWS}:QUINTIC")
 SPEED_LAWS.register("cubic", "s = 3τ² − 2τ³: at rest at both ends", f"{_LAWS}:CUBIC")
 SPEED_LAWS.register("uniform", "baseline: s = τ, which begins and ends in a jump", f"{_LAWS}:UNIFORM")
+
+for _registry in (DRIVES, TOOLS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS):
+    _registry.close_shipped()

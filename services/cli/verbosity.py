@@ -1,6 +1,7 @@
 """The options `--quiet` and `--verbose`, which every subcommand has."""
 
 import inspect
+import os
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from touchline.schemas.plugins import VERBOSE
 from touchline.services.cli.display import Verbosity
 from touchline.services.runs.writing import STANDARD_OUTPUT
 
@@ -27,6 +29,8 @@ def with_verbosity(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def louder(*, quiet: bool, verbose: bool, **values: Any) -> None:
         Verbosity.quiet, Verbosity.verbose = quiet, verbose
+        if verbose:
+            os.environ[VERBOSE] = "1"
         Verbosity.output_taken = STANDARD_OUTPUT in (value for value in values.values() if isinstance(value, Path))
         command(**values)
 

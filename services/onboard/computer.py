@@ -12,7 +12,8 @@ from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Wh
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import Computer, ComputerState
-from touchline.services.onboard.control import Ask, Follower, make_follower, nobody
+from touchline.services.onboard.control import Ask, make_follower, nobody
+from touchline.services.onboard.control.guarded_follower import GuardedFollower
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
@@ -58,7 +59,7 @@ class Nominal(NamedTuple):
 
     computer: Computer
     course: CourseArrays
-    follower: Follower
+    follower: GuardedFollower
     now: NDArray[np.float64]
 
 
@@ -79,7 +80,8 @@ class Onboard:
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._team = config.team
-        self._follower = make_follower(config.follower, vehicle, ask, config)
+        follower = make_follower(config.follower, vehicle, ask, config)
+        self._follower = GuardedFollower(follower, config.follower, self._drive)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)

@@ -376,8 +376,9 @@ class FastRunner:
 
     def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
         progress, follower = self._progress, nominal.follower
-        if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
-            pursuit = Pursuit(follower.lead, follower.limits, follower.memory.array, self._twist)
+        inner = follower.inner
+        if type(inner) is PurePursuitFollower:  # one derived from it has a step of its own
+            pursuit = Pursuit(inner.lead, inner.limits, inner.memory.array, self._twist)
         else:
             pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
         hardware = self._hardware(last_tick)
@@ -391,6 +392,8 @@ class FastRunner:
         while progress.stage == ASKING:
             speed_mps, yaw_rate_radps, actuators = follower.step(now, ahead)
             self._twist[:2], self._twist[2:] = (speed_mps, yaw_rate_radps), actuators or np.nan
+            if follower.problem:
+                progress.last_tick = progress.tick  # that which is under way: the next one is decided
             run(*arguments)
 
     def _hand_over(self, onboard: Onboard) -> None:

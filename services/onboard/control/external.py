@@ -1,12 +1,11 @@
 """External follower: a controller in another program, asked in lock-step for the twist of every tick.
 
 Sim time waits for the answer, so a controller that computes the same gives the same session however slow it is. If
-there is none, or what it says is no twist, pure pursuit brakes the robot and the traversal is paused.
+there is none, pure pursuit brakes the robot and the traversal is paused.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
@@ -84,8 +83,6 @@ class ExternalFollower:
                 self._stopping = True
             else:
                 self._first = False
-                if math.isfinite(speed_mps) and math.isfinite(yaw_rate_radps):
-                    return BodyTwist(speed_mps, yaw_rate_radps)
-                self.problem = "the external follower's twist is not finite"
+                return BodyTwist(speed_mps, yaw_rate_radps)
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])

@@ -320,7 +320,7 @@ class Traversal:
         """Whether `nominal_tick` can run the next tick, as far as can be seen before it."""
         if self.state != RUNNING or self.reason or self._warns_in(self.clock.tick + 1):
             return False
-        return self._loaded().nominal and not self._follower.can_fail
+        return self._loaded().nominal and not self._follower.can_fail and not self._follower.problem
 
     def driven(self, tick: int) -> None:
         """Account for the ticks up to this one, which `nominal_tick` has run."""
