@@ -7,9 +7,13 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Final
 
+from touchline.schemas.plugin_packages import installed
+
 MADE_BY: Final = "touchline_made_by"
 """Name of the metadata record."""
 _PACKAGES: Final = ("touchline", "numpy", "numba", "scipy", "shapely", "eclipse-zenoh", "mcap")
+_PLUGIN: Final = "plugin "
+"""Begins the keys of packages that offer plug-ins."""
 DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
 """Where one of these is another, bits may be."""
 
@@ -22,7 +26,19 @@ def made_by() -> dict[str, str]:
         "system": platform.system(),
         "libc": " ".join(platform.libc_ver()).strip(),
     }
-    return {name: version(name) for name in _PACKAGES} | own
+    plugins = {f"{_PLUGIN}{name}": number for name, number in installed().items()}
+    return {name: version(name) for name in _PACKAGES} | own | plugins
+
+
+def other_plugins(then: Mapping[str, str]) -> list[str]:
+    """Packages with plug-ins that were installed where a recording was made, and are not here in that version."""
+    here = installed()
+    found = []
+    for key, number in then.items():
+        name = key.removeprefix(_PLUGIN)
+        if name != key and here.get(name) != number:
+            found.append(f"{name} {number} ({f'here {here[name]}' if name in here else 'not installed here'})")
+    return found
 
 
 def other_platform(then: Mapping[str, str]) -> list[str]:

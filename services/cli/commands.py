@@ -11,6 +11,7 @@ import typer
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
+from touchline.schemas.plugin_packages import blamed
 from touchline.services.cli.display import Verbosity
 from touchline.services.cli.groups import in_panel
 from touchline.services.cli.options import ExitCode
@@ -111,10 +112,19 @@ def execute() -> int:
     try:
         command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)()
     except TouchlineError as error:
-        if Verbosity.verbose:
-            traceback.print_exc()
-        sys.stderr.write(f"error: {plain_lines(str(error))}\n")
-        return ExitCode.UNUSABLE
+        return _report(error)
+    except Exception as error:
+        plugin_error = blamed(error)
+        if plugin_error is None:
+            raise
+        return _report(plugin_error)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else ExitCode.OK
     return ExitCode.OK
+
+
+def _report(error: TouchlineError) -> int:
+    if Verbosity.verbose:
+        traceback.print_exc()
+    sys.stderr.write(f"error: {plain_lines(str(error))}\n")
+    return ExitCode.UNUSABLE

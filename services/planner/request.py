@@ -7,6 +7,7 @@ from typing import Final
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import PlanRequest, PlanResponse
+from touchline.schemas.plugin_packages import blamed
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.stopwatch import Stopwatch
@@ -36,6 +37,11 @@ def answer(
         planned, message = _to_goal(request, asked_for) if request.goal else _template(request, asked_for, progress)
     except TouchlineError as error:
         return PlanResponse(success=False, message=str(error))
+    except Exception as error:
+        plugin_error = blamed(error)
+        if plugin_error is None:
+            raise
+        return PlanResponse(success=False, message=str(plugin_error))
     report = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
     return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)
 

@@ -102,6 +102,41 @@ def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example:
     assert "Traceback" not in planned.stderr
 
 
+def test_a_session_checked_without_its_plug_in_names_the_package(example: Path, tmp_path: Path) -> None:
+    (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
+    chosen = ("--follower", "careful", "--record", "lawn.mcap")
+    assert touchline(example, "simulate", "lawn.json", *chosen, cwd=tmp_path).returncode == 0
+    info = json.loads(touchline(example, "info", "lawn.mcap", "--json", cwd=tmp_path).stdout)
+    assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
+    there = touchline(example, "check", "lawn.mcap", cwd=tmp_path)
+    assert there.returncode == 0, there.stderr
+    without = touchline(tmp_path / "nothing", "check", "lawn.mcap", cwd=tmp_path)
+    assert without.returncode == 1
+    told = without.stdout + without.stderr
+    assert "gentle-turns 0.1 (not installed here)" in told
+    assert "Traceback" not in told
+
+
+@pytest.mark.parametrize("raises", ["connect", "rows"])
+def test_a_plug_in_that_fails_in_use_is_a_line_that_names_its_package(
+    example: Path, tmp_path: Path, raises: str
+) -> None:
+    (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
+    if raises == "connect":
+        with (example / "gentle_turns" / "method.py").open("a", encoding="utf-8") as file:
+            file.write("\n\ndef connect(self, start, goal):\n    return 1 / 0\n\n\nGentleTurns.connect = connect\n")
+    else:
+        (example / "gentle_turns" / "rows.py").write_text("def rows(area, width_m):\n    return 1 / 0\n")
+    planned = touchline(
+        example, "plan", "lawn.json", "--method", "gentle", "--area-method", "there", "-q", cwd=tmp_path
+    )
+    assert planned.returncode == 2
+    assert planned.stderr == (
+        "error: the package gentle-turns 0.1 fails with ZeroDivisionError: division by zero; "
+        "mend or uninstall the package, or use another plug-in\n"
+    )
+
+
 def offered(monkeypatch: pytest.MonkeyPatch, *found: entry_points.Offer) -> list[str]:
     """Let registries find these; which groups were looked for."""
     asked: list[str] = []

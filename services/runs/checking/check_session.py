@@ -13,7 +13,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PlanningError
 from touchline.services.bridge.channels import robots_among, topic_at
-from touchline.services.bridge.made_by import MADE_BY, other_platform
+from touchline.services.bridge.made_by import MADE_BY, other_platform, other_plugins
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded, Summary
 from touchline.services.runs.checking.divergence import ESTIMATOR, FOLLOWER, PLAN, Divergence, SessionDiff
@@ -118,6 +118,8 @@ def check_recording(
             process += 1
             messages = RobotMessages(path, robot, process)
             one = SessionCheck(robot, process, made_by, not others if exact is None else exact, diff=SessionDiff(told))
+            if plugins := other_plugins(made_by):
+                one.notes.append(f"recorded where these plug-ins were installed: {', '.join(plugins)}")
             one.cut = bool(summary.problem)
             if one.cut:
                 one.notes.append(f"compared as far as the recording goes: {summary.problem}")
