@@ -44,4 +44,4 @@ def buffered_cells(
     rows = np.zeros((n, n + len(area.sides) + len(area.walls), 3))
     called = list(names) or [str(number) for number in range(n)]
     keep_robots_apart(segments, radius_m, rows, called)
-    return within_area(segments, area, radius_m, rows, called)
+    return within_area(segments, area, (radius_m, radius_m), rows, called)

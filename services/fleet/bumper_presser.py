@@ -11,6 +11,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.fleet.asking import AskedRobots, reasons
 from touchline.services.fleet.body_contacts import PRESSED
+from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.robot_line import RobotLine
 from touchline.services.fleet.told_contacts import ToldContacts
 
@@ -27,14 +28,15 @@ class BumperPresser:
     Args:
         buses: Of the robots, by name.
         body_radius_m: Of each.
+        area: Between whose walls they drive.
     """
 
-    def __init__(self, buses: Mapping[str, Bus], body_radius_m: float) -> None:
+    def __init__(self, buses: Mapping[str, Bus], body_radius_m: float, area: FreeArea) -> None:
         self._buses = dict(buses)
-        self._told = ToldContacts(buses, body_radius_m)
+        self._told = ToldContacts(buses, body_radius_m, area)
 
     def press(self, tick: int, lines: Mapping[str, RobotLine]) -> None:
-        """Press the bumpers of robots that have come to touch each other up to a tick, before anybody drives on.
+        """Press the bumpers of robots that have come to touch something up to a tick, before anybody drives on.
 
         Args:
             tick: Of the exchange.

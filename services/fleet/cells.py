@@ -142,21 +142,21 @@ def keep_robots_apart(segments: Floats, radius_m: float, rows: Floats, names: Se
 
 
 def within_area(
-    segments: Floats, area: FreeArea, radius_m: float, rows: Floats, names: Sequence[str]
+    segments: Floats, area: FreeArea, radii_m: tuple[float, float], rows: Floats, names: Sequence[str]
 ) -> list[BufferedCell]:
     """Cells whose half-planes towards other robots are given.
 
     Args:
         segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
         area: Where they drive.
-        radius_m: r_s.
+        radii_m: What a centre keeps from the sides of the area's hull (r_s), and from walls within.
         rows: (n, k + sides and walls of the area, 3) half-planes, of which the first k are given, the rest filled.
         names: Of the robots.
 
     Raises:
         SegmentsMeet: A segment touches a wall.
     """
-    corners, counts = surrounded(segments, area.hull, area.sides, area.walls, radius_m, rows)
+    corners, counts = surrounded(segments, area.hull, area.sides, area.walls, radii_m, rows)
     if len(stuck := np.flatnonzero(counts < 0)):
         raise SegmentsMeet(names[int(stuck[0])], "a wall")
     return [BufferedCell(row, some[:count]) for row, some, count in zip(rows, corners, counts, strict=True)]

@@ -11,6 +11,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Guidance, TeamCell, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL
 from touchline.schemas.team import TaskSpec, TeamScenario
+from touchline.services.fleet.body_contacts import body_radius_m
 from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.hub import Hub, TeamSettings
 from touchline.services.fleet.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
@@ -24,7 +25,9 @@ LOST_S: Final = 30.0
 def settings_of(team: TeamScenario) -> TeamSettings:
     """What the robots of a scenario have in common."""
     drive, lease_s = team.vehicle.drive, team.onboard.team.lease_s
-    return TeamSettings(team.radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
+    margin_m = team.radius_m - body_radius_m(team.vehicle)
+    wall_radius_m = team.radius_m + max(margin_m, 0.0) + team.onboard.team.doubt_m
+    return TeamSettings(team.radius_m, wall_radius_m, drive.max_acceleration_mps2, drive.transit_speed_mps, lease_s)
 
 
 class Coordination:

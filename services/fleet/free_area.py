@@ -70,12 +70,12 @@ class FreeArea:
         pieces, sizes = _stacked([_corners(whole)] if not len(walls) else _triangles(whole))
         return cls(hull, sides, walls, pieces, sizes, float(whole.area), whole)
 
-    def holds(self, places: Floats, radius_m: float) -> NDArray[np.bool_]:
+    def holds(self, places: Floats, radius_m: float | Floats) -> NDArray[np.bool_]:
         """Whether discs lie in the area.
 
         Args:
             places: (n, 2) of their middles (m).
-            radius_m: Of each.
+            radius_m: Of all, or (n,) of each.
 
         Returns:
             (n,)

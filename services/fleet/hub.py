@@ -65,6 +65,8 @@ class TeamSettings:
     Attributes:
         radius_m: r_s: the body's radius, three standard deviations of the estimate, the follower's error, and how far
             a robot drives in the time by which its pose is late.
+        wall_radius_m: What a centre keeps from walls within the area: the body's radius, twice what r_s has beyond it,
+            as between two bodies, and the doubt of a cell.
         deceleration_mps2: How hard each brakes, at least.
         speed_max_mps: How fast each drives, at most.
         lease_s: For how long a robot may drive on without being heard: a round trip by the slowest messages and the
@@ -72,6 +74,7 @@ class TeamSettings:
     """
 
     radius_m: float = ROBOT_RADIUS_M
+    wall_radius_m: float = ROBOT_RADIUS_M
     deceleration_mps2: float = 0.5
     speed_max_mps: float = 0.5
     lease_s: float = 2.4
@@ -385,11 +388,15 @@ class Hub:
         self._planes_made += 1
         return Plane(self._planes_made, {name: np.array((x, y, mine)), other: np.array((-x, -y, -others))})
 
+    @property
+    def _radii(self) -> tuple[float, float]:
+        return self.settings.radius_m, self.settings.wall_radius_m
+
     def _cell(self, name: str, told: Whereabouts, given: Floats) -> BufferedCell:
         """Of the half-planes (k, 3) that keep a robot off the others, and those of the area."""
         rows = np.zeros((1, len(given) + len(self._area.sides) + len(self._area.walls), 3))
         rows[0, : len(given)] = given
-        (cell,) = within_area(_segment(told)[None], self._area, self.settings.radius_m, rows, [name])
+        (cell,) = within_area(_segment(told)[None], self._area, self._radii, rows, [name])
         return cell
 
 

@@ -78,7 +78,7 @@ class TeamService:
         self._exchange = Exchange(team, self._coordination)
         self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been asked to join
         self._lines = {name: RobotLine(each, lockstep=lockstep) for name, each in self._buses.items()}
-        self._presser = BumperPresser(self._buses, body_radius_m(team.vehicle))
+        self._presser = BumperPresser(self._buses, body_radius_m(team.vehicle), area)
         self._step = self._exchange.step_ticks if lockstep else SAYING_TICKS
         self._next_tick = self._step
         self._offsets: dict[str, int] = {}

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchline.schemas.messages import TrueWay
 from touchline.services.fleet.body_contacts import BodyContacts
+from touchline.services.fleet.free_area import FreeArea
 
 
 class ToldContacts:
@@ -18,15 +19,16 @@ class ToldContacts:
         looked_tick: Up to which it was looked.
     """
 
-    def __init__(self, names: Collection[str], body_radius_m: float) -> None:
+    def __init__(self, names: Collection[str], body_radius_m: float, area: FreeArea) -> None:
         """Nobody has told anything.
 
         Args:
             names: Of all robots.
             body_radius_m: Of each.
+            area: Between whose walls they drive.
         """
         self._names = tuple(sorted(names))
-        self.contacts = BodyContacts(len(self._names), body_radius_m)
+        self.contacts = BodyContacts(len(self._names), body_radius_m, area)
         self.looked_tick = 0
         self._ways: dict[str, TrueWay] = {}
 
@@ -39,7 +41,7 @@ class ToldContacts:
         self._ways.pop(name, None)
 
     def look(self, tick: int) -> tuple[str, ...]:
-        """Count contacts up to a tick; returns the robots that have come to touch another since the last look.
+        """Count contacts up to a tick; returns the robots that have come to touch another or a wall since then.
 
         Who has not told of these ticks stands where it was last, or was never seen.
         """

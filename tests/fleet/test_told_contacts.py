@@ -5,7 +5,12 @@ import pytest
 
 from touchline.schemas.messages import TrueWay
 from touchline.services.fleet.answers import header_at
+from touchline.services.fleet.free_area import FreeArea
 from touchline.services.fleet.told_contacts import ToldContacts
+
+FIELD = FreeArea.of(
+    ((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)), [((6.0, -1.0), (7.0, -1.0), (7.0, 1.0), (6.0, 1.0))]
+)
 
 
 def way(tick: int, *x_m: float) -> TrueWay:
@@ -14,7 +19,7 @@ def way(tick: int, *x_m: float) -> TrueWay:
 
 
 def test_a_touch_between_two_exchanges_is_told_at_the_second_and_once() -> None:
-    told = ToldContacts(["b", "a", "c"], 0.2)
+    told = ToldContacts(["b", "a", "c"], 0.2, FIELD)
     for name, places in {"a": (0.0, 0.1), "b": (1.0, 1.0), "c": (5.0, 5.0)}.items():
         told.take(name, way(2, *places))
     assert told.look(2) == ()
@@ -26,7 +31,7 @@ def test_a_touch_between_two_exchanges_is_told_at_the_second_and_once() -> None:
 
 
 def test_who_is_silent_stands_where_it_was_and_who_has_left_is_nowhere() -> None:
-    told = ToldContacts(["a", "b"], 0.2)
+    told = ToldContacts(["a", "b"], 0.2, FIELD)
     told.take("a", way(2, 0.0, 0.0))
     assert told.look(2) == ()  # b has never said anything
     told.take("b", way(4, 2.0, 1.0))
@@ -38,3 +43,22 @@ def test_who_is_silent_stands_where_it_was_and_who_has_left_is_nowhere() -> None
     told.take("a", way(8, 0.9, 1.0))
     assert told.look(8) == ()
     assert told.contacts.closest_m == pytest.approx(0.3)
+
+
+def test_a_wall_that_is_touched_between_two_exchanges_is_a_contact_and_told_once() -> None:
+    told = ToldContacts(["a", "b"], 0.2, FIELD)
+    told.take("a", way(3, 5.5, 5.85, 5.7))
+    assert told.look(3) == ("a",)
+    told.take("a", way(6, 5.7, 5.9, 5.9))
+    assert told.look(6) == ("a",)
+    told.take("a", way(9, 5.9, 5.9, 5.9))
+    assert told.look(9) == ()
+    assert told.contacts.at_walls == [0, 0]
+
+
+def test_who_begins_beyond_a_wall_has_not_run_into_it() -> None:
+    told = ToldContacts(["a", "b"], 0.2, FIELD)
+    told.take("a", way(2, 9.5, 9.4))
+    assert told.look(2) == ()
+    told.take("a", way(4, 8.0, 8.9))
+    assert told.look(4) == ("a",)

@@ -187,7 +187,7 @@ def in_reach(polygon: Floats, count: int, wall: Floats, radius: float) -> bool:
 
 @kernel
 def surrounded(
-    segments: Floats, hull: Floats, sides: Floats, walls: Floats, radius: float, rows: Floats
+    segments: Floats, hull: Floats, sides: Floats, walls: Floats, radii: tuple[float, float], rows: Floats
 ) -> tuple[Floats, Ints]:
     """Clip every robot's cell from the hull of the area, and fill in the half-planes of sides and walls.
 
@@ -196,7 +196,7 @@ def surrounded(
         hull: (c, 2) corners of a convex polygon that holds the area, counter-clockwise, m.
         sides: (h, 3) see `keep_within`.
         walls: (e, 4) see `keep_off`.
-        radius: r_s (m).
+        radii: What a centre keeps from sides, and from walls (m).
         rows: (n, k + h + e, 3) half-planes, of which the first k are given.
 
     Returns:
@@ -207,8 +207,8 @@ def surrounded(
     most = len(hull) + rows.shape[1]
     corners, counts, spare = np.zeros((n, most, 2)), np.zeros(n, np.int64), np.empty((most, 2))
     for i in range(n):
-        keep_within(segments[i], sides, radius, rows[i, given:])
+        keep_within(segments[i], sides, radii[0], rows[i, given:])
         convex = given + len(sides)
         counts[i] = clip_all(hull, len(hull), rows[i, :convex], spare, corners[i])
-        counts[i] = keep_off(segments[i], walls, radius, rows[i, convex:], corners[i], counts[i])
+        counts[i] = keep_off(segments[i], walls, radii[1], rows[i, convex:], corners[i], counts[i])
     return corners, counts

@@ -17,6 +17,7 @@ from touchline.schemas.messages import Odometry, String
 from touchline.schemas.spec import parse
 from touchline.schemas.team import TeamScenario
 from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
+from touchline.services.fleet.starts import free_area
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +41,7 @@ class RecordedTeam:
 
     def contacts(self) -> BodyContacts:
         """Who has touched whom, at 50 Hz."""
-        found = BodyContacts(len(self.names), body_radius_m(self.team.vehicle))
+        found = BodyContacts(len(self.names), body_radius_m(self.team.vehicle), free_area(self.team))
         if len(self.places):
             found.look(self.places)
         return found

@@ -43,7 +43,8 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         "avoid": run.team.avoid,
         "seed": run.team.world.seed,
         "time_s": sim_s,
-        "contacts": len(contacts.pairs),
+        "contacts": len(contacts.pairs) + len(contacts.at_walls),
+        "contacts_with_walls": len(contacts.at_walls),
         "contacts_of_obedient": len(_between_obedient(run)),
         "closest_m": _number(contacts.closest_m),
         "bodies_apart_m": _number(contacts.closest_m - 2.0 * run.body_radius_m),
@@ -101,6 +102,8 @@ def _why_not(run: TeamRun) -> str:
         return ""
     if touched := _between_obedient(run):
         return f"{len(touched)} contacts, first of {touched[0][0]} and {touched[0][1]}"
+    if walls := [run.names[k] for k in run.contacts.at_walls if run.names[k] not in run.disobedient]:
+        return f"{len(walls)} contacts with walls, first of {walls[0]}"
     if run.guide.problem and not run.disobedient:
         return run.guide.problem
     ailing = {*run.team.faults, *run.team.frozen}

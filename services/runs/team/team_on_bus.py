@@ -15,6 +15,7 @@ from touchline.schemas.team import TeamScenario
 from touchline.services.bus import Bus, Inbox
 from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
 from touchline.services.fleet.laggards import NOT_WAITED_FOR
+from touchline.services.fleet.starts import free_area
 from touchline.services.fleet.told_contacts import ToldContacts, tick_of
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.team.team_figures import hash_of
@@ -54,7 +55,7 @@ class TeamOnBus:
 
     def __post_init__(self) -> None:
         """Nobody has touched anybody."""
-        self._told = ToldContacts(self.buses, body_radius_m(self.team.vehicle))
+        self._told = ToldContacts(self.buses, body_radius_m(self.team.vehicle), free_area(self.team))
         self._ways_tick = 0
 
     def run(self) -> dict[str, Any]:
@@ -166,14 +167,15 @@ class TeamOnBus:
         stopped = self._stopped
         lacks = recording is not None and not recording["complete"]
         return {
-            "success": not stopped and not lacks and not contacts.pairs,
+            "success": not stopped and not lacks and not _touched(contacts),
             "reason": next(iter(stopped.values()), "the recording is not complete" if lacks else _touched(contacts)),
             "team": self.team.name,
             "robots": len(self.buses),
             "task": self.team.task.kind,
             "seed": self.team.world.seed,
             "time_s": sim_s,
-            "contacts": len(contacts.pairs),
+            "contacts": len(contacts.pairs) + len(contacts.at_walls),
+            "contacts_with_walls": len(contacts.at_walls),
             "closest_m": contacts.closest_m if math.isfinite(contacts.closest_m) else None,
             "updates": self._status.updates,
             "robots_not_waited_for": self._warnings,
@@ -190,7 +192,9 @@ class TeamOnBus:
 
 
 def _touched(contacts: BodyContacts) -> str:
-    return f"{len(contacts.pairs)} contacts" if contacts.pairs else ""
+    between, walls = len(contacts.pairs), len(contacts.at_walls)
+    shown = (f"{between} contacts" if between else "", f"{walls} contacts with walls" if walls else "")
+    return ", ".join(filter(None, shown))
 
 
 def _new_id() -> str:

@@ -108,7 +108,7 @@ class TeamRun:
         if team.radius_m < self.body_radius_m:
             problem = f"is {team.radius_m:g} m, less than the body's {self.body_radius_m:.3f} m"
             raise SpecError("team", "radius_m", problem, "give the body's radius and a margin of some centimetres")
-        self.contacts = BodyContacts(len(self.names), self.body_radius_m)
+        self.contacts = BodyContacts(len(self.names), self.body_radius_m, self.area)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = self._first_tick = 0
         several = min(threads, len(self.names)) if listener is None else 1  # who listens hears one robot after another
