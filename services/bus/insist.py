@@ -211,8 +211,10 @@ class _Asked(Generic[Request, Response]):
     def _doubt(self, bus: Bus, answer: Response, attempt_s: float, proof: StopProof) -> str:
         """Why an answer is not the robot's word that it has done as ordered; "" if it is."""
         name, server = self._order.service.name, self._order.service.server
-        refused = not getattr(answer, "success", True) and name != topics.ESTOP.name  # which no robot refuses
-        if not proves(name) or (refused and len(bus.sessions(server)) < 2):
+        refused, robots = not getattr(answer, "success", True), len(bus.sessions(server))
+        replayed = robots == 0 and bool(bus.sessions(topics.REPLAY))
+        may_refuse = replayed or (robots < 2 and name != topics.ESTOP.name)  # no robot refuses an emergency stop
+        if not proves(name) or (refused and may_refuse):
             return ""
         return proof.lacking(name, attempt_s)
 

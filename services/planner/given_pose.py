@@ -6,12 +6,15 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.given_angles import FULL_TURN_RAD, instead_of_degrees
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
+START: Final = "start"
 POSE_MAX: Final = 20_000.0
 """A pose further out than this (m) is a mistake."""
 
 
 def pose_of(name: str, given: Floats) -> PathPose | None:
     """The pose of a plan's option, or None if it is left empty.
+
+    A robot's own heading, at a start, may count several turns; an end is given by people.
 
     Raises:
         PlanningError: It is no pose on a field.
@@ -21,7 +24,7 @@ def pose_of(name: str, given: Floats) -> PathPose | None:
     pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
     if pose is None or not all(abs(value) < POSE_MAX for value in pose):
         raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
-    if abs(pose.heading_rad) > FULL_TURN_RAD:
+    if name != START and abs(pose.heading_rad) > FULL_TURN_RAD:
         remedy = f"give it {instead_of_degrees(pose.heading_rad)}"
         raise PlanningError("", f"has a {name} heading of {pose.heading_rad:g}", remedy)
     return pose

@@ -13,7 +13,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
-from touchline.services.planner.given_pose import POSE_MAX, pose_of
+from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
 from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
@@ -147,7 +147,7 @@ def _told(turns: PiecePath) -> PiecePath:
 
 
 def _start(options: PlanOptions) -> PathPose:
-    start = pose_of("start", options.start)
+    start = pose_of(START, options.start)
     if start is None:
         raise PlanningError("", "has a goal, but no start pose", "give options.start: x (m), y (m) and heading (rad)")
     return start

@@ -14,7 +14,7 @@ from touchline.services.planner.coverage.area_method import CoverageMethod, area
 from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.coverage.swath_figures import swath_figures
 from touchline.services.planner.geometry.clothoid import PathPose
-from touchline.services.planner.given_pose import pose_of
+from touchline.services.planner.given_pose import START, pose_of
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
 from touchline.services.planner.plan_task import PlanTask
@@ -98,7 +98,7 @@ def _along(
     """The route along some segments."""
     template, vehicle, options = task.template, task.vehicle, task.options
     transitions = transitions_of(vehicle, options, task.limits)
-    start, end = pose_of("start", options.start), _end(options)
+    start, end = pose_of(START, options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, task.limits, options)
 

@@ -1,5 +1,6 @@
 """Our CDR against that of Cyclone DDS's Python part (pycdr2): every type of every topic and service, both ways."""
 
+import math
 import random
 import types
 from dataclasses import dataclass
@@ -88,11 +89,23 @@ def _built(name: str, values: dict[str, Any]) -> Any:
     return theirs(name)(**made)
 
 
+def within_a_turn(value: Any) -> Any:
+    """The values with the goals' headings where they are taken: within a turn."""
+    if isinstance(value, list):
+        return [within_a_turn(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    turned = {name: within_a_turn(each) for name, each in value.items()}
+    if "heading_rad" in turned and "x_m" in turned:
+        turned["heading_rad"] = math.remainder(turned["heading_rad"], 6.0)
+    return turned
+
+
 @pytest.mark.parametrize("name", sorted(KINDS))
 def test_the_bytes_are_the_same_and_each_reads_the_other(name: str) -> None:
     draw = random.Random(name)
     for _ in range(10):
-        values = invented(name, draw)
+        values = within_a_turn(invented(name, draw))
         message, other = KINDS[name].model_validate(values), _built(name, values)
         assert encode(message) == other.serialize()
         assert theirs(name).deserialize(encode(message)) == other

@@ -22,7 +22,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
     ("fields", "says"),
     [
         ({"track_m": 0.4}, "own.json: track_m is not a known field; remove it or mend its name"),
-        ({"drive": {"track_m": 0.4}}, "own.json: drive.track_m is not a known field; remove it or mend its name"),
+        ({"drive": {"track_m": 0.4}}, "own.json: drive.track_m is not a known field; did you mean 'track_width_m'?"),
         (
             {"drive": {"wheel_radius_m": 100}},
             "own.json: drive.wheel_radius_m is 100; give at most 2 m (in metres, not cm or mm)",

@@ -212,7 +212,7 @@ ENDS = PlanOptions(start=[1.0, 2.0, 3.0], end=[4.0, 5.0, 6.0])
         ("scenario", RICH, {("name",)}),
         ("vehicle", Vehicle(), set()),
         ("template", BOUNDED, set()),
-        ("options", ENDS, {("area_method",)}),
+        ("options", ENDS, {("area_method",), ("obstructed",)}),
     ],
     ids=["scenario", "vehicle", "template", "options"],
 )

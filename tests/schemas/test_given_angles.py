@@ -56,8 +56,8 @@ def test_options_and_requests_refuse_what_is_beyond_a_full_turn(given):
         SubjectChoice(goal=f"1,2,{given}").chosen()
     with pytest.raises(SpecError, match=r"heading_rad is .*; give it in radians, not degrees: "):
         cases(PoseGoal(), Scenario(), PlanOptions(), {"goal.heading_rad": [0.0, given]})
-    with pytest.raises(PlanningError, match=r"start heading of .* in radians, not degrees: "):
-        pose_of("start", np.array([0.0, 0.0, given]))
+    with pytest.raises(PlanningError, match=r"end heading of .* in radians, not degrees: "):
+        pose_of("end", np.array([0.0, 0.0, given]))
     wrong = GotoRequest(goal=PoseGoal().model_copy(update={"heading_rad": given}))
     with pytest.raises(PayloadError, match=r"goal\.heading_rad: .*give it in radians, not degrees: "):
         decode(GotoRequest, encode(wrong))

@@ -92,7 +92,7 @@ class CollisionChecker:
                 turns.append(np.linspace(-piece.spin_rad, 0.0, count))  # a sample there has turned already
             if piece.length_m:
                 bend = max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm))
-                count = 1 + math.ceil(piece.length_m * (1.0 + bend * self.reach_m) / (2.0 * MARGIN_M))
+                count = 1 + math.ceil(abs(piece.length_m) * (1.0 + bend * self.reach_m) / (2.0 * MARGIN_M))
                 arcs.append(np.linspace(start, start + piece.length_m, count, endpoint=False))
                 turns.append(np.zeros(count))
         x, y, heading, _ = path.sample(np.concatenate(arcs))

@@ -21,7 +21,7 @@ from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
 from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
-from touchline.services.planner.given_pose import pose_of
+from touchline.services.planner.given_pose import START, pose_of
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
@@ -43,7 +43,7 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     """
     _refuse_lines(task)
     name = area_method_name(task.options, task.vehicle.tool)
-    grounds, start = task.company.grounds, pose_of("start", task.options.start)
+    grounds, start = task.company.grounds, pose_of(START, task.options.start)
     areas = [area for area in task.template.areas if grounds is None or area.id in grounds]
     if start is not None:
         at = shapely.Point(start[:2])
