@@ -129,6 +129,10 @@ class McapFile:
         """
         with self._stream:
             begin = self._stream.read(len(MCAP0_MAGIC))
+            if self._summary.files and begin != MCAP0_MAGIC and MCAP0_MAGIC.startswith(begin):
+                self._summary.ending = NO_END  # a next part that has just been created
+                yield MessageRun(b"", [], 0)
+                return
             if begin != MCAP0_MAGIC:
                 raise RecordingError(f"{self._path}: {_what_it_is(begin)}")
             going = True

@@ -4,10 +4,13 @@ import shutil
 from itertools import islice
 from pathlib import Path
 
+import pytest
+
 from tests.bridge.said import messages, sent
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.services.bridge.compare import compare
+from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader, read_summary
 from touchline.services.bridge.recorder import Existing, Recorder
 from touchline.services.bridge.replayer import Timeline
@@ -51,6 +54,19 @@ def test_a_part_that_is_broken_off_is_named(tmp_path: Path) -> None:
     held = read_summary(first)
     assert not held.complete and held.problem == "session.mcap is broken off, or still being written"
     assert [file.complete for file in held.files] == [False, True]
+
+
+@pytest.mark.parametrize("size_bytes", [0, 3])
+def test_a_next_part_that_has_just_been_created_has_nothing_yet(size_bytes: int, tmp_path: Path) -> None:
+    first = in_parts(tmp_path)
+    second = tmp_path / "session.part2.mcap"
+    second.write_bytes(second.read_bytes()[:size_bytes])
+    held = read_summary(first)
+    assert sent(held) == 120 and not held.complete
+    assert held.problem == "session.part2.mcap is broken off, or still being written"
+    second.write_bytes(b"other" * 3)
+    with pytest.raises(RecordingError, match=r"part2\.mcap: is not an MCAP recording"):
+        read_summary(first)
 
 
 def test_a_part_alone_is_itself_and_a_gap_ends_the_session(tmp_path: Path) -> None:

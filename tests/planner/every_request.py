@@ -17,7 +17,7 @@ from touchline.services.planner.request import answer
 from touchline.services.planner.service import Worker
 
 FIELD = {"boundary": {"corners": [(-40, -60), (80, -60), (80, 60), (-40, 60)]}}
-POST = {"obstacles": [{"id": "post", "corners": [(12, -1), (14, -1), (14, 2), (12, 2)]}]}
+POST = {"obstacles": [{"id": "post", "corners": [(12, 2), (14, 2), (14, 5), (12, 5)]}]}
 LINES = [
     {"id": "bar", "line": {"start": (0, 0), "end": (10, 0)}},
     {"id": "on", "line": {"start": (16, 0), "end": (26, 0)}},

@@ -210,22 +210,22 @@ async def test_clicks_pick_and_show_robots():
         assert scene.app.fleet_screen is None, "a click on the picked one shows it"
 
 
+def closely(scene: Any) -> list[bool]:
+    return [link.closely for link in scene.links.values()]
+
+
 async def test_only_the_robot_in_view_is_listened_to_closely_once_the_operator_rests_on_it():
     async with fleet_console(fleet(4, S.IDLE)) as scene:
-        assert [link.closely for link in scene.links.values()] == [True, False, False, False]
+        assert closely(scene) == [True, False, False, False]
         await scene.pilot.press("o")
         await scene.tick()
-        assert not any(link.closely for link in scene.links.values()), "keys that are held down pass many by"
-        await scene.tick(0.4)
-        assert [link.closely for link in scene.links.values()] == [False, True, False, False]
+        assert not any(closely(scene)), "keys that are held down pass many by"
+        await until(scene.pilot, lambda: closely(scene) == [False, True, False, False])
         assert scene.links["r02"].fetches == 1
         await scene.pilot.press("d")
         await scene.tick()
         await scene.pilot.press("o")
-        await scene.tick(0.4)
-        assert [link.closely for link in scene.links.values()] == [False, True, True, False], (
-            "r02 still has a goal to set"
-        )
+        await until(scene.pilot, lambda: closely(scene) == [False, True, True, False])  # r02 still has a goal to set
 
 
 @pytest.mark.parametrize(("count", "size"), [(256, (20, 5)), (50, (10, 3)), (50, (300, 80))])

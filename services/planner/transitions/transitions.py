@@ -79,8 +79,8 @@ class TransitionFamily:
         fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.drive.max_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
         if limits.drive_limits_turns:
-            painting = limits.paint_speed_mps
-            offers.setdefault((limits.turn_at(TURN_SPEEDS_MPS[0])[0], limits.turn_at(painting)[1]), painting)
+            painting, slowest = limits.paint_speed_mps, min(TURN_SPEEDS_MPS[0], fastest)
+            offers.setdefault((limits.turn_at(slowest)[0], limits.turn_at(painting)[1]), painting)
         turns = tuple(Turns(speed, *turn, make(*turn)) for turn, speed in offers.items())
         return cls(limits, turns, pricing=pricing or OneByOne())
 
