@@ -11,6 +11,7 @@ from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.messages import TeamCell, TeamCells
+from touchline.tui.app import REST_S
 from touchline.tui.fleet_list import FleetList
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.header import HeaderBar
@@ -220,12 +221,14 @@ async def test_only_the_robot_in_view_is_listened_to_closely_once_the_operator_r
         await scene.pilot.press("o")
         await scene.tick()
         assert not any(closely(scene)), "keys that are held down pass many by"
-        await until(scene.pilot, lambda: closely(scene) == [False, True, False, False])
+        await scene.tick(2.0 * REST_S + 0.2)
+        assert closely(scene) == [False, True, False, False]
         assert scene.links["r02"].fetches == 1
         await scene.pilot.press("d")
         await scene.tick()
         await scene.pilot.press("o")
-        await until(scene.pilot, lambda: closely(scene) == [False, True, True, False])  # r02 still has a goal to set
+        await scene.tick(2.0 * REST_S + 0.2)
+        assert closely(scene) == [False, True, True, False], "r02 still has a goal to set"
 
 
 @pytest.mark.parametrize(("count", "size"), [(256, (20, 5)), (50, (10, 3)), (50, (300, 80))])
