@@ -168,7 +168,7 @@ class Registry(Generic[T]):
         return ""
 
     def is_shipped(self, name: str) -> bool:
-        """Whether the plug-in of that name comes with Touchline."""
+        """True if the plug-in of that name comes with Touchline."""
         return name in self._shipped
 
     def described(self, name: str) -> str:
@@ -238,7 +238,7 @@ VERBOSE = "TOUCHLINE_VERBOSE"
 
 
 def tracebacks_wanted() -> bool:
-    """Whether errors of plug-ins are printed with their traceback."""
+    """True if errors of plug-ins shall be printed with their traceback."""
     return bool(os.environ.get(VERBOSE))
 
 

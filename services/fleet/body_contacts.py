@@ -70,7 +70,7 @@ class BodyContacts:
         return found
 
     def _touches(self, places: Floats, radius_m: float | Floats) -> NDArray[np.bool_]:
-        """Whether discs (n,) touch a wall or are beyond it; nobody is where there is no number."""
+        """True for discs (n,) that touch a wall or are beyond it; nobody is where there is no number."""
         there = np.isfinite(places[:, 0])
         found: NDArray[np.bool_] = there & ~self._area.holds(np.nan_to_num(places), radius_m)
         return found

@@ -160,7 +160,7 @@ def _scaled(folder: Path, *, factor: int, unrelated: str = "") -> str:
     (folder / "numbers_of.py").write_text(f"FACTOR = {factor}\n")
     (folder / "unrelated.py").write_text(unrelated)
     (folder / "script.py").write_text(SCRIPT)
-    # Without files of bytecode (-B), which are out of date unseen when an edit of the same size falls into the same second.
+    # No bytecode files (-B): they are out of date unseen when an edit of the same size falls into the same second.
     command = [sys.executable, "-B", "script.py"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     return done.stdout.strip()

@@ -84,7 +84,7 @@ class GuardedFollower:
         return BodyTwist(float(ahead[0, 0]), float(ahead[0, 1]))
 
     def _flaw_of(self, wanted: BodyTwist) -> str:
-        """What is wrong with an answer, empty if it can be used."""
+        """The fault of an answer, empty if it can be used."""
         speed_mps, yaw_rate_radps, actuators = wanted
         if not (math.isfinite(speed_mps) and math.isfinite(yaw_rate_radps)):
             return f"{self._whose} gave a twist that is not finite: {speed_mps} m/s, {yaw_rate_radps} rad/s"
