@@ -4,7 +4,8 @@ Threads of Zenoh live on when the loop of a process hangs, so neither its liveli
 that anybody would answer an order.
 
 On a busy machine a sound loop does not turn for a while, either. So the time in which its process waits for a processor
-does not count: a loop hangs that has not turned though it had one, or wanted none.
+does not count: a loop hangs that has not turned though it had one, or wanted none. What counts is the processor time of
+its own thread: on a busy machine those of Zenoh have some, too. Only while it waits for them does theirs count.
 """
 
 import mmap
@@ -69,7 +70,7 @@ class HeartbeatWatch:
         self.quiet_s = 0.0
         self._last = 0
         self._looked_s: float | None = None
-        self._used_s: float | None = None
+        self._before: ProcessorUse | None = None
 
     def look(self, now_s: float, use: Callable[[], ProcessorUse | None]) -> None:
         """Read the beat.
@@ -80,7 +81,7 @@ class HeartbeatWatch:
         """
         (value,) = _BEAT.unpack_from(self._map, 0)
         if value != self._last:
-            self._last, self.begun, self.quiet_s, self._used_s = value, True, 0.0, None
+            self._last, self.begun, self.quiet_s, self._before = value, True, 0.0, None
         elif self.begun and self._looked_s is not None:
             passed_s = min(now_s - self._looked_s, _LOOK_S)
             self.quiet_s += passed_s if self.quiet_s < _SUSPICIOUS_S else self._counted_s(passed_s, use())
@@ -88,10 +89,13 @@ class HeartbeatWatch:
 
     def _counted_s(self, passed_s: float, doing: ProcessorUse | None) -> float:
         """How much of a time counts in which the loop did not turn."""
-        before_s, self._used_s = self._used_s, doing.used_s if doing is not None else None
-        if doing is None or not doing.wants:
+        before, self._before = self._before, doing
+        if doing is None or not (doing.loop_wants or doing.others_want):
             return passed_s
-        return min(passed_s, doing.used_s - before_s) if before_s is not None else 0.0
+        if before is None:
+            return 0.0
+        had_s = doing.loop_s - before.loop_s if doing.loop_wants else doing.all_s - before.all_s
+        return min(passed_s, had_s)
 
 
 def _mapped(path: Path) -> mmap.mmap:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -12,15 +13,19 @@ _WANTS = ("R", "D")
 
 
 class ProcessorUse(NamedTuple):
-    """What a process is doing.
+    """Processor time of a process since its start (s), and who of it waits for a processor.
 
     Attributes:
-        used_s: Processor time of all its threads since its start, s.
-        wants: Whether one of them runs, or waits for a processor or a disk.
+        loop_s: Of its first thread, in which the loop of a service turns.
+        all_s: Of all its threads.
+        loop_wants: Whether the first thread runs, or waits for a processor or a disk.
+        others_want: Whether another one does.
     """
 
-    used_s: float
-    wants: bool
+    loop_s: float
+    all_s: float
+    loop_wants: bool
+    others_want: bool
 
 
 def processor_use(pid: int) -> ProcessorUse | None:
@@ -30,11 +35,12 @@ def processor_use(pid: int) -> ProcessorUse | None:
         pid: Process id.
     """
     try:
-        used_s = time.clock_gettime(_cpu_clock(pid))
-        threads = list(Path(f"/proc/{pid}/task").iterdir())
+        all_s = time.clock_gettime(_cpu_clock(pid))
+        loop_state, loop_s = _thread(Path(f"/proc/{pid}/task/{pid}"))
+        others = [each for each in Path(f"/proc/{pid}/task").iterdir() if each.name != str(pid)]
     except OSError:
         return None
-    return ProcessorUse(used_s, any(_state(thread) in _WANTS for thread in threads))
+    return ProcessorUse(loop_s, all_s, loop_state in _WANTS, any(_state(each) in _WANTS for each in others))
 
 
 def _cpu_clock(pid: int) -> int:
@@ -42,7 +48,13 @@ def _cpu_clock(pid: int) -> int:
     return ~pid << 3 | 2
 
 
-def _state(thread: Path) -> str:
+def _thread(folder: Path) -> tuple[str, float]:
+    """State of a thread, and its processor time (s): fields 3, 14 and 15 of proc(5)'s stat."""
+    fields = (folder / "stat").read_text().rpartition(")")[2].split()
+    return fields[0], (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _state(folder: Path) -> str:
     with suppress(OSError):  # it has ended meanwhile
-        return (thread / "stat").read_text().rpartition(")")[2].split()[0]
+        return _thread(folder)[0]
     return ""

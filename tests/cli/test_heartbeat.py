@@ -79,25 +79,35 @@ def test_the_file_is_private_and_made_anew(tmp_path):
     assert watch.begun
 
 
-def quiet_after(watch, used_s, *, wants, turns=40):
-    """Quiet seconds after looks every 0.1 s, between which the process has so much processor time."""
+def quiet_after(watch, loop_s, others_s, *wants, turns=40):
+    """Quiet seconds after looks every 0.1 s, between which threads of the process have so much processor time."""
     Heartbeat(watch.path).beat()
     for turn in range(turns + 1):
-        watch.look(0.1 * turn, lambda turn=turn: ProcessorUse(used_s * turn, wants))
+        watch.look(0.1 * turn, lambda turn=turn: ProcessorUse(loop_s * turn, (loop_s + others_s) * turn, *wants))
     return watch.quiet_s
 
 
-def test_a_process_that_waits_for_a_processor_does_not_hang(watch):
-    assert quiet_after(watch, 0.002, wants=True) < 0.5
+@pytest.mark.parametrize(
+    ("loop_s", "others_s", "loop_wants", "others_want"),
+    [(0.002, 0.0, True, False), (0.002, 0.08, True, True), (0.0, 0.002, False, True)],
+    ids=["alone", "others of it have one", "for one that waits for another thread"],
+)
+def test_a_loop_that_waits_for_a_processor_does_not_hang(watch, loop_s, others_s, loop_wants, others_want):
+    assert quiet_after(watch, loop_s, others_s, loop_wants, others_want) < 0.5
 
 
 @pytest.mark.parametrize(
-    ("used_s", "wants"),
-    [(0.0, False), (0.1, True), (0.02, False)],
-    ids=["stopped or deadlocked", "an endless loop", "deadlocked, and other threads work now and then"],
+    ("loop_s", "others_s", "loop_wants", "others_want"),
+    [(0.0, 0.0, False, False), (0.1, 0.0, True, False), (0.0, 0.02, False, False), (0.0, 0.1, False, True)],
+    ids=[
+        "stopped or deadlocked",
+        "an endless loop",
+        "deadlocked, and other threads work now and then",
+        "for another thread that runs without end",
+    ],
 )
-def test_a_process_that_could_have_turned_its_loop_hangs(watch, used_s, wants):
-    assert quiet_after(watch, used_s, wants=wants) > 3.0
+def test_a_loop_that_could_have_turned_hangs(watch, loop_s, others_s, loop_wants, others_want):
+    assert quiet_after(watch, loop_s, others_s, loop_wants, others_want) > 3.0
 
 
 LOOP = """
@@ -125,7 +135,7 @@ def test_a_real_loop_that_does_not_turn_is_found(watch, kind):
             assert process.stdout.readline() == "begun\n"
             if kind == "stopped":
                 process.send_signal(signal.SIGSTOP)
-                assert eventually(lambda: (use := processor_use(process.pid)) is not None and not use.wants)
+                assert eventually(lambda: (use := processor_use(process.pid)) is not None and not use.loop_wants)
             assert eventually(lambda: looked(watch, process.pid) > 3.0)
         finally:
             process.kill()
@@ -151,7 +161,7 @@ def test_a_real_loop_without_a_processor_is_not_accused(watch):
     ):
         try:
             assert hog.stdout.readline() == loop.stdout.readline() == "begun\n"
-            assert eventually(lambda: (use := processor_use(loop.pid)) is not None and use.wants)
+            assert eventually(lambda: (use := processor_use(loop.pid)) is not None and use.loop_wants)
             begun_s = time.monotonic()
             while time.monotonic() < begun_s + 2.0:
                 looked(watch, loop.pid)
