@@ -136,11 +136,13 @@ class TeamReport(Message):
 class BeginGuidedRequest(Message):
     """Drive where a coordinator guides the robot from now on.
 
+    ``coordinator``: the id of its session on the bus; the robot takes guidance of that session alone.
     ``lockstep_s``: an emulated robot holds sim time at every multiple of it until it is answered; 0: it never does.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/BeginGuided_Request"
     request_id: str = ""
+    coordinator: str = ""
     lockstep_s: float = 0.0
 
 

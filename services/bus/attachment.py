@@ -15,6 +15,11 @@ class Attachment(NamedTuple):
     publisher: bytes
 
 
+def session_publisher(session_id: str) -> bytes:
+    """The id of a publisher that is known by its session: one a session and key."""
+    return bytes.fromhex(session_id.rjust(2 * _GID_BYTES, "0"))
+
+
 def pack(sequence: int, source_time_ns: int, publisher: bytes) -> bytes:
     """The 33 bytes."""
     return _FORMAT.pack(sequence, source_time_ns, _GID_BYTES, publisher)

@@ -135,6 +135,11 @@ class Bus:
         for bus in (self, *self._others):
             bus._replies.close()
 
+    @property
+    def session_id(self) -> str:
+        """Of this process's session, as its liveliness token has it."""
+        return str(self._session.zid())
+
     def peers(self) -> frozenset[str]:
         """Ids of the sessions that this one has a link to."""
         return frozenset(map(str, (*self._session.info.peers_zid(), *self._session.info.routers_zid())))

@@ -78,10 +78,11 @@ def ask_to_be_guided(buses: Mapping[str, Bus], lockstep_s: float) -> AskedRobots
     """Have robots be guided from now on.
 
     Args:
-        buses: Of the robots, by name.
+        buses: Of the robots, by name; all of one session, whose guidance they take then.
         lockstep_s: At whose multiples emulated robots wait for an answer; 0: they never do.
     """
-    request = m.BeginGuidedRequest(request_id=uuid.uuid4().hex, lockstep_s=lockstep_s)
+    (session,) = {bus.session_id for bus in buses.values()}
+    request = m.BeginGuidedRequest(request_id=uuid.uuid4().hex, coordinator=session, lockstep_s=lockstep_s)
     return AskedRobots(buses, topics.BEGIN_GUIDED, request, GUIDED_S)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
@@ -29,6 +30,9 @@ from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0
 """Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+_KNOWN_S: Final = 1.0
+"""Wall time: who is on the bus is known after that long."""
+_LOOK_S: Final = 0.02
 LOCKSTEP_MOST_S: Final = 10.0
 """Longest time between two answers that a guided robot waits for."""
 REPLACING_BYTES: Final = 256 * 1024
@@ -69,6 +73,21 @@ class Load(NamedTuple):
     refuse: Callable[[str], Message]
 
 
+class Guiding(NamedTuple):
+    """The link to coordinators.
+
+    Attributes:
+        knows: Whether a session is on the bus as one; in any thread.
+        begun: Told by which session the robot is guided from now on, and every how many seconds it waits for an answer.
+    """
+
+    knows: Callable[[str], bool]
+    begun: Callable[[str, float], None]
+
+
+NOBODY_GUIDES: Final = Guiding(lambda session: False, lambda session, lockstep_s: None)
+
+
 class Commands:
     """The handlers of all services of the robot, applied between ticks.
 
@@ -77,7 +96,7 @@ class Commands:
         telemetry: Its voice.
         set_speed: Called with a new, checked speed factor.
         journal: Where progress is kept for a process that comes after this one.
-        guided: Told when the robot begins to be guided, and every how many seconds it waits for an answer.
+        guiding: The link to coordinators.
 
     Attributes:
         handlers: Per service, the function from request to response.
@@ -92,10 +111,10 @@ class Commands:
         telemetry: Telemetry,
         set_speed: Callable[[float], None],
         journal: Journal | None = None,
-        guided: Callable[[float], None] = lambda lockstep_s: None,
+        guiding: Guiding = NOBODY_GUIDES,
     ) -> None:
         self._progress = JournalKeeper(emulator, journal)
-        self._guided = guided
+        self._guiding = guiding
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
@@ -228,8 +247,14 @@ class Commands:
         """Check a request, and compile what guided driving needs.
 
         Raises:
-            CommandRefused: It cannot be meant.
+            CommandRefused: It cannot be meant, or comes of nobody who is there.
         """
+        until_s = time.monotonic() + _KNOWN_S
+        while not self._guiding.knows(request.coordinator):
+            if time.monotonic() > until_s:
+                who = f'the session "{request.coordinator}", which is not on the bus as a coordinator'
+                raise CommandRefused(f"is to be guided by {who}; give the id of the coordinator's own session")
+            time.sleep(_LOOK_S)
         if not (math.isfinite(request.lockstep_s) and 0.0 <= request.lockstep_s <= LOCKSTEP_MOST_S):
             raise CommandRefused(f"lockstep_s is {request.lockstep_s}; give 0, or up to {LOCKSTEP_MOST_S:g} s")
         warm_up_guided(self._emulator.setup)
@@ -243,7 +268,7 @@ class Commands:
             return self.refuse_guided(str(error))
         self.trajectory = m.Trajectory()
         self.told += self._telemetry.begin([])
-        self._guided(request.lockstep_s)
+        self._guiding.begun(request.coordinator, request.lockstep_s)
         return m.BeginGuidedResponse(success=True, message="guided")
 
     def refuse_guided(self, reason: str) -> m.BeginGuidedResponse:

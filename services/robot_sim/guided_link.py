@@ -1,21 +1,23 @@
 """A guided robot's link to its team's coordinator over the bus; in lockstep, sim time is held until that answers.
 
-Then it also tells where the robot truly was since the last exchange: no robot knows where the others are, so who
+The robot believes the coordinator that it has joined, and no other session: whoever else sends it guidance is told of.
+In lockstep it also tells where the robot truly was since the last exchange: no robot knows where the others are, so who
 touches whom, and has its bumper pressed, is found by who hears them all.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.messages import Guidance, TrueWay
+from touchline.schemas.messages import Event, Guidance, TrueWay
 from touchline.services.bus import Bus
+from touchline.services.bus.attachment import session_publisher
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.tick_log import TRUTH, Rows
@@ -23,6 +25,18 @@ from touchline.services.robot_sim.tick_log import TRUTH, Rows
 PATIENCE_S: Final = 10.0
 """Wall clock: a coordinator that has not answered for so long is waited for no more, until it answers again."""
 _NEVER: Final = 1 << 30
+_LOOK_S: Final = 0.2
+"""Wall time between two looks whether the coordinator is still on the bus."""
+_STRANGERS: Final = 8
+"""So many are told of while a robot is guided."""
+
+
+class LinkNews(NamedTuple):
+    """A line for the event log: severity, code and text."""
+
+    severity: int
+    code: str
+    text: str
 
 
 class GuidedLink:
@@ -34,7 +48,10 @@ class GuidedLink:
     """
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
-        self._inbox = bus.inbox([topics.GUIDANCE])
+        self._bus, self._inbox = bus, bus.inbox([topics.GUIDANCE])
+        self._coordinator, self._believed = "", b""
+        self._strangers: set[bytes] = set()
+        self._there, self._look_at_s = True, 0.0
         self._emulator = emulator
         self._step = 0
         self._answered_tick = -1
@@ -42,20 +59,64 @@ class GuidedLink:
         self._waits = True
         self._way: list[NDArray[np.float64]] = []
 
-    def begin(self, lockstep_s: float) -> None:
-        """The robot is guided from now on; at every multiple of a time (s) it waits for an answer, if that is not 0."""
+    def begin(self, coordinator: str, lockstep_s: float) -> None:
+        """The robot is guided from now on.
+
+        Args:
+            coordinator: Id of the session by which.
+            lockstep_s: At every multiple of it the robot waits for an answer; 0: it never does.
+        """
+        self._coordinator, self._believed = coordinator, session_publisher(coordinator)
+        self._strangers, self._there, self._look_at_s = set(), True, 0.0
         self._inbox.drain()
         self._way = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
-    def turn(self) -> None:
-        """Take what the coordinator has sent."""
-        for _, message in self._inbox.messages():
-            if isinstance(message, Guidance):
+    def turn(self, now_s: float) -> list[LinkNews]:
+        """Take what the coordinator has sent; returns what the operator should know.
+
+        Args:
+            now_s: Monotonic wall time.
+        """
+        strangers = self._take()
+        return [*self._of_strangers(strangers), *self._of_coordinator(now_s)] if self.under_way else []
+
+    def _take(self) -> set[bytes]:
+        """Take guidance of the coordinator; returns who else has sent some."""
+        strangers = set[bytes]()
+        for sample, message in self._inbox.messages():
+            if sample.publisher != self._believed:
+                strangers.add(sample.publisher)
+            elif isinstance(message, Guidance):
                 self._emulator.take_guidance(message)
                 stamp = message.header.stamp
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
+        return strangers
+
+    def _of_strangers(self, strangers: set[bytes]) -> list[LinkNews]:
+        new = sorted(strangers - self._strangers)[: _STRANGERS - len(self._strangers)]
+        self._strangers |= set(new)
+        joined = f"it has joined the coordinator of session {self._coordinator}"
+        return [
+            LinkNews(Event.WARN, "stranger", f"guidance of publisher {each.hex() or 'unknown'} is ignored: {joined}")
+            for each in new
+        ]
+
+    def _of_coordinator(self, now_s: float) -> list[LinkNews]:
+        """Says once that it has gone; what it has told last ends with its lease, and then the robot brakes."""
+        if not self._there or now_s < self._look_at_s:
+            return []
+        self._look_at_s = now_s + _LOOK_S
+        self._there = self.knows(self._coordinator)
+        if self._there:
+            return []
+        text = "the coordinator has left the bus: the robot stops and waits; abort, and have it guided anew"
+        return [LinkNews(Event.ERROR, "coordinator-lost", text)]
+
+    def knows(self, session: str) -> bool:
+        """Whether a session is on the bus as a coordinator, by its liveliness token; in any thread."""
+        return session in self._bus.sessions(topics.COORDINATOR)
 
     @property
     def under_way(self) -> bool:
@@ -97,7 +158,7 @@ class GuidedLink:
             self._held_since_s = math.inf
             self._waits = self._waits or self._answered_tick == tick
             return False
-        self.turn()
+        self._take()
         if self._answered_tick >= tick:
             self._waits = True
             return False

@@ -15,7 +15,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
 from touchline.services.bus import Bus, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
-from touchline.services.robot_sim.command_handlers import Commands, Handler
+from touchline.services.robot_sim.command_handlers import Commands, Guiding, Handler
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.goals import Goals
@@ -164,7 +164,8 @@ class RobotProcess:
         self._watchdog = Watchdog()
         self._outlet = outlet
         self._guided = GuidedLink(bus, self._emulator)
-        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, self._begin_guided)
+        guiding = Guiding(self._guided.knows, self._begin_guided)
+        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal, guiding)
         latch = LatchGuard()
         handlers = self._commands.handlers
         handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
@@ -255,8 +256,8 @@ class RobotProcess:
         """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
         return self._pacer.factor < 0.0 and self._running and self._outlet.behind
 
-    def _begin_guided(self, lockstep_s: float) -> None:
-        self._guided.begin(lockstep_s)
+    def _begin_guided(self, coordinator: str, lockstep_s: float) -> None:
+        self._guided.begin(coordinator, lockstep_s)
         self._pacer.forgiven_s = IN_STEP_FORGIVEN_S if lockstep_s else FORGIVEN_S
         self._pacer.stride = 2 * self._stride if lockstep_s else self._stride  # nobody waits for what comes in between
 
@@ -301,7 +302,8 @@ class RobotProcess:
                     break
                 self._begin_load(call, server)
         self._goals.turn()
-        self._guided.turn()
+        for news in self._guided.turn(time.monotonic()):
+            self._commands.tell(*news)
         self._publish(self._commands.take())
         while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)

@@ -134,9 +134,9 @@ def stops(life, job):
     life.run(1.0)
 
 
-def team(life):
+def team(life, coordinator):
     life.begin()
-    life.order(topics.BEGIN_GUIDED, lockstep_s=0.0)
+    life.order(topics.BEGIN_GUIDED, coordinator=coordinator.session_id, lockstep_s=0.0)
     life.run(2.0)
     life.order(topics.ABORT)
     life.run(2.0)
@@ -166,13 +166,14 @@ def main(vehicle, follower, job):
         tempfile.TemporaryDirectory() as folder,
         Bus.open(topics.ROBOT_SIM, config) as bus,
         Bus.open(topics.OPERATOR, config) as operator,
+        Bus.open(topics.COORDINATOR, config) as coordinator,
     ):
         life = Life(bus, operator, setup, Path(folder) / "journal", late)
         work(life, job)
         go_on_after_a_kill(life, job)
         goal_and_another_under_way(life)
         stops(life, job)
-        team(life)
+        team(life, coordinator)
         if follower == SHIPPED[vehicle].follower:
             faults(life, job)
         life.end()

@@ -72,6 +72,8 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
         "watchdog",
         "link-lost",
         "shut-down",
+        "stranger",
+        "coordinator-lost",
         "tank-refilled",
         "battery-replaced",
     )
