@@ -1,17 +1,17 @@
 """How closely the nozzle follows the lines of a soccer pitch: noise and followers compared, pooled over seeds.
 
-`python -m benchmarks accuracy`; TOUCHLINE_SEEDS sets the number of seeds (20) of the noisy cases.
+`python -m benchmarks accuracy`; `runs` is the number of seeds of the noisy cases.
 """
 
 from __future__ import annotations
 
-import os
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._data_sheets import data_sheets
+from benchmarks._settings import Small
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import Follower, OnboardConfig
@@ -26,6 +26,17 @@ from touchline.services.robot_sim.emulator import Emulator
 VEHICLE = Vehicle()
 FOLLOWERS: tuple[Follower, ...] = ("mpc", "pure-pursuit")
 WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
+SMALL = Small(
+    {"runs": 1, "template": "study-square"},
+    (
+        *(
+            f"{follower}, {noise} # seeds: mean # p95 # max # mm; against the estimate p95 # mm; worst p95 # mm"
+            for follower in FOLLOWERS
+            for noise in ("no noise", "fixes white", "default noise")
+        ),
+        "follower's tick p99 # ms, fallbacks #",
+    ),
+)
 
 
 class Timed:
@@ -82,15 +93,15 @@ def _case(name: str, follower: Follower, trajectory: Trajectory, template: Templ
     print(f"{'':32s} follower's tick p99 {np.percentile(times, 99) * 1e3:.2f} ms, fallbacks {fallbacks}")
 
 
-def main() -> None:
+def main(runs: int = 20, template: str = "soccer-11") -> None:
     """Print the figures."""
-    seeds = range(1, int(os.environ.get("TOUCHLINE_SEEDS", "20")) + 1)
-    template = load_template("soccer-11")
-    trajectory = plan(template, VEHICLE).trajectory
+    seeds = range(1, runs + 1)
+    lines = load_template(template)
+    trajectory = plan(lines, VEHICLE).trajectory
     for follower in FOLLOWERS:
         quiet = [Scenario(noise="none")]
         white = [Scenario(seed=seed, gnss=WHITE) for seed in seeds]
         noisy = [Scenario(seed=seed) for seed in seeds]
-        _case("no noise", follower, trajectory, template, quiet)
-        _case("fixes white", follower, trajectory, template, white)
-        _case("default noise", follower, trajectory, template, noisy)
+        _case("no noise", follower, trajectory, lines, quiet)
+        _case("fixes white", follower, trajectory, lines, white)
+        _case("default noise", follower, trajectory, lines, noisy)

@@ -1,7 +1,7 @@
 """The estimator alone on a recorded session: how many times real time, and what of it is reading.
 
-`python -m benchmarks check_estimator`; TOUCHLINE_SESSION names the recording, by default a pitch is simulated first.
-All is processor time, the best of three. Reading message by message, twice, as the check once did, is beside reading
+`python -m benchmarks check_estimator`; `session` names the recording, by default a pitch is simulated first. All is
+processor time, the best of `repeats`. Reading message by message, twice, as the check once did, is beside reading
 once into tables.
 """
 
@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from benchmarks._settings import Small
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.runs.checking.check_session import check_recording
@@ -23,21 +24,35 @@ from touchline.services.runs.checking.part_alone import OPEN_LOOP
 from touchline.services.runs.checking.robot_messages import RobotMessages
 from touchline.services.runs.checking.robot_tables import RobotTables
 
-_TEMPLATE = "soccer-11"
+SMALL = Small(
+    {"template": "study-square", "repeats": 1},
+    (
+        "study-square.mcap: # s of sim time; # estimates compared: the same",
+        *(
+            f"{what} # s # times real time"
+            for what in (
+                "read message by message, twice",
+                "read once into tables",
+                "the whole check",
+                "the command, with its start",
+            )
+        ),
+    ),
+)
 
 
-def main() -> None:
+def main(session: str = "", template: str = "soccer-11", repeats: int = 3) -> None:
     """Print the figures."""
-    if given := os.environ.get("TOUCHLINE_SESSION"):
-        measure(Path(given))
+    if session:
+        measure(Path(session), repeats)
         return
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{_TEMPLATE}.mcap"
-        subprocess.run([sys.executable, "-m", "touchline", "simulate", _TEMPLATE, "--record", str(path)], check=True)
-        measure(path)
+        path = Path(folder) / f"{template}.mcap"
+        subprocess.run([sys.executable, "-m", "touchline", "simulate", template, "--record", str(path)], check=True)
+        measure(path, repeats)
 
 
-def measure(path: Path) -> None:
+def measure(path: Path, repeats: int) -> None:
     """Print the figures of a recording of one robot."""
     warm_up(print)
     (found,) = check_recording(path, only=ESTIMATOR)
@@ -49,7 +64,7 @@ def measure(path: Path) -> None:
         ("read once into tables", lambda: RobotTables(path, OPEN_LOOP)),
         ("the whole check", lambda: check_recording(path, only=ESTIMATOR)),
     ):
-        spent_s = min(cpu_s(task) for _ in range(3))
+        spent_s = min(cpu_s(task) for _ in range(repeats))
         print(f"  {what:32s}{spent_s:7.2f} s{found.sim_time_s / spent_s:10,.0f} times real time")
     begun_s = sum(_children_s())
     subprocess.run(

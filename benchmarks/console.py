@@ -2,7 +2,8 @@
 
 The console is `touchline tui` in a pseudo-terminal of 120 by 40. It has 1,000 entries in its log and a whole pitch of
 paint on its map; the robot that it shows only talks, so nothing else takes the machine's time.
-`python -m benchmarks console`.
+`python -m benchmarks console`; `stops` are pressed while it is idle, `mashed` after each kind of key-mashing for
+`mash_s`.
 """
 
 from __future__ import annotations
@@ -16,42 +17,44 @@ import numpy as np
 
 from benchmarks._console_robot import TalkingRobot, serve
 from benchmarks._console_terminal import Terminal
+from benchmarks._settings import Small
 from touchline.schemas import topics
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 
 LOG_ENTRIES = 1000
-IDLE_STOPS = 20
-MASHED_STOPS = 8
-MASH_S = 6.0
 KEY_REPEAT_HZ = 30.0
 MASHES = {"r held": "r", "space held": " ", "every key": "rs g+-f0[]\t"}
 START_S = 60.0
 LOST_S = 30.0
+SMALL = Small(
+    {"stops": 1, "mashed": 1, "mash_s": 0.2},
+    ("median worst key to bus", *(f"{name} # ms # ms" for name in ("idle", *MASHES))),
+)
 
 
-def main() -> None:
+def main(stops: int = 20, mashed: int = 8, mash_s: float = 6.0) -> None:
     """Press the emergency stop again and again, and print how long it took to reach the robot."""
     config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
-    stops: queue.Queue[tuple[str, float]] = queue.Queue()
+    heard: queue.Queue[tuple[str, float]] = queue.Queue()
     stop = threading.Event()
     with Bus.open(topics.ROBOT_SIM, config) as bus:
         robot = TalkingRobot(bus, LOG_ENTRIES)
-        robot.stopped = lambda request_id, at_s: stops.put((request_id, at_s))
+        robot.stopped = lambda request_id, at_s: heard.put((request_id, at_s))
         thread = threading.Thread(target=serve, args=(robot, stop))
         thread.start()
         terminal = Terminal(config)
         try:
             if bus.wait_for({topics.CONSOLE}, START_S):
                 sys.exit("the console did not come up")
-            _wait_until_it_hears(terminal, stops)
+            _wait_until_it_hears(terminal, heard)
             robot.tell_all()
             time.sleep(3.0)
             print(f"{'':12} {'median':>8} {'worst':>8}   key to bus")
-            _print("idle", [_stop_s(terminal, stops) for _ in range(IDLE_STOPS)])
+            _print("idle", [_stop_s(terminal, heard) for _ in range(stops)])
             robot.repeats = True
             for name, keys in MASHES.items():
-                _print(name, [_mashed_s(terminal, stops, keys) for _ in range(MASHED_STOPS)])
+                _print(name, [_mashed_s(terminal, heard, keys, mash_s) for _ in range(mashed)])
         finally:
             terminal.leave()
             stop.set()
@@ -82,8 +85,8 @@ def _stop_s(terminal: Terminal, stops: queue.Queue[tuple[str, float]]) -> float:
     return at_s - begun_s
 
 
-def _mashed_s(terminal: Terminal, stops: queue.Queue[tuple[str, float]], keys: str) -> float:
-    for number in range(round(MASH_S * KEY_REPEAT_HZ)):
+def _mashed_s(terminal: Terminal, stops: queue.Queue[tuple[str, float]], keys: str, mash_s: float) -> float:
+    for number in range(round(mash_s * KEY_REPEAT_HZ)):
         terminal.press(keys[number % len(keys)])
         time.sleep(1.0 / KEY_REPEAT_HZ)
     return _stop_s(terminal, stops)

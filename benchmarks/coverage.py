@@ -4,19 +4,20 @@ The machine is that of the shipped vehicle; every field is planned by the defaul
 salt pan, the first one, the figures of Fields2Cover 2.1 are known for the same width and turning circle: 2,434.8 m at
 best with turns that leave the field; kept inside, 52 % is covered forward only and 72 % with cusps.
 
-    python -m benchmarks.coverage [--only pond] [--forward-only]
+    python -m benchmarks coverage only=pond forward_only=1
+
+`only` names the beginning of the fields that are planned; `forward_only` is for machines that never reverse.
 
 Ends with exit code 1 if a field is covered less than 99 % of what can be reached, or the body leaves one.
 """
 
-import argparse
 import sys
 import time
-from collections.abc import Sequence
 from typing import Any
 
 import shapely
 
+from benchmarks._settings import Small
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -25,6 +26,13 @@ from touchline.services.planner.plan import plan
 
 REQUIRED_PCT = 99.0
 VEHICLE = "clay-roller"
+SMALL = Small(
+    {"only": "rectangle 40 x 30"},
+    (
+        "clay-roller reachable field time length outside planned",
+        "rectangle 40 x 30 # % # % # min # m # cm # s",
+    ),
+)
 
 
 def rectangle(length_m: float, width_m: float, *ponds: shapely.Polygon) -> shapely.Polygon:
@@ -88,24 +96,18 @@ def covered(name: str, field: shapely.Polygon, options: PlanOptions) -> dict[str
     }
 
 
-def main(arguments: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """Print and return the figures of every field; end with exit code 1 if one is not what is required."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", help="fields whose name begins so")
-    parser.add_argument("--forward-only", action="store_true")
-    asked = parser.parse_args(list(arguments))
-    options = PlanOptions(forward_only=asked.forward_only)
-    rows, wrong = [], []
+def main(only: str = "", forward_only: int = 0) -> None:
+    """Print the figures of every field; end with exit code 1 if one is not what is required."""
+    options, wrong = PlanOptions(forward_only=bool(forward_only)), []
     print(f"{VEHICLE:<20}{'reachable':>11}{'field':>9}{'time':>10}{'length':>10}{'outside':>10}{'planned':>10}")
     for name, field in fields().items():
-        if asked.only and not name.startswith(asked.only):
+        if not name.startswith(only):
             continue
         try:
             row = covered(name, field, options)
         except PlanningError as error:
             wrong.append(f"{name}: {error}")
             continue
-        rows.append(row)
         print(
             f"{name:<20}{row['of_reachable_pct']:>9.2f} %{row['coverage_pct']:>7.2f} %{row['minutes']:>6.1f} min"
             f"{row['length_m']:>8.0f} m{100.0 * row['outside_m']:>7.1f} cm{row['planning_s']:>8.1f} s",
@@ -115,8 +117,3 @@ def main(arguments: Sequence[str] = ()) -> list[dict[str, Any]]:
             wrong.append(f"{name}: {row['of_reachable_pct']:.2f} %, {100.0 * row['outside_m']:.1f} cm outside")
     if wrong:
         sys.exit("not as required:\n" + "\n".join(wrong))
-    return rows
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,12 +1,11 @@
 """Consistency of the estimator over Monte Carlo runs, beside a plain EKF on the same frames.
 
-`python -m benchmarks estimator`; TOUCHLINE_RUNS sets the number of runs (100).
+`python -m benchmarks estimator`; `runs` are made of each case.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
@@ -17,6 +16,7 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
+from benchmarks._settings import Small
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation.filter import Estimator
@@ -31,6 +31,19 @@ VEHICLE = Vehicle()
 DEFAULT = Scenario()
 WHITE = Scenario(gnss=GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0))
 SLOPE = Scenario(ground=Ground(grade=0.02, uphill_rad=1.0))
+SMALL = Small(
+    {"runs": 1},
+    (
+        "matched, white fixes: # runs of # s",
+        "NEES of the pose, mean of runs and instants # # to #",
+        "NIS: instants whose mean is within # % at least #",
+        "heading RMSE # ° at most #",
+        "runs within the 3 σ that are reported # % at least #",
+        "emulated, slope of 2 % # # mm #° | # # mm #°",
+        "30 s without fixes #% # m | #% # m",
+        "# of # hold",
+    ),
+)
 
 
 class Robot(Protocol):
@@ -193,9 +206,8 @@ def checks(figures: Figures, runs: int, *, matched: bool) -> list[Check]:
     return found
 
 
-def main() -> None:
+def main(runs: int = 100) -> None:
     """Print every figure with its bounds, then both filters side by side."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "100"))
     cases: tuple[tuple[str, Callable[[int], Robot], Scenario, bool], ...] = (
         ("matched, white fixes", lambda seed: MatchedRobot(VEHICLE, WHITE, seed), WHITE, True),
         ("matched, slow GNSS error", lambda seed: MatchedRobot(VEHICLE, DEFAULT, seed), DEFAULT, True),

@@ -3,22 +3,22 @@
 Fields have 5 to 60 corners, every third a hole, some a needle (a corner drawn far out) or a slit (a notch a few
 centimetres wide), 0.05 to 5 ha for rollers and up to 0.2 ha for the mower, evenly over the logarithm.
 
-`python -m benchmarks fields`; TOUCHLINE_RUNS sets the number of fields (500), TOUCHLINE_SEED the seed (1). A plan that
-takes more than PATIENCE_S is given up. Ends with exit code 1 if one ends with anything but a plan or a reason.
+`python -m benchmarks fields`; `runs` is the number of fields, `hectares` the area of each instead. A plan that takes
+more than PATIENCE_S is given up. Ends with exit code 1 if one ends with anything but a plan or a reason.
 """
 
 import math
-import os
 import sys
 import time
 import traceback
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
+from benchmarks._settings import Small
 from benchmarks.coverage import template_of
 from benchmarks.random_fields import half_size
 from touchline.schemas.catalogue import load_vehicle
@@ -29,6 +29,13 @@ from touchline.services.planner.plan import plan
 PATIENCE_S = 90.0
 HECTARES, MOWER_HECTARES = (0.05, 5.0), (0.05, 0.2)
 NEEDLE_SHARE, SLIT_SHARE, HOLE_EVERY = 0.25, 0.25, 3
+SMALL = Small(
+    {"runs": 1, "seed": 3, "hectares": 0.004},
+    (
+        "# clay-roller # corners, hole, # m² # % # s planned",
+        "clay-roller {'planned': #}; covered of the reachable: p5 # %, median # %; median # s",
+    ),
+)
 
 
 class GivenUpError(Exception):
@@ -124,26 +131,22 @@ def _planned(number: int, vehicle: Vehicle, kind: str, field: shapely.Polygon) -
         traceback.print_exc()
         ending = f"traceback: {error!r}"
     row = FieldPlan(number, vehicle.name, kind, ending, pct, time.process_time() - begun, outside_m)
-    print(f"{number:3} {vehicle.name:<12}{kind:<32}{pct:8.2f} %{row.seconds:7.1f} s  {ending}", flush=True)
+    covered = f"{pct:8.2f} %" if ending == "planned" else f"{'-':>10}"
+    print(f"{number:3} {vehicle.name:<12}{kind:<32}{covered}{row.seconds:7.1f} s  {ending}", flush=True)
     return row
 
 
-def main() -> dict[str, Any]:
-    """Print and return the figures; end with exit code 1 after a traceback."""
-    runs, seed = int(os.environ.get("TOUCHLINE_RUNS", "500")), int(os.environ.get("TOUCHLINE_SEED", "1"))
-    rows = planned_fields(range(runs), seed)
+def main(runs: int = 500, seed: int = 1, hectares: float = 0.0) -> None:
+    """Print the figures; end with exit code 1 after a traceback."""
+    rows = planned_fields(range(runs), seed, (hectares, hectares) if hectares else None)
     for name in dict.fromkeys(row.vehicle for row in rows):
         mine = [row for row in rows if row.vehicle == name]
         endings = Counter(row.ending.split(":")[0] for row in mine)
-        covered = [row.reachable_pct for row in mine if row.ending == "planned"] or [math.nan]
+        covered = [row.reachable_pct for row in mine if row.ending == "planned"]
+        shares = f"p5 {np.percentile(covered, 5):.2f} %, median {np.median(covered):.2f} %" if covered else "-"
         print(
-            f"{name:<12}{dict(endings)}; covered of the reachable: p5 {np.percentile(covered, 5):.2f} %, median"
-            f" {np.median(covered):.2f} %; median {np.median([row.seconds for row in mine]):.1f} s"
+            f"{name:<12}{dict(endings)}; covered of the reachable: {shares};"
+            f" median {np.median([row.seconds for row in mine]):.1f} s"
         )
     if any(row.ending.startswith("traceback") for row in rows):
         sys.exit("some ended in a traceback")
-    return {"fields": [row._asdict() for row in rows]}
-
-
-if __name__ == "__main__":
-    main()

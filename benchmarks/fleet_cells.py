@@ -1,4 +1,7 @@
-"""How long a team's update takes: Voronoi cells with centroids, buffered cells, and a full exchange with the hub."""
+"""How long a team's update takes: Voronoi cells with centroids, buffered cells, and a full exchange with the hub.
+
+`python -m benchmarks fleet_cells`; `most` is the size of the largest team, `times` how often each update is timed.
+"""
 
 import math
 import time
@@ -9,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._all_at_once import buffered_cells, stopping_segments
+from benchmarks._settings import Small
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
 from touchline.services.core.arcs import unit
@@ -22,10 +26,17 @@ from touchline.services.onboard.executive.cell_keeper import CellKeeper, Segment
 Floats = NDArray[np.float64]
 
 ROBOTS: Final = (1, 10, 50, 200)
-TIMES: Final = 50
 PLACE_M2: Final = 2.5
 PERIOD_S, TICKS = 0.4, 8
 LIMITS: Final = SteeringLimits(0.5, 0.5, math.inf, 2.0, 0.01, 0.02)
+SMALL: Final = Small(
+    {"most": 10, "times": 2},
+    (
+        "ms (median, most of #), # m² a robot; with the hub, all driving",
+        "robots Voronoi, centroids buffered cells exchange with hub",
+        *(f"{robots} #, # #, # #, #" for robots in (1, 10)),
+    ),
+)
 
 
 class _Team:
@@ -69,15 +80,15 @@ class _Team:
         return {name: keeper.say(self._now_s, segment) for (name, keeper), segment in rows}
 
 
-def main() -> None:
+def main(most: int = 200, times: int = 50) -> None:
     """Print the median and the greatest time."""
-    print(f"ms (median, most of {TIMES}), {PLACE_M2:g} m² a robot; with the hub, all driving")
+    print(f"ms (median, most of {times}), {PLACE_M2:g} m² a robot; with the hub, all driving")
     print(f"{'robots':>6}  {'Voronoi, centroids':>20}  {'buffered cells':>20}  {'exchange with hub':>20}")
-    for robots in ROBOTS:
-        print(f"{robots:6}  " + "  ".join(f"{told:>20}" for told in _columns(robots)))
+    for robots in (robots for robots in ROBOTS if robots <= most):
+        print(f"{robots:6}  " + "  ".join(f"{told:>20}" for told in _columns(robots, times)))
 
 
-def _columns(robots: int) -> tuple[str, str, str]:
+def _columns(robots: int, times: int) -> tuple[str, str, str]:
     across = math.ceil(math.sqrt(robots))
     pitch = math.sqrt(PLACE_M2)
     area = FreeArea.of([(0.0, 0.0), (across * pitch, 0.0), (across * pitch, across * pitch), (0.0, across * pitch)])
@@ -88,16 +99,16 @@ def _columns(robots: int) -> tuple[str, str, str]:
     segments = stopping_segments(poses, 0.5)
     team = _Team(area, robots)
     return (
-        _timed(lambda: deployment(places, area)),
-        _timed(lambda: buffered_cells(segments, area)),
-        _timed(team.exchange, team.drive),
+        _timed(times, lambda: deployment(places, area)),
+        _timed(times, lambda: buffered_cells(segments, area)),
+        _timed(times, team.exchange, team.drive),
     )
 
 
-def _timed(work: Callable[[], object], between: Callable[[], object] = lambda: None) -> str:
+def _timed(times: int, work: Callable[[], object], between: Callable[[], object] = lambda: None) -> str:
     """Median and most, in ms; what is done between the times does not count."""
     took_ms = []
-    for _ in range(TIMES + 1):
+    for _ in range(times + 1):
         begin = time.perf_counter()
         work()
         took_ms.append(1e3 * (time.perf_counter() - begin))

@@ -1,18 +1,18 @@
 """What the bridge costs while a viewer looks: processor time at 20 times real time, by what is subscribed to.
 
-`python -m benchmarks foxglove_cost`; TOUCHLINE_SPEED sets times real time (20), TOUCHLINE_SECONDS how long for each row
-(15, wall clock). The share is that of one core, reckoned for that speed from processor time over sim time: on a busy
-machine the robot may fall behind.
+`python -m benchmarks foxglove_cost`; `speed` is times real time, `seconds` how long for each row (wall clock). The
+share is that of one core, reckoned for that speed from processor time over sim time: on a busy machine the robot may
+fall behind.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import threading
 import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -21,16 +21,23 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from benchmarks._processes import cpu_s
+from benchmarks._settings import NotHereError, Small
 from benchmarks._system import RUNNING, Hand, running_system
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
 from touchline.services.bus import Bus, Sample
 from touchline.services.bus.ports import free_port
 
-_TEMPLATE: Final = "soccer-11"
 _LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewers" / "layout.json"
 _SETTLED_S: Final = 3.0
 _ADVERTISED_S: Final = 2.0
+SMALL: Final = Small(
+    {"seconds": 1.0, "template": "tennis"},
+    tuple(
+        f"{name} #x # s in # s # % of a core at #x # messages/s"
+        for name in ("nobody looks", "the layout, # topics", "everything, # topics")
+    ),
+)
 
 
 class Looker:
@@ -85,16 +92,16 @@ def layout_topics() -> set[str]:
     return transforms | {name for name in names if f'"{name}"' in text or f'"{name}.' in text}
 
 
-def main() -> None:
+def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11") -> None:
     """Print a row for nobody, for a viewer with the layout, and for one with everything."""
-    speed = float(os.environ.get("TOUCHLINE_SPEED", "20"))
-    duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "15"))
+    if find_spec("foxglove") is None:
+        raise NotHereError("the package foxglove-sdk is not installed")
     address = f"127.0.0.1:{free_port()}"
     options = ["--foxglove", "--foxglove-listen", address]
     with running_system(speed, options=options) as system, Bus.open(topics.OPERATOR, system.config) as bus:
         hand = Hand(system, bus)
         hand.ready()
-        hand.plan(_TEMPLATE)
+        hand.plan(template)
         pid = system.processes()[topics.BRIDGE]
         clock = bus.inbox([topics.CLOCK], keep="latest")
 
@@ -103,11 +110,11 @@ def main() -> None:
             while hand.state == RUNNING:
                 hand.listen()
                 time.sleep(0.02)
-            hand.drive(_TEMPLATE)
+            hand.drive(template)
             time.sleep(_SETTLED_S)
             begun_s, sim_s, taken_s = time.monotonic(), _now_s(clock.wait(10.0)), cpu_s(pid)
             heard = looker.messages if looker is not None else 0
-            time.sleep(duration_s)
+            time.sleep(seconds)
             passed_s, cost_s = _now_s(clock.wait(10.0)) - sim_s, cpu_s(pid) - taken_s
             took_s = time.monotonic() - begun_s
             rate = (looker.messages - heard) / took_s if looker is not None else 0.0

@@ -1,49 +1,59 @@
 """Random goals, others on the way, and how near the robots come in truth.
 
-`python -m benchmarks goals`; TOUCHLINE_RUNS sets the number of drives of each robot (1000), in chains of 25.
+`python -m benchmarks goals`; `runs` is the number of drives of each robot, in chains of `chain`.
 """
 
 import math
-import os
 import time
 from collections import Counter
 
 import numpy as np
 
 from benchmarks._goal_chain import GoalChain
+from benchmarks._settings import Small
 from touchline.services.runs.arrival import NEAR_M, NEAR_RAD
 
-CHAIN, TOLD = 25, 100
+TOLD = 100
 DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))
+SMALL = Small(
+    {"runs": 2, "chain": 2},
+    (
+        *(f"{name} by {follower}, default noise, # drives, # goals under way:" for name, follower in DRIVERS),
+        "arrived #, within # cm and # degrees #",
+        "off, mm: median #, p95 #, from # to #",
+        "turned as it believes, deg: median #, p95 #, from # to #",
+        "largest jump of the reference: # mm, # degrees, # mm/s",
+        "fastest wheel: planned # of its most, at any millisecond, commanded #",
+    ),
+)
 
 
-def main() -> None:
+def main(runs: int = 1000, chain: int = 25) -> None:
     """Print all figures."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "1000"))
     for name, follower in DRIVERS:
-        _drive(name, follower, runs)
+        _drive(name, follower, runs, chain)
 
 
-def _drive(name: str, follower: str, runs: int) -> None:
+def _drive(name: str, follower: str, runs: int, count: int) -> None:
     rng, begun = np.random.default_rng(17), time.perf_counter()
     chains: list[GoalChain] = []
-    for done in range(CHAIN, runs + CHAIN, CHAIN):
+    for done in range(count, runs + count, count):
         chain = GoalChain(name, follower, rng)
-        for _ in range(CHAIN):
+        for _ in range(count):
             chain.drive(others=int(rng.integers(0, 3)))
         chains.append(chain)
         if done % TOLD == 0:
             print(f"  {done} of {runs} after {time.perf_counter() - begun:.0f} s", flush=True)
-    _print(chains)
+    _print(chains, count * len(chains))
 
 
-def _print(chains: list[GoalChain]) -> None:
+def _print(chains: list[GoalChain], drives: int) -> None:
     first = chains[0]
     ends = np.array([end for chain in chains for end in chain.ends])
     believed = np.array([end for chain in chains for end in chain.believed])
     largest = np.array([jump for chain in chains for jump in chain.jumps]).max(axis=0)
     near = (ends[:, 0] <= NEAR_M) & (ends[:, 1] <= NEAR_RAD)
-    taken, drives = sum(chain.taken for chain in chains), CHAIN * len(chains)
+    taken = sum(chain.taken for chain in chains)
     print(f"{first.vehicle_name} by {first.follower}, {first.noise} noise, {drives} drives, {taken} goals under way:")
     print(f"  arrived {len(ends)}, within 2 cm and 2 degrees {int(near.sum())}")
     for label, figures, scale in (

@@ -1,7 +1,8 @@
 """Random SIGKILLs and SIGSTOPs of every process of a system with a job and a recording.
 
-`python -m benchmarks kills`; TOUCHLINE_RUNS sets the number of signals (100), TOUCHLINE_SEED their seed (1). Every job
-has to finish, or wait for a person with a reason; recordings have to be whole but for half a second before a kill.
+`python -m benchmarks kills`; `runs` is the number of signals, `seed` theirs, `templates` what is painted (with commas).
+Every job has to finish, or wait for a person with a reason; recordings have to be whole but for half a second before a
+kill, which `slack` multiplies.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ import time
 from collections import Counter, deque
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from benchmarks._recordings import verdict
+from benchmarks._settings import Small
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
 from touchline.schemas import topics
 from touchline.schemas.messages import SprayerState, TraversalStatus
 from touchline.services.bus import Bus
 
 _SPEED: Final = 20.0
-_TEMPLATES: Final = ("soccer-11", "soccer-7", "tennis")
 _STUCK_S: Final = 30.0
 """Of wall clock without progress and without a reason, after which a job counts as stuck."""
 _KEPT_S: Final = 0.6
@@ -31,19 +32,22 @@ _KEPT_S: Final = 0.6
 _RESTART_S: Final = 60.0
 _GOES_ON_S: Final = 10.0
 """Within which a bridge that is started again goes on with its recording in the next part."""
+SMALL: Final = Small(
+    {"runs": 1, "seed": 15, "templates": "tennis", "slack": 100.0},
+    ("# signals in # minutes", "# kill bridge", "# recordings finished"),
+)
 
 
-def main() -> None:
+def main(runs: int = 100, seed: int = 1, templates: str = "soccer-11,soccer-7,tennis", slack: float = 1.0) -> None:
     """Give the signals and print what became of jobs and recordings."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "100"))
-    chance = random.Random(int(os.environ.get("TOUCHLINE_SEED", "1")))
+    work = _Work(tuple(templates.split(",")), _KEPT_S * slack, random.Random(seed))
     figures: Counter[str] = Counter()
     begun = time.monotonic()
     left = runs
     while left > 0:
         with running_system(_SPEED) as system, ExitStack() as stack:
             try:
-                victim = _Victim(system, stack, figures, chance)
+                victim = _Victim(system, stack, figures, work)
                 while left > 0:
                     left -= 1
                     victim.strike()
@@ -63,15 +67,23 @@ def _note(figures: Counter[str], what: str) -> None:
     sys.stderr.flush()
 
 
+class _Work(NamedTuple):
+    """What is painted, what a recording may lack (s), and what decides by chance."""
+
+    templates: tuple[str, ...]
+    kept_s: float
+    chance: random.Random
+
+
 class _Victim:
     """A system at work, which is struck again and again."""
 
-    def __init__(self, system: System, stack: ExitStack, figures: Counter[str], chance: random.Random) -> None:
-        self._system, self._figures, self._chance = system, figures, chance
+    def __init__(self, system: System, stack: ExitStack, figures: Counter[str], work: _Work) -> None:
+        self._system, self._figures, self._asked, self._chance = system, figures, work, work.chance
         bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
         self._hand = Hand(system, bus)
         self._hand.ready()
-        for template in _TEMPLATES:
+        for template in work.templates:
             self._hand.plan(template)
         self._inbox = bus.inbox([topics.STATUS, topics.SPRAYER], keep="recent")
         self._times: deque[tuple[float, int]] = deque(maxlen=20_000)
@@ -139,7 +151,7 @@ class _Victim:
         missing = [wall_s for wall_s, time_ns in recorded if time_ns > found.last_ns]
         lost_s = struck_s - missing[0] if missing else 0.0
         self._bad(found.problems, "in a broken recording")
-        if lost_s > _KEPT_S:
+        if lost_s > self._asked.kept_s:
             before = ", ".join(f"{struck_s - then_s:.1f} s {deed}" for then_s, deed in self._deeds)
             _note(self._figures, f"BAD: {part.name} lacks {lost_s:.1f} s before the kill; before it: {before}")
         else:
@@ -178,7 +190,7 @@ class _Victim:
 
     def _job(self) -> None:
         """Begin the next job."""
-        self._template = self._chance.choice(_TEMPLATES)
+        self._template = self._chance.choice(self._asked.templates)
         if self._recording is None:
             self._record()
         self._hand.pace(_SPEED)

@@ -3,18 +3,16 @@
 Every segment can be painted either way, so the peers get what they offer for it: OR-Tools a disjunction of both
 directions, PyVRP a group of mutually exclusive clients. They are optional: `pip install .[bench]`.
 
-    python -m benchmarks.ordering [--seconds 2] [--only random-60]
+    python -m benchmarks ordering seconds=2 only=random-60
 """
 
-import argparse
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
+from benchmarks._settings import Small
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
@@ -26,10 +24,13 @@ from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 
-SECONDS = 2.0
 # Seeds and sizes of the random instances; they are the same on every machine.
 RANDOM = ((25, 1), (60, 2), (150, 3), (300, 4), (500, 5))
 SCALE = 1000
+SMALL = Small(
+    {"seconds": 0.1, "only": "random-25"},
+    ("cost after # s ours OR-Tools PyVRP", "random-25 #"),
+)
 
 
 def random_lines(count: int, seed: int) -> Problem:
@@ -119,29 +120,17 @@ def checked(asked: Problem, nodes: list[int]) -> float:
     return asked.cost_of(np.array(nodes))
 
 
-def main(arguments: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """Print and return what each solver reaches on each instance."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=SECONDS)
-    parser.add_argument("--only")
-    asked = parser.parse_args(list(arguments))
+def main(seconds: float = 2.0, only: str = "") -> None:
+    """Print what each solver reaches on each instance, or those whose name begins with `only`."""
     ordered(random_lines(5, 0), kicks=10)
-    rows = []
-    print(f"cost after {asked.seconds:g} s" + "".join(f"{name:>14}" for name in ("ours", "OR-Tools", "PyVRP")))
+    print(f"cost after {seconds:g} s" + "".join(f"{name:>14}" for name in ("ours", "OR-Tools", "PyVRP")))
     for name, make in instances().items():
-        if asked.only and asked.only != name:
+        if not name.startswith(only):
             continue
-        row: dict[str, Any] = {"instance": name}
+        cells = []
         for solver in (ours, ortools, pyvrp):
             try:
-                row[solver.__name__] = solver(make(), asked.seconds)
+                cells.append(f"{solver(make(), seconds):.2f}")
             except ImportError:
-                row[solver.__name__] = None
-        rows.append(row)
-        costs = (row[solver.__name__] for solver in (ours, ortools, pyvrp))
-        print(f"{name:<16}" + "".join(f"{'not here' if c is None else f'{c:.2f}':>14}" for c in costs), flush=True)
-    return rows
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
+                cells.append("not here")
+        print(f"{name:<16}" + "".join(f"{cell:>14}" for cell in cells), flush=True)

@@ -1,16 +1,21 @@
-"""Paths to poses: limits at every millisecond, free headings, and speed; `touchline study tracking` has their times."""
+"""Paths to poses: limits at every millisecond, free headings, and speed; `touchline study tracking` has their times.
+
+`python -m benchmarks poses`; `goals` are planned to, with `headings` of them free.
+"""
 
 import math
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks._settings import Small
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plugins import SPEED_LAWS
 from touchline.schemas.vehicles.shipped import TURTLEBOT3_WAFFLE_PI
 from touchline.services.core.jit import kernel
-from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.poses.cubic_path import CubicPath
@@ -18,16 +23,28 @@ from touchline.services.planner.poses.kernels.free_heading import shortest_lengt
 from touchline.services.planner.steering.plain_words import plain_word
 from touchline.services.study.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 
+SMALL = Small(
+    {"goals": 20, "headings": 1000},
+    (
+        "a cubic path: median # ms, # % # ms;",
+        "by g2 instead # ms, for #%",
+        "# goals, cubic method, at every millisecond: largest share of each limit",
+        *(f"{law} speed #, yaw rate #, wheels #, along #; # refused" for law in SPEED_LAWS.names()),
+        "# free headings in # s; longer than any of # headings by # radii at most",
+        "# of them: # off Dubins' word to their own heading, # over # headings",
+    ),
+)
+CHECKED = 1000
 
-def main() -> None:
+
+def main(goals: int = 1000, headings: int = 1_000_000) -> None:
     """Print all figures."""
-    _quickness()
-    _limits()
-    _free_headings()
+    _quickness(goals_anywhere(goals))
+    _limits(goals_anywhere(goals))
+    _free_headings(headings)
 
 
-def _quickness() -> None:
-    goals = goals_anywhere(500)
+def _quickness(goals: Sequence[PathPose]) -> None:
     took = []
     for goal in goals:
         begin = time.perf_counter()
@@ -36,12 +53,13 @@ def _quickness() -> None:
     curves = [1e3 * seconds for seconds, cubic in took if cubic]
     falls = [1e3 * seconds for seconds, cubic in took if not cubic]
     print(f"a cubic path: median {np.median(curves):.2f} ms, 95 % {np.percentile(curves, 95):.2f} ms;")
-    print(f"  by g2 instead {np.median(falls):.2f} ms, for {len(falls) / len(took):.0%}")
+    instead = f"{np.median(falls):.2f} ms, for {len(falls) / len(took):.0%}" if falls else "never"
+    print(f"  by g2 instead {instead}")
 
 
-def _limits() -> None:
-    goals, options = goals_anywhere(1000), PlanOptions(start=ORIGIN)
-    print("1,000 goals, cubic method, at every millisecond: largest share of each limit")
+def _limits(goals: Sequence[PathPose]) -> None:
+    options = PlanOptions(start=ORIGIN)
+    print(f"{len(goals):,} goals, cubic method, at every millisecond: largest share of each limit")
     for law in SPEED_LAWS.names():
         worst, refused = np.zeros(4), 0
         for goal in goals:
@@ -90,19 +108,20 @@ def _longest_excess(goals: Floats, headings: int, found: Floats) -> float:
     return worst
 
 
-def _free_headings() -> None:
+def _free_headings(count: int) -> None:
     rng = np.random.default_rng(8)
-    goals = rng.uniform(-4.0, 4.0, (1_000_000, 2))
+    goals = rng.uniform(-4.0, 4.0, (count, 2))
     shortest_lengths(goals[:2], 1.0)
     begin = time.perf_counter()
     found = shortest_lengths(goals, 1.0)
     took = time.perf_counter() - begin
     excess = _longest_excess(goals, 16, found)
-    print(f"1,000,000 free headings in {took:.2f} s; longer than any of 16 headings by {excess:.1e} radii at most")
+    print(f"{count:,} free headings in {took:.2f} s; longer than any of 16 headings by {excess:.1e} radii at most")
     gaps, word = [], np.empty(3)
-    for (x, y), (length, heading) in zip(goals[:1000].tolist(), found[:1000].tolist(), strict=True):
+    for (x, y), (length, heading) in zip(goals[:CHECKED].tolist(), found[:CHECKED].tolist(), strict=True):
         sampled = min(plain_word(x, y, a, 1.0, word)[0] for a in np.linspace(0.0, 2.0 * math.pi, 721))
         own = plain_word(x, y, heading, 1.0, word)[0]
         gaps.append((abs(own - length), length - min(own, sampled)))
     worst = np.max(gaps, axis=0)
-    print(f"  1,000 of them: {worst[0]:.1e} off Dubins' word to their own heading, {worst[1]:.1e} over 722 headings")
+    off = f"{worst[0]:.1e} off Dubins' word to their own heading, {worst[1]:.1e} over 722 headings"
+    print(f"  {len(gaps):,} of them: {off}")

@@ -1,18 +1,18 @@
 """Consistency of the estimate of the small robots, by the camera overhead and by odometry alone.
 
-`python -m benchmarks positioning`; TOUCHLINE_RUNS sets the number of runs (100).
+`python -m benchmarks positioning`; `runs` are made of each robot.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from benchmarks._settings import Small
 from benchmarks.estimator import Check, error
 from touchline.schemas.faults import CameraOutage
 from touchline.schemas.onboard import OnboardConfig
@@ -34,6 +34,17 @@ WAY_M = 20.0
 OUTSIDE_3_SIGMA = 0.0027
 Pose = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
+SMALL = Small(
+    {"runs": 1},
+    (
+        *(f"{name}: # runs; the camera's NIS of # poses or headings was beyond the gates" for name in NAMES),
+        "camera: NEES of the pose # at most #",
+        "camera: position RMSE # mm at most #",
+        "5 s without it: median error # mm at most #",
+        "odometry, 20 m: median larger σ # mm at most #",
+        "# of # hold",
+    ),
+)
 
 
 class OpenLoopRobot:
@@ -165,9 +176,8 @@ def _most(degrees: int, runs: int) -> float:
     return float(chi2.ppf(0.975, degrees * runs)) / runs
 
 
-def main() -> None:
+def main(runs: int = 100) -> None:
     """Print every figure with its bounds: a filter may be cautious, but not over-confident."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "100"))
     found: list[Check] = []
     for name in NAMES:
         by_camera, by_wheels = seen(name, range(1, runs + 1)), alone(name, range(1, runs + 1))

@@ -3,13 +3,14 @@
 Polygons of 5 to 30 corners, every third with a hole, of about 0.1 to 0.9 ha, each planned for the shipped roller and
 for one of half its size; then rectangles of 0.5 to 50 ha, planned for the shipped one.
 
-    python -m benchmarks.random_fields [--fields 40] [--seed 1] [--up-to HECTARES]
+    python -m benchmarks random_fields fields=40 seed=1 hectares=0.5,1,2
+
+`hectares` are those of the rectangles; `most_m2` is the square of the largest distance from the middle.
 
 Ends with exit code 1 if a field is covered less than 98.5 % of what can be reached, or the body leaves one. A field
 that is refused is printed with the reason.
 """
 
-import argparse
 import math
 import sys
 import time
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from benchmarks._settings import Small
 from benchmarks.coverage import VEHICLE, rectangle, template_of
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
@@ -27,12 +29,21 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 
 REQUIRED_PCT = 98.5
-HECTARES = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 HALF_SIZE_SCALED = {
     "body": ("footprint_m", "gnss_antenna_z_m", "radius_of_gyration_m"),
     "drive": ("wheelbase_m", "drum_width_m", "rear_wheel_width_m"),
     "tool": ("rolled_width_m",),
 }
+
+
+SMALL = Small(
+    {"fields": 1, "most_m2": 500.0, "hectares": "0.02,0.04"},
+    (
+        "# clay-roller # corners, hole, # m² # % # cm outside # lanes # s",
+        "# half-roller # corners, hole, # m² # % # cm outside # lanes # s",
+        "# ha # lanes # s # % as lanes to the power of #",
+    ),
+)
 
 
 def half_size(vehicle: Vehicle) -> Vehicle:
@@ -45,10 +56,10 @@ def half_size(vehicle: Vehicle) -> Vehicle:
     return Vehicle.model_validate({**parts, "name": "half-roller"})
 
 
-def random_field(rng: np.random.Generator, holed: bool) -> shapely.Polygon:
+def random_field(rng: np.random.Generator, most_m2: float, *, holed: bool) -> shapely.Polygon:
     """A polygon about a middle: corners at random bearings and distances."""
     corners = int(rng.integers(5, 31))
-    reach_m = math.sqrt(rng.uniform(500.0, 5000.0))
+    reach_m = math.sqrt(rng.uniform(500.0, most_m2))
     bearings = np.sort(rng.uniform(0.0, math.tau, corners))
     distances = reach_m * rng.uniform(0.5, 1.0, corners)
     field = shapely.Polygon(np.column_stack((distances * np.cos(bearings), distances * np.sin(bearings))))
@@ -71,12 +82,12 @@ def planned(field: shapely.Polygon, vehicle: Vehicle) -> dict[str, Any]:
     }
 
 
-def random_fields(count: int, seed: int) -> tuple[list[dict[str, Any]], list[str]]:
-    """The rows of all random fields, and what is not as required."""
+def random_fields(count: int, seed: int, most_m2: float) -> list[str]:
+    """Plan random fields and print them; returns what is not as required."""
     rng, shipped = np.random.default_rng(seed), load_vehicle(VEHICLE)
-    rows, wrong = [], []
+    wrong = []
     for number in range(count):
-        field = random_field(rng, holed=number % 3 == 0)
+        field = random_field(rng, most_m2, holed=number % 3 == 0)
         kind = f"{len(field.exterior.coords) - 1} corners{', hole' if field.interiors else ''}, {field.area:.0f} m²"
         for vehicle in (shipped, half_size(shipped)):
             name = f"{number:2} {vehicle.name:<12}{kind:<30}"
@@ -85,7 +96,6 @@ def random_fields(count: int, seed: int) -> tuple[list[dict[str, Any]], list[str
             except PlanningError as error:
                 print(f"{name} refused: {error}", flush=True)
                 continue
-            rows.append({"field": number, "vehicle": vehicle.name, **row})
             print(
                 f"{name}{row['of_reachable_pct']:>8.2f} %{100.0 * row['outside_m']:>7.1f} cm outside"
                 f"{row['lanes']:>5} lanes{row['planning_s']:>8.1f} s",
@@ -93,43 +103,30 @@ def random_fields(count: int, seed: int) -> tuple[list[dict[str, Any]], list[str
             )
             if row["of_reachable_pct"] < REQUIRED_PCT or row["outside_m"] > 0.0:
                 wrong.append(f"{name}: {row['of_reachable_pct']:.2f} %, {100.0 * row['outside_m']:.1f} cm outside")
-    return rows, wrong
+    return wrong
 
 
-def growth(up_to_ha: float) -> list[dict[str, Any]]:
-    """The rows of rectangles, two by one, with the exponent of how planning grows with the lanes since the last."""
-    vehicle, rows = load_vehicle(VEHICLE), list[dict[str, Any]]()
-    for hectares in HECTARES:
-        if hectares > up_to_ha:
-            break
+def growth(sizes_ha: Sequence[float]) -> None:
+    """Plan rectangles, two by one; prints the exponent of how planning grows with the lanes since the last, too."""
+    vehicle, last = load_vehicle(VEHICLE), dict[str, Any]()
+    for hectares in sizes_ha:
         width_m = math.sqrt(1e4 * hectares / 2.0)
-        row = {"hectares": hectares, **planned(rectangle(2.0 * width_m, width_m), vehicle)}
+        row = planned(rectangle(2.0 * width_m, width_m), vehicle)
         since = ""
-        if rows:
-            by = math.log(row["planning_s"] / rows[-1]["planning_s"]) / math.log(row["lanes"] / rows[-1]["lanes"])
+        if last:
+            by = math.log(row["planning_s"] / last["planning_s"]) / math.log(row["lanes"] / last["lanes"])
             since = f"  as lanes to the power of {by:.2f}"
-        rows.append(row)
+        last = row
         print(
             f"{hectares:6.1f} ha{row['lanes']:>6} lanes{row['planning_s']:>8.1f} s"
             f"{row['of_reachable_pct']:>8.2f} %{since}",
             flush=True,
         )
-    return rows
 
 
-def main(arguments: Sequence[str] = ()) -> dict[str, Any]:
-    """Print and return the figures; end with exit code 1 if a field is not as required."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fields", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--up-to", type=float, default=HECTARES[-1], metavar="HECTARES")
-    asked = parser.parse_args(list(arguments))
-    rows, wrong = random_fields(asked.fields, asked.seed)
-    grown = growth(asked.up_to)
+def main(fields: int = 40, seed: int = 1, most_m2: float = 5000.0, hectares: str = "0.5,1,2,5,10,20,50") -> None:
+    """Print the figures; end with exit code 1 if a field is not as required."""
+    wrong = random_fields(fields, seed, most_m2)
+    growth([float(each) for each in hectares.split(",")])
     if wrong:
         sys.exit("not as required:\n" + "\n".join(wrong))
-    return {"fields": rows, "growth": grown}
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,8 +1,8 @@
 """SIGKILL of a recording's bridge, and of the whole system, at random moments: what is lost, and who reads the rest.
 
-`python -m benchmarks recording_kills`; TOUCHLINE_RUNS sets the number of kills of each kind (20), TOUCHLINE_SEED their
-seed (1), TOUCHLINE_SPEED the robot's times real time (9: 5,300 messages a second), TOUCHLINE_DOCTOR a command that is
-given each salvaged file and must end with exit code 0.
+`python -m benchmarks recording_kills`; `runs` is the number of kills of each kind, `seed` theirs, `speed` the robot's
+times real time (9: 5,300 messages a second), `doctor` a command that is given each salvaged file and must end with exit
+code 0, `slack` multiplies what a recording may lack.
 
 After each kill: how much of the wall clock before it is missing in the file, by what an observer had heard of the
 robot's clock; after that of the bridge, how long it takes until the next part goes on. Each file is salvaged; the
@@ -28,6 +28,7 @@ from typing import Final, NamedTuple
 from mcap.reader import SeekingReader
 from rosbags.rosbag2 import Reader
 
+from benchmarks._settings import Small
 from benchmarks._system import Hand, System, SystemLost, running_system
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock, Message, TraversalStatus
@@ -35,24 +36,37 @@ from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.salvage import salvage
 from touchline.services.bus import Bus
 
-_SPEED: Final = float(os.environ.get("TOUCHLINE_SPEED", "9"))
-_TEMPLATE: Final = "soccer-11"
 _GOES_ON_S: Final = 120.0
 _KEPT_S: Final = 0.5
 _BEGIN_BYTES: Final = 16 * 1024
 """More than schemas and channels take."""
+SMALL: Final = Small(
+    {"runs": 1, "template": "tennis", "slack": 100.0},
+    (
+        "the next part is there after median # s, at most # s",
+        *(
+            f"{what} killed # times: median # s, at most # s of wall clock lost before the kill"
+            for what in ("bridge", "whole system")
+        ),
+    ),
+)
 
 
-def main() -> None:
+def main(
+    runs: int = 20,
+    seed: int = 1,
+    speed: float = 9.0,
+    template: str = "soccer-11",
+    slack: float = 1.0,
+    doctor: str = "",
+) -> None:
     """Kill, read what is left, and print it."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "20"))
-    chance = random.Random(int(os.environ.get("TOUCHLINE_SEED", "1")))
-    doctor = shlex.split(os.environ.get("TOUCHLINE_DOCTOR", ""))
-    problems: list[str] = []
-    lost_s = list(_kill_bridges(runs, chance, doctor, problems))
+    kills = _Kills(speed, template, random.Random(seed), _Reading(_KEPT_S * slack, shlex.split(doctor), []))
+    lost_s = list(_kill_bridges(runs, kills))
     print(f"bridge killed {runs} times: {_spread(lost_s)} of wall clock lost before the kill", flush=True)
-    lost_s = [_kill_tree(chance, doctor, problems) for _ in range(runs)]
+    lost_s = [_kill_tree(kills) for _ in range(runs)]
     print(f"whole system killed {runs} times: {_spread(lost_s)} of wall clock lost before the kill")
+    problems = kills.reading.problems
     for problem in problems:
         print(f"  BAD: {problem}")
     if problems:
@@ -92,6 +106,23 @@ class _Listener:
         return [each for each in self._heard if from_s <= each[0] < until_s]
 
 
+class _Reading(NamedTuple):
+    """What a recording may lack (s), the doctor's command, and what was wrong so far."""
+
+    kept_s: float
+    doctor: list[str]
+    problems: list[str]
+
+
+class _Kills(NamedTuple):
+    """What is painted at how many times real time, what decides by chance, and how what is left is read."""
+
+    speed: float
+    template: str
+    chance: random.Random
+    reading: _Reading
+
+
 class _Kill(NamedTuple):
     """A file whose recorder was killed, when, and what was heard of the robot's clock while it was recorded."""
 
@@ -106,48 +137,48 @@ class _Kill(NamedTuple):
 
 
 @contextmanager
-def _recorded_job() -> Iterator[tuple[System, Hand, _Listener, Path]]:
-    """A system that paints a pitch and records it."""
-    with running_system(_SPEED) as system, Bus.open(topics.OPERATOR, system.config) as bus:
+def _recorded_job(kills: _Kills) -> Iterator[tuple[System, Hand, _Listener, Path]]:
+    """A system that paints and records it."""
+    with running_system(kills.speed) as system, Bus.open(topics.OPERATOR, system.config) as bus:
         hand, listener = Hand(system, bus), _Listener(bus)
         path = system.recordings / "killed.mcap"
-        hand.record_job(path, _TEMPLATE)
+        hand.record_job(path, kills.template)
         yield system, hand, listener, path
 
 
-def _kill_bridges(runs: int, chance: random.Random, doctor: list[str], problems: list[str]) -> Iterator[float]:
+def _kill_bridges(runs: int, kills: _Kills) -> Iterator[float]:
     """Kill the bridge of one recording again and again; a job that is done is followed by another."""
-    with _recorded_job() as (system, hand, listener, path):
-        part, gaps_s, kills, begun_s = path, list[float](), list[_Kill](), time.monotonic()
+    with _recorded_job(kills) as (system, hand, listener, path):
+        part, gaps_s, done, begun_s = path, list[float](), list[_Kill](), time.monotonic()
         for number in range(2, runs + 2):
-            until = time.monotonic() + chance.uniform(0.2, 4.0)
+            until = time.monotonic() + kills.chance.uniform(0.2, 4.0)
             pid = system.processes()[topics.BRIDGE]
             while time.monotonic() < until:
-                _keep_going(hand, listener, 0.05)
+                _keep_going(hand, kills.template, listener, 0.05)
             killed_s = time.monotonic()
             os.kill(pid, signal.SIGKILL)
             following = path.with_name(f"{path.stem}.part{number}.mcap")
             while not _goes_on(following):
                 if time.monotonic() - killed_s > _GOES_ON_S:
                     raise SystemLost(f"the recording does not go on after {part.name}")
-                _keep_going(hand, listener, 0.01)
-            kills.append(_Kill(part, killed_s, listener.heard(begun_s, killed_s)))
+                _keep_going(hand, kills.template, listener, 0.01)
+            done.append(_Kill(part, killed_s, listener.heard(begun_s, killed_s)))
             part, begun_s = following, time.monotonic()
             gaps_s.append(begun_s - killed_s)
         print(f"the next part is there after {_spread(gaps_s)}", flush=True)
         listener.listen(1.0)
         if problem := hand.finish_recording():
-            problems.append(f"the last part: {problem}")
+            kills.reading.problems.append(f"the last part: {problem}")
         # Only now: what is still recorded meanwhile would have to be read, too.
-        for kill in kills:
-            yield _judged(kill, doctor, problems)
-        _look(path, doctor, problems)
+        for kill in done:
+            yield _judged(kill, kills.reading)
+        _look(path, kills.reading)
 
 
-def _keep_going(hand: Hand, listener: _Listener, duration_s: float) -> None:
+def _keep_going(hand: Hand, template: str, listener: _Listener, duration_s: float) -> None:
     """Listen for so long; a job that is done is followed by another."""
     if listener.done:
-        hand.drive(_TEMPLATE)
+        hand.drive(template)
     listener.listen(duration_s)
 
 
@@ -156,29 +187,29 @@ def _goes_on(part: Path) -> bool:
     return part.exists() and part.stat().st_size > _BEGIN_BYTES
 
 
-def _kill_tree(chance: random.Random, doctor: list[str], problems: list[str]) -> float:
+def _kill_tree(kills: _Kills) -> float:
     """Kill every process of a system that records."""
-    with _recorded_job() as (system, _, listener, path):
+    with _recorded_job(kills) as (system, _, listener, path):
         pids = (system.supervisor.pid, *system.processes().values())
         begun_s = time.monotonic()
-        listener.listen(chance.uniform(0.2, 6.0))
+        listener.listen(kills.chance.uniform(0.2, 6.0))
         killed_s = time.monotonic()
         for pid in pids:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         listener.listen(0.5)
-        return _judged(_Kill(path, killed_s, listener.heard(begun_s, killed_s)), doctor, problems)
+        return _judged(_Kill(path, killed_s, listener.heard(begun_s, killed_s)), kills.reading)
 
 
-def _judged(kill: _Kill, doctor: list[str], problems: list[str]) -> float:
+def _judged(kill: _Kill, reading: _Reading) -> float:
     """How much is missing before the kill; problems of the file are added."""
-    lost_s = kill.lost_s(_look(kill.path, doctor, problems, alone=True))
-    if lost_s > _KEPT_S:
-        problems.append(f"{kill.path.name} lacks {lost_s:.2f} s")
+    lost_s = kill.lost_s(_look(kill.path, reading, alone=True))
+    if lost_s > reading.kept_s:
+        reading.problems.append(f"{kill.path.name} lacks {lost_s:.2f} s")
     return lost_s
 
 
-def _look(path: Path, doctor: list[str], problems: list[str], *, alone: bool = False) -> int:
+def _look(path: Path, reading: _Reading, *, alone: bool = False) -> int:
     """Read a file and salvage it; what others find in it is added. Returns the latest clock in it (ns)."""
     given = path
     if alone:  # the name of a recording stands for its further parts, too
@@ -191,7 +222,8 @@ def _look(path: Path, doctor: list[str], problems: list[str], *, alone: bool = F
             last_ns = max(last_ns, message.publish_time_ns)
     whole = given.with_name(f"whole-{given.stem.replace('.', '-')}.mcap")
     salvage(given, whole)
-    problems += [f"{given.name}: {problem}" for problem in _foreign_problems(whole, messages, doctor)]
+    found = _foreign_problems(whole, messages, reading.doctor)
+    reading.problems.extend(f"{given.name}: {problem}" for problem in found)
     return last_ns
 
 

@@ -1,45 +1,50 @@
 """A bridge that records 5,000 messages a second for a minute: what is lost, and whether its memory grows.
 
-`python -m benchmarks recording_rate`; TOUCHLINE_SPEED sets times real time (9, at 586 messages a second of sim time),
-TOUCHLINE_SECONDS how long (60, wall clock).
+`python -m benchmarks recording_rate`; `speed` is times real time (586 messages a second of sim time), `seconds` how
+long (wall clock).
 """
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from typing import Final
 
 from benchmarks._processes import Figures, figures
+from benchmarks._settings import Small
 from benchmarks._system import Hand, SystemLost, running_system
 from touchline.schemas import topics
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus
 
-_TEMPLATE: Final = "soccer-11"
-_SETTLED_S: Final = 10.0
-"""After which the bridge has all that it keeps: figures from then on are compared."""
+_SETTLED: Final = 1.0 / 6.0
+"""Share of the time after which the bridge has all that it keeps: figures from then on are compared."""
+SMALL: Final = Small(
+    {"seconds": 2.0, "template": "tennis"},
+    (
+        "# messages a second for # s, # in the file",
+        "lost: nothing",
+        "memory of the bridge: # MB, # MB in the end",
+    ),
+)
 
 
-def main() -> None:
+def main(speed: float = 9.0, seconds: float = 60.0, template: str = "soccer-11") -> None:
     """Record, and print rate, losses, memory and what it cost."""
-    speed = float(os.environ.get("TOUCHLINE_SPEED", "9"))
-    duration_s = float(os.environ.get("TOUCHLINE_SECONDS", "60"))
     with running_system(speed) as system, Bus.open(topics.OPERATOR, system.config) as bus:
         hand = Hand(system, bus)
         path = system.recordings / "rate.mcap"
-        hand.record_job(path, _TEMPLATE)
+        hand.record_job(path, template)
         pid = system.processes()[topics.BRIDGE]
         begun_s = time.monotonic()
         samples: list[Figures] = []
-        while (elapsed_s := time.monotonic() - begun_s) < duration_s:
+        while (elapsed_s := time.monotonic() - begun_s) < seconds:
             time.sleep(1.0)
-            hand.drive(_TEMPLATE)
+            hand.drive(template)
             found = figures(pid)
             if found is None:
                 raise SystemLost("the bridge is gone")
-            if elapsed_s > _SETTLED_S:
+            if elapsed_s > _SETTLED * seconds:
                 samples.append(found)
         took_s = time.monotonic() - begun_s
         problem = hand.finish_recording()

@@ -1,20 +1,21 @@
-"""200 random fault timelines against the safety invariants.
+"""Random fault timelines against the safety invariants.
 
-`python -m benchmarks safety`; TOUCHLINE_RUNS sets the number of timelines (200).
+`python -m benchmarks safety`; `runs` is the number of timelines.
 """
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 
 from benchmarks._invariants import Broken, random_run
+from benchmarks._settings import Small
 from touchline.schemas.messages import TraversalStatus
 
+SMALL = Small({"runs": 2}, ("# random fault timelines, 0 with a broken invariant", "# done"))
 
-def main() -> None:
+
+def main(runs: int = 200) -> None:
     """Print how the timelines ended, and every invariant that was broken."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "200"))
     ends: Counter[str] = Counter()
     for seed in range(runs):
         run = random_run(seed)

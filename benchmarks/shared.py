@@ -1,25 +1,27 @@
 """Two robots on one template, over many seeds: one is paused, or fails and the other one takes over.
 
-    python -m benchmarks.shared [pan | soccer-11] [--runs 20] [--seed 1] [--workers 2] [--coverage PERCENT]
+    python -m benchmarks shared job=soccer-11 runs=20 seed=1 workers=2
 
-`pan` is 30 m by 20 m and covered by two clay rollers, `soccer-11` painted by two line markers. In every run with a
-seed one of both, at a random time, (a) is paused for 30 s, (b) fails, and 20 s later the other one takes over what it
-has left. Prints a row for each run and the extremes of all. Ends with exit code 1 if bodies came nearer than 0.5 m, or
-one left the field. `reason` says why a job was no success: lines beside a robot that stands there cannot be painted.
+`pan` is 30 m by 20 m and covered by two clay rollers, to `coverage` %; any template of lines, such as `soccer-11`, is
+painted by two line markers. In every run with a seed one of both, at a random time, (a) is paused for 30 s, (b) fails,
+and 20 s later the other one takes over what it has left. Prints a row for each run and the extremes of all. Ends with
+exit code 1 if bodies came nearer than 0.5 m, or one left the field. `reason` says why a job was no success: lines
+beside a robot that stands there cannot be painted.
 """
 
-import argparse
 import random
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from functools import partial
 from multiprocessing import get_context
 from typing import Any, Final
 
 import shapely
 
+from benchmarks._settings import Small
 from benchmarks.coverage import template_of
 from touchline.schemas.catalogue import load_template, load_vehicle
 from touchline.schemas.messages import PlanOptions
@@ -33,6 +35,17 @@ from touchline.services.runs.sharing.team_report import team_figures
 ROBOTS: Final = 2
 PAUSE_S: Final = 30.0
 ORDERED_AFTER_S: Final = 20.0
+SMALL: Final = Small(
+    {"job": "tennis", "runs": 1, "workers": 1},
+    (
+        "tennis, # robots: planned # s, in # s",
+        "paused for # s",
+        "failed, taken over after # s",
+        "seed # at_s # total_s # apart_m # coverage_pct #",
+        "apart_m: # to #, median #",
+        "total_s: # to #, median #",
+    ),
+)
 Row = dict[str, Any]
 
 
@@ -43,12 +56,9 @@ def pan_job(coverage_pct: float) -> SharedJob:
     return share_areas(template, options, load_vehicle("clay-roller"), [None] * ROBOTS)
 
 
-def pitch_job(_coverage_pct: float) -> SharedJob:
-    """Two line markers on a soccer pitch."""
-    return share_job(load_template("soccer-11", {}), PlanOptions(), Setup().vehicle, [None] * ROBOTS)
-
-
-JOBS: Final[dict[str, Callable[[float], SharedJob]]] = {"pan": pan_job, "soccer-11": pitch_job}
+def lines_job(template: str) -> SharedJob:
+    """Two line markers on the lines of a template."""
+    return share_job(load_template(template), PlanOptions(), Setup().vehicle, [None] * ROBOTS)
 
 
 def paused(job: SharedJob, seed: int) -> Row:
@@ -106,27 +116,17 @@ def _print(title: str, rows: Sequence[Row]) -> None:
         print(f"   {name}: {values[0]:.4f} to {values[-1]:.4f}, median {values[len(values) // 2]:.4f}")
 
 
-def main(arguments: Sequence[str] = ()) -> None:
+def main(job: str = "pan", runs: int = 20, seed: int = 1, workers: int = 2, coverage: float = 0.0) -> None:
     """Run all and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("job", nargs="?", default="pan", choices=tuple(JOBS))
-    parser.add_argument("--runs", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--coverage", type=float, default=0.0, help="of the pan, as of touchline plan")
-    asked = parser.parse_args(arguments)
-    job, seeds = JOBS[asked.job](asked.coverage), range(asked.seed, asked.seed + asked.runs)
-    print(f"{asked.job}, {ROBOTS} robots: planned {job.table.end_s:.0f} s, in {job.planning_time_s:.0f} s")
+    work, seeds = pan_job(coverage) if job == "pan" else lines_job(job), range(seed, seed + runs)
+    print(f"{job}, {ROBOTS} robots: planned {work.table.end_s:.0f} s, in {work.planning_time_s:.0f} s")
     ways = {f"paused for {PAUSE_S:g} s": paused, f"failed, taken over after {ORDERED_AFTER_S:g} s": failed}
     found = list[Row]()
-    with ProcessPoolExecutor(asked.workers, get_context("spawn")) as pool:
+    with ExitStack() as stack:
+        pool = stack.enter_context(ProcessPoolExecutor(workers, get_context("spawn"))) if workers > 1 else None
         for title, way in ways.items():
-            rows = list(pool.map(partial(way, job), seeds))
+            rows = list((pool.map if pool else map)(partial(way, work), seeds))
             _print(title, rows)
             found += rows
     if any(row["apart_m"] < APART_M or row.get("outside_m", 0.0) > 0.0 for row in found):
         sys.exit(1)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,15 +1,17 @@
-"""Real-time factors in-process and over Zenoh, what sensors and telemetry cost, and memory over hours of sim time."""
+"""Real-time factors in one process, what telemetry costs, and memory over hours of sim time.
 
-import json
+`python -m benchmarks simulate`; each factor is the best of `repeats`, memory is followed for `hours`. The factors over
+Zenoh are those of `python -m benchmarks system`.
+"""
+
 import os
 import platform
 import resource
-import subprocess
-import sys
-import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks._settings import Small
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
@@ -20,34 +22,44 @@ from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.runs.simulation import Job, Products, simulate
 
-TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")
-REPEATS = 3
-SIMULATED_HOURS = (1, 3, 10)
-TOLD_HOURS = (1, 3)
+SIMULATED, TOLD = (0.1, 0.3, 1.0), (0.1, 0.3)
+"""Shares of the hours after which memory is printed: as `touchline simulate` runs, and with all telemetry."""
+SMALL = Small(
+    {"template": "study-square", "repeats": 1, "hours": 0.05},
+    (
+        "study-square: # min of driving; real-time factors, best of #",
+        "follower in-process CPU only with hash",
+        *(f"{follower} #x #x #x" for follower in FOLLOWERS),
+        "repeating it sim time peak RSS RSS",
+        "as simulate start #M #M",
+        "with all telemetry start #M #M",
+        "# h #M #M",
+    ),
+)
 
 
-def main() -> None:
+def main(template: str = "soccer-11", repeats: int = 3, hours: float = 10.0) -> None:
     """All of it, on this machine."""
     print(f"{_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {platform.python_version()}")
     warm_up(print)
-    job = Job.prepare(load_template(TEMPLATE), PlanOptions())
-    print(f"{TEMPLATE}: {job.plan_report.total_time_s / 60:.1f} min of driving; real-time factors, best of {REPEATS}")
-    print(f"{'follower':14} {'in-process':>12} {'CPU only':>10} {'with hash':>10} {'Zenoh + recording':>18}")
+    job = Job.prepare(load_template(template), PlanOptions())
+    print(f"{template}: {job.plan_report.total_time_s / 60:.1f} min of driving; real-time factors, best of {repeats}")
+    print(f"{'follower':14} {'in-process':>12} {'CPU only':>10} {'with hash':>10}")
     for follower in FOLLOWERS:
         config = OnboardConfig(follower=follower)
-        wall, cpu = _factor(job, config, hashed=False)
-        hashed, _ = _factor(job, config, hashed=True)
-        print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x {_over_zenoh(follower):>17.0f}x")
+        wall, cpu = _factor(job, config, repeats, hashed=False)
+        hashed, _ = _factor(job, config, repeats, hashed=True)
+        print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x")
     print(f"\n{'repeating it':20} {'sim time':>10} {'peak RSS':>10} {'RSS':>10}")
-    _memory(job, "as simulate", SIMULATED_HOURS, listening=False)
-    _memory(job, "with all telemetry", TOLD_HOURS, listening=True)
+    _memory(job, "as simulate", [hours * share for share in SIMULATED], listening=False)
+    _memory(job, "with all telemetry", [hours * share for share in TOLD], listening=True)
 
 
-def _factor(job: Job, config: OnboardConfig, *, hashed: bool) -> tuple[float, float]:
+def _factor(job: Job, config: OnboardConfig, repeats: int, *, hashed: bool) -> tuple[float, float]:
     """Sim time per wall time and per CPU time, the better of several runs: others use this machine too."""
     walls, cpus = [], []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         cpu = time.process_time()
         outcome = simulate(job, Scenario(), config, Products(hashed))
         cpus.append(outcome.report.total_time_s / (time.process_time() - cpu))
@@ -55,18 +67,7 @@ def _factor(job: Job, config: OnboardConfig, *, hashed: bool) -> tuple[float, fl
     return max(walls), max(cpus)
 
 
-def _over_zenoh(follower: str) -> float:
-    with tempfile.TemporaryDirectory() as folder:
-        options = ["--follower", follower, "--record", str(Path(folder) / "session.mcap"), "--json"]
-        command = [sys.executable, "-m", "touchline", "run", TEMPLATE, *options]
-        reports = [
-            json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-            for _ in range(REPEATS)
-        ]
-    return max(float(report["traversal"]["real_time_factor"]) for report in reports)
-
-
-def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> None:
+def _memory(job: Job, title: str, hours: Sequence[float], listening: bool) -> None:
     """One emulator that paints the same again and again, with a full tank and battery each time."""
     emulator = Emulator(job.vehicle, Scenario(), OnboardConfig(follower="pure-pursuit"))
     telemetry, runner = Telemetry(emulator), FastRunner(emulator)

@@ -1,16 +1,16 @@
 """A day of work, job after job, with refills and recordings: nothing grows, nothing is left undone without a reason.
 
-`python -m benchmarks soak`; TOUCHLINE_HOURS sets the emulated time (24), TOUCHLINE_SPEED times real time (20),
-TOUCHLINE_SEED the seed of the choice of jobs (1). The last three recordings are kept until the end, no more.
+`python -m benchmarks soak`; `hours` is the emulated time, `speed` times real time, `seed` that of the choice of jobs,
+`template` the one job instead. The last three recordings are kept until the end, no more.
 """
 
 from __future__ import annotations
 
-import os
 import random
 import sys
 import time
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
+from benchmarks._settings import Small
 from benchmarks._system import Hand, System, SystemLost, running_system
 from touchline.schemas import topics
 from touchline.schemas.catalogue import line_templates
@@ -35,17 +36,24 @@ _JUDGED_H: Final = 2.0
 _GROWTH_MB_PER_H: Final = 2.0
 _GROWTH_PER_H: Final = 0.5
 """Threads or descriptors."""
+SMALL: Final = Small(
+    {"hours": 0.01, "template": "study-square"},
+    (
+        "# emulated hours in # minutes",
+        "process MB first last per hour threads per hour descriptors per hour",
+        *(f"{name} # # # # → # # # → # #" for name in (*NODES, topics.SUPERVISOR)),
+        "# jobs finished",
+    ),
+)
 
 
-def main() -> None:
+def main(hours: float = 24.0, speed: float = 20.0, seed: int = 1, template: str = "") -> None:
     """Work and print the trends."""
-    hours = float(os.environ.get("TOUCHLINE_HOURS", "24"))
-    speed = float(os.environ.get("TOUCHLINE_SPEED", "20"))
-    chance = random.Random(int(os.environ.get("TOUCHLINE_SEED", "1")))
+    templates = [template] if template else line_templates()
     with running_system(speed) as system, Bus.open(topics.OPERATOR, system.config) as bus:
-        soak = _Soak(system, bus, chance, speed)
+        soak = _Soak(system, bus, random.Random(seed), speed)
         try:
-            soak.run(3600.0 * hours)
+            soak.run(templates, 3600.0 * hours)
         except SystemLost as lost:
             soak.note(f"BAD: given up: {lost}")
         soak.print()
@@ -79,12 +87,14 @@ class _Soak:
         """Emulated so far, of jobs."""
         return (self._before_s + self._sim_s) / 3600.0
 
-    def run(self, sim_s: float) -> None:
+    def run(self, templates: Sequence[str], sim_s: float) -> None:
         """Job after job."""
         self._hand.ready()
         pids = self._system.processes()
+        self._sample()
         while self._before_s + self._sim_s < sim_s:
-            self._job(self._chance.choice(line_templates()))
+            self._job(self._chance.choice(templates))
+        self._sample()
         after = self._system.processes()
         for name in NODES:
             if after.get(name) != pids[name]:
@@ -109,7 +119,8 @@ class _Soak:
         place, moved_s = -1.0, time.monotonic()
         while True:
             self._system.check()
-            self._sample()
+            if time.monotonic() - self._sampled_s > _SAMPLE_S:
+                self._sample()
             status = self._status()
             if status is not None:
                 if status.arc_length_m != place:
@@ -140,10 +151,7 @@ class _Soak:
         return latest
 
     def _sample(self) -> None:
-        now_s = time.monotonic()
-        if now_s - self._sampled_s < _SAMPLE_S:
-            return
-        self._sampled_s = now_s
+        self._sampled_s = now_s = time.monotonic()
         for name, pid in self._system.processes().items():
             if (held := figures(pid)) is not None:
                 self._held[name].append((self.hours, held))

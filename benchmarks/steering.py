@@ -1,4 +1,8 @@
-"""Steering: microseconds a query, a million pairs built and verified, and the reference rows."""
+"""Steering: microseconds a query, a million pairs built and verified, and the reference rows.
+
+`python -m benchmarks steering`; `side` is that of the matrix of queries, `pairs` are verified, of the reference rows
+every `nth` is compared.
+"""
 
 import csv
 import math
@@ -7,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks._settings import Small
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats, PathPose, PiecePath
 from touchline.services.planner.steering.circles import circle
@@ -20,18 +25,38 @@ ROWS = Path(__file__).parents[1] / "tests" / "planner" / "data" / "steering_leng
 CURVATURE_1PM, SHARPNESS_1PM2 = 1.125, 2.1
 # What steering_functions' CC00-Dubins takes a query, as quoted for a machine like this one.
 QUOTED_US = (1.0, 1.4)
-SIDE = 1000
-PAIRS, CHUNK = 1_000_000, 50_000
+CHUNK = 50_000
 ENDS_TOLERANCE = LIMIT_TOLERANCE = 1e-9
 # Panels short enough for sixteen nodes, whatever the piece.
 PANEL_RAD = 2.0
+GROUPS = {
+    "κ 1.125, σ 1.0, 10 m": (0, 2000),
+    "κ 1.125, σ 2.1, 10 m": (2000, 3000),
+    "κ 1.3126, σ 7, 10 m": (3000, 4000),
+    "κ 1.125, σ 1.0, 2.5 m": (4000, 5000),
+    "once missed": (5000, 5031),
+    "κ 0.5 to 2, σ 0.3 to 10": (5031, 5130),
+}
+"""First and last of the reference rows of each kind."""
+SMALL = Small(
+    {"side": 10, "pairs": 1000, "nth": 100},
+    (
+        "one query in a matrix, κ # 1/m, σ # 1/m²:",
+        "# m box, bent ends: # µs, # words in # s (#–# of CC00's quoted)",
+        *(f"{kind} forward #, # with cusps #, #" for kind in GROUPS),
+        "# pairs in a 10 m box, a fifth of them coincident or nearly, random end curvatures:",
+        "# complete and feasible, # µs each to find, build and verify",
+        "worst: position # m, heading # rad,",
+        "curvature over its limit or stepping # 1/m, sharpness over its limit # 1/m²",
+    ),
+)
 
 
-def main() -> None:
+def main(side: int = 1000, pairs: int = 1_000_000, nth: int = 1) -> None:
     """Print all figures."""
-    _queries()
-    _reference_rows()
-    _million()
+    _queries(side)
+    _reference_rows(nth)
+    _million(pairs)
 
 
 def _random_poses(rng: np.random.Generator, count: int, box_m: float, curvature_1pm: float) -> Floats:
@@ -39,17 +64,17 @@ def _random_poses(rng: np.random.Generator, count: int, box_m: float, curvature_
     return rng.uniform((0.0, 0.0, -math.pi, -curvature_1pm), corner, (count, 4))
 
 
-def _queries() -> None:
+def _queries(side: int) -> None:
     rng = np.random.default_rng(1)
     print(f"one query in a matrix, κ {CURVATURE_1PM} 1/m, σ {SHARPNESS_1PM2} 1/m²:")
     for box, bent in ((10.0, 0.0), (100.0, 0.0), (100.0, CURVATURE_1PM)):
-        starts, goals = _random_poses(rng, SIDE, box, bent), _random_poses(rng, SIDE, box, bent)
+        starts, goals = _random_poses(rng, side, box, bent), _random_poses(rng, side, box, bent)
         word_lengths(starts[:2], goals[:2], CURVATURE_1PM, SHARPNESS_1PM2)
         total = min(_seconds(starts, goals) for _ in range(3))
-        took = total / SIDE**2 * 1e6
+        took = total / side**2 * 1e6
         what = f"{took / QUOTED_US[0]:.2f}–{took / QUOTED_US[1]:.2f} of CC00's quoted"
         ends = "bent" if bent else "straight"
-        print(f"  {box:5.0f} m box, {ends:8} ends: {took:8.3f} µs, {SIDE**2:9,} words in {total:.2f} s ({what})")
+        print(f"  {box:5.0f} m box, {ends:8} ends: {took:8.3f} µs, {side**2:9,} words in {total:.2f} s ({what})")
 
 
 def _seconds(starts: Floats, goals: Floats) -> float:
@@ -58,16 +83,13 @@ def _seconds(starts: Floats, goals: Floats) -> float:
     return time.perf_counter() - begin
 
 
-def _reference_rows() -> None:
+def _reference_rows(nth: int) -> None:
     with ROWS.open() as file:
         rows = [{key: float(text) for key, text in row.items()} for row in csv.DictReader(file)]
-    groups = {"κ 1.125, σ 1.0, 10 m": (0, 2000), "κ 1.125, σ 2.1, 10 m": (2000, 3000)}
-    groups |= {"κ 1.3126, σ 7, 10 m": (3000, 4000), "κ 1.125, σ 1.0, 2.5 m": (4000, 5000)}
-    groups |= {"once missed": (5000, 5031), "κ 0.5 to 2, σ 0.3 to 10": (5031, 5130)}
     print("reference rows, length over that of steering_functions (mean, largest of any row):")
-    for name, (first, last) in groups.items():
-        ours = np.array([_row_lengths(row) for row in rows[first:last]])
-        theirs = np.array([(row["cc00_dubins_m"], row["hc00_reeds_shepp_m"]) for row in rows[first:last]])
+    for name, (first, last) in GROUPS.items():
+        ours = np.array([_row_lengths(row) for row in rows[first:last:nth]])
+        theirs = np.array([(row["cc00_dubins_m"], row["hc00_reeds_shepp_m"]) for row in rows[first:last:nth]])
         mean, largest = ours.mean(0) / theirs.mean(0), (ours / theirs).max(0)
         print(f"  {name:24} forward {mean[0]:.4f}, {largest[0]:.6f}   with cusps {mean[1]:.4f}, {largest[1]:.6f}")
 
@@ -81,28 +103,29 @@ def _row_lengths(row: dict[str, float]) -> tuple[float, float]:
     return driven[0], min(driven)
 
 
-def _million() -> None:
+def _million(pairs: int) -> None:
     rng = np.random.default_rng(2)
     root = math.sqrt(SHARPNESS_1PM2)
     c = circle(CURVATURE_1PM / root)
     complete, took, worst = 0, 0.0, np.zeros(4)
-    for first in range(0, PAIRS, CHUNK):
-        starts = _random_poses(rng, CHUNK, 10.0, CURVATURE_1PM)
-        goals = _random_poses(rng, CHUNK, 10.0, CURVATURE_1PM)
+    for first in range(0, pairs, CHUNK):
+        count = min(CHUNK, pairs - first)
+        starts = _random_poses(rng, count, 10.0, CURVATURE_1PM)
+        goals = _random_poses(rng, count, 10.0, CURVATURE_1PM)
         # Every tenth pair coincides but for its curvatures, every tenth differs by up to a micrometre to a decimetre.
         goals[::10, :3] = starts[::10, :3]
         near = 10.0 ** rng.uniform(-6.0, -1.0, (len(goals[1::10]), 1))
         goals[1::10, :3] = starts[1::10, :3] + near * rng.uniform(-1.0, 1.0, near.shape) * np.ones(3)
         # Half of all ends are straight.
-        starts[rng.random(CHUNK) < 0.5, 3] = 0.0
-        goals[rng.random(CHUNK) < 0.5, 3] = 0.0
+        starts[rng.random(count) < 0.5, 3] = 0.0
+        goals[rng.random(count) < 0.5, 3] = 0.0
         if not first:
             _verify(starts[:2], goals[:2], root, c, np.zeros(4))
         begin = time.perf_counter()
         complete += int(_verify(starts, goals, root, c, worst))
         took += time.perf_counter() - begin
-    print(f"{PAIRS:,} pairs in a 10 m box, a fifth of them coincident or nearly, random end curvatures:")
-    print(f"  {complete:,} complete and feasible, {took / PAIRS * 1e6:.1f} µs each to find, build and verify")
+    print(f"{pairs:,} pairs in a 10 m box, a fifth of them coincident or nearly, random end curvatures:")
+    print(f"  {complete:,} complete and feasible, {took / pairs * 1e6:.1f} µs each to find, build and verify")
     print(f"  worst: position {worst[0]:.1e} m, heading {worst[1]:.1e} rad,")
     print(f"  curvature over its limit or stepping {worst[2]:.1e} 1/m, sharpness over its limit {worst[3]:.1e} 1/m²")
 

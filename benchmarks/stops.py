@@ -1,15 +1,14 @@
 """Random emergency stops under every load: how soon the robot says that it has stopped, and whether it has.
 
-`python -m benchmarks stops`; TOUCHLINE_RUNS sets the number of stops (500), TOUCHLINE_SEED the seed of the first (1),
-TOUCHLINE_LOADS and TOUCHLINE_CHANNELS restrict both to those named (with commas), TOUCHLINE_JSON names a file for every
-stop's figures. Ends with exit code 1 if any stop was missed.
+`python -m benchmarks stops`; `runs` is the number of stops, `seed` that of the first, `loads`, `channels` and
+`templates` restrict them to those named (with commas), `json_file` is for every stop's figures, `slack` multiplies the
+bounds. Ends with exit code 1 if any stop was missed.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import os
 import random
 import sys
 import tempfile
@@ -19,14 +18,15 @@ from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from benchmarks._mishaps import LOADS, Mishap, mishap
+from benchmarks._mishaps import LOADS, NOTHING, Mishap, mishap
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES
 from benchmarks._recordings import verdict
+from benchmarks._settings import Small
 from benchmarks._stop_channels import CHANNELS, ByCall, ByConsole, ByOrder, StopChannel, stop_channels
 from benchmarks._stranger_roles import IMPOSTOR
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
@@ -44,9 +44,18 @@ ACKNOWLEDGED_S: Final = 5.0
 PATIENCE_S: Final = 30.0
 """After which a stop is given up, or a system that does not answer."""
 _SPEEDS: Final = (1.0, 20.0)
-_TEMPLATES: Final = ("soccer-11", "soccer-11", "soccer-7")
 _SLOW_BITE: Final = {"slow-reader": 4.0, "stopped-reader": 4.0}
 """Seconds for which loads that need time are let be."""
+SMALL: Final = Small(
+    {"runs": 2, "seed": 22, "loads": NOTHING, "channels": "order,ros2", "templates": "tennis", "slack": 100.0},
+    (
+        "# emergency stops in # minutes: # within # s, 0 later and shown as not acknowledged until then, 0 missed",
+        "0 with an open valve afterwards; milliseconds (p50 / p99 / max)",
+        "load channel stops late missed answer status braking",
+        "none order # 0 0 # / # / # # / # / # # / # / #",
+        "none ros2 # 0 0 # / # / # # / # / # # / # / #",
+    ),
+)
 
 
 @dataclass
@@ -78,38 +87,52 @@ class Stop:
     notes: list[str] = field(default_factory=list)
 
 
-def main() -> None:
+def main(
+    runs: int = 500,
+    seed: int = 1,
+    loads: str = ",".join(LOADS),
+    channels: str = ",".join(CHANNELS),
+    templates: str = "soccer-11,soccer-11,soccer-7",
+    slack: float = 1.0,
+    json_file: str = "",
+) -> None:
     """Stop the robot as often as asked and print the figures."""
-    runs = int(os.environ.get("TOUCHLINE_RUNS", "500"))
-    first = int(os.environ.get("TOUCHLINE_SEED", "1"))
-    loads = _named("TOUCHLINE_LOADS", LOADS)
-    channels = _named("TOUCHLINE_CHANNELS", CHANNELS)
+    asked = _Stops(_named("loads", loads, LOADS), _named("channels", channels, CHANNELS), templates.split(","), slack)
     begun = time.monotonic()
-    stops = list(random_stops(range(first, first + runs), loads, channels))
+    stops = list(random_stops(range(seed, seed + runs), asked))
     _print(stops, time.monotonic() - begun)
-    if file := os.environ.get("TOUCHLINE_JSON"):
-        Path(file).write_text(json.dumps([asdict(stop) for stop in stops], indent=1), encoding="utf-8")
+    if json_file:
+        Path(json_file).write_text(json.dumps([asdict(stop) for stop in stops], indent=1), encoding="utf-8")
     if any(stop.missed or stop.valve for stop in stops):
         sys.exit(1)
 
 
-def _named(variable: str, known: Sequence[str]) -> list[str]:
-    names = [name for name in os.environ.get(variable, "").split(",") if name] or list(known)
+class _Stops(NamedTuple):
+    """By which channels the robot is stopped under which loads, what it paints, and what multiplies the bounds."""
+
+    loads: Sequence[str]
+    channels: Sequence[str]
+    templates: Sequence[str]
+    slack: float
+
+
+def _named(setting: str, text: str, known: Sequence[str]) -> list[str]:
+    names = text.split(",")
     if unknown := sorted(set(names) - set(known)):
-        sys.exit(f"{variable}: no {', '.join(unknown)}; there are: {', '.join(known)}")
+        sys.exit(f"{setting}: no {', '.join(unknown)}; there are: {', '.join(known)}")
     return names
 
 
-def random_stops(numbers: Iterable[int], loads: Sequence[str], channels: Sequence[str]) -> Iterable[Stop]:
+def random_stops(numbers: Iterable[int], asked: _Stops) -> Iterable[Stop]:
     """Stops by number, which is their seed; a system that is lost is replaced by another."""
     waiting = list(numbers)
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
         while waiting:
-            with running_system(ros2="ros2" in channels, keep=Path(keep)) as system, ExitStack() as stack:
+            with running_system(ros2="ros2" in asked.channels, keep=Path(keep)) as system, ExitStack() as stack:
                 try:
-                    rig = _Rig(system, stack, frozenset(channels))
+                    rig = _Rig(system, stack, asked)
                     while waiting:
-                        stop = _drawn(waiting.pop(0), loads, channels)
+                        stop = _drawn(waiting.pop(0), asked)
                         try:
                             rig.run(stop)
                         finally:
@@ -119,10 +142,11 @@ def random_stops(numbers: Iterable[int], loads: Sequence[str], channels: Sequenc
                     sys.stderr.write(f"a new system: {lost}\n")
 
 
-def _drawn(number: int, loads: Sequence[str], channels: Sequence[str]) -> Stop:
+def _drawn(number: int, asked: _Stops) -> Stop:
     chance = random.Random(number)
     # Each load in turn, so that none is left out of a short run.
-    return Stop(number, chance.choice(channels), loads[number % len(loads)], chance.choice(_SPEEDS))
+    load = asked.loads[number % len(asked.loads)]
+    return Stop(number, chance.choice(asked.channels), load, chance.choice(_SPEEDS))
 
 
 def _tell(stop: Stop) -> None:
@@ -139,17 +163,17 @@ def _tell(stop: Stop) -> None:
 class _Rig:
     """A system, a hand that drives it, an observer, and the channels that stop it."""
 
-    def __init__(self, system: System, stack: ExitStack, channels: frozenset[str]) -> None:
-        self._system = system
+    def __init__(self, system: System, stack: ExitStack, asked: _Stops) -> None:
+        self._system, self._templates, self._slack = system, asked.templates, asked.slack
         self._bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
         self._hand = Hand(system, self._bus)
         self._hand.ready()
-        for template in dict.fromkeys(_TEMPLATES):
+        for template in dict.fromkeys(self._templates):
             self._hand.plan(template)
         self._apart = stack.enter_context(Bus.open("observer", system.config))
         self._observer = Observer(self._apart)
         self._rescue = ByCall(self._bus)
-        self._channels = stack.enter_context(stop_channels(system, self._bus, channels))
+        self._channels = stack.enter_context(stop_channels(system, self._bus, frozenset(asked.channels)))
 
     def run(self, stop: Stop) -> None:
         """Drive, let the load set in, stop, and look what became of it."""
@@ -180,14 +204,14 @@ class _Rig:
     def _drive(self, stop: Stop, chance: random.Random) -> None:
         if problem := self._hand.pace(stop.speed):
             stop.notes.append(f"speed: {problem}")
-        self._hand.drive(chance.choice(_TEMPLATES))
+        self._hand.drive(chance.choice(self._templates))
         self._observer.watch(chance.uniform(0.1, 1.0))
 
     def _let_bite(self, stop: Stop, done: Mishap, chance: random.Random) -> None:
         """Wait until the load has an effect; what it does by itself to a driving robot is noted."""
         if stop.load == "flood-estop":
             self._observer.watch(0.5)
-            self._hand.drive(_TEMPLATES[0])
+            self._hand.drive(self._templates[0])
         self._observer.watch(chance.uniform(0.3, 1.5) + _SLOW_BITE.get(stop.load, 0.0))
         self._system.check()
         if self._observer.state != RUNNING and not done.node:
@@ -216,7 +240,7 @@ class _Rig:
             self._system.check()
         if isinstance(channel, ByOrder) and alive_s == sent_s:
             alive_s = channel.sent_s
-            if alive_s - sent_s > STARTING_S:
+            if alive_s - sent_s > STARTING_S * self._slack:
                 stop.missed = f"took {alive_s - sent_s:.1f} s to begin"
         self._measure(stop, channel, sent_s, alive_s, already=before_s is not None)
 
@@ -261,7 +285,7 @@ class _Rig:
             stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
         else:
             stop.estopped_s = max(0.0, observer.estopped_s - base_s)
-            if stop.estopped_s > LIMIT_S:
+            if stop.estopped_s > LIMIT_S * self._slack:
                 until_s = min(observer.estopped_s, answer.at_s if answer else math.inf)
                 if self._was_told(channel, base_s, until_s):
                     stop.late = True
@@ -274,11 +298,11 @@ class _Rig:
             stop.missed = "wheels are still commanded"
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
-            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
+            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S * self._slack:
                 stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
             elif IMPOSTOR in answer.text:
                 stop.missed = f"believed an impostor: {answer.text!r}"
-        if stop.unreachable_s > TOLD_S and stop.channel == "console" and not channel.said:
+        if stop.unreachable_s > TOLD_S * self._slack and stop.channel == "console" and not channel.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
 
     @staticmethod
