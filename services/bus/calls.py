@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import repeat
 from typing import Final, Generic, NamedTuple
 
 import zenoh
@@ -120,6 +121,7 @@ class Server(Generic[Request, Response]):
         if service.urgent:
             room, self._looked_at = _WAITING_URGENT_CALLS, _LOOKED_AT_URGENT
         self._room = room
+        self._pauses_s: Iterator[float] = repeat(_POLL_S)
         self._queryables: list[zenoh.Queryable[handlers.Handler[zenoh.Query]]] = []
         self.declare(session)
 
@@ -173,10 +175,12 @@ class Server(Generic[Request, Response]):
         return None
 
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
-        """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
+        """As :meth:`poll`, but waits up to ``timeout_s`` for a request: more closely for a while after each."""
         deadline = time.monotonic() + timeout_s
         while (call := self.poll()) is None and time.monotonic() < deadline:
-            time.sleep(_POLL_S)
+            time.sleep(next(self._pauses_s))
+        if call is not None:
+            self._pauses_s = _pauses_s()
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
@@ -265,7 +269,7 @@ class Answers:
 
 
 def _pauses_s() -> Iterator[float]:
-    """Between two looks for an answer: short at first, since most come at once, then longer."""
+    """Between two looks for an answer or the next request: short at first, since most come at once, then longer."""
     pause_s = _FIRST_POLL_S
     while True:
         yield pause_s

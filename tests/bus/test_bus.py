@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from datetime import datetime
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -18,7 +19,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
-from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter
+from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter, calls
 from touchline.services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 
 
@@ -164,6 +165,38 @@ def starter(pair):
     yield bridge, count
     done.set()
     thread.join()
+
+
+def test_the_next_request_is_looked_for_more_closely_than_the_first(pair, monkeypatch):
+    robot, bridge = pair
+    server = robot.serve(topics.START)
+
+    def pauses_s() -> list[float]:
+        """The first hundred between two looks."""
+        found: list[float] = []
+
+        def sleep(pause_s: float) -> None:
+            found.append(pause_s)
+            if len(found) == 100:
+                raise InterruptedError
+
+        with monkeypatch.context() as patch, pytest.raises(InterruptedError):
+            patch.setattr(calls, "time", SimpleNamespace(sleep=sleep, monotonic=time.monotonic))
+            server.wait(60.0)
+        return found
+
+    idle_s = pauses_s()
+    assert idle_s == pauses_s() == idle_s[:1] * 100
+    request = CommandRequest(request_id="once")
+    caller = threading.Thread(target=lambda: bridge.call(topics.START, request, 60.0))
+    caller.start()
+    server.wait(60.0).reply(CommandResponse(success=True))
+    caller.join()
+    after_s = pauses_s()
+    assert after_s[0] < 0.1 * idle_s[0]
+    assert after_s == sorted(after_s)
+    assert after_s[-1] == idle_s[0]
+    assert pauses_s() == idle_s
 
 
 def test_a_repeated_request_does_nothing_more(starter):
