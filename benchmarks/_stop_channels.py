@@ -209,6 +209,7 @@ cli.main()
         assert self._reader is not None
         self._running.wait()
         self._reader.join()
+        self._close_pipes(self._running)
         self._running = None
 
     def rest(self) -> None:
@@ -221,7 +222,14 @@ cli.main()
         """End all."""
         self.rest()
         self._waiting.kill()
-        self._waiting.communicate()
+        self._waiting.wait()
+        self._close_pipes(self._waiting)
+
+    @staticmethod
+    def _close_pipes(process: subprocess.Popen[str]) -> None:
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                pipe.close()
 
 
 class ByRos2(StopChannel):

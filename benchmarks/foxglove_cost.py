@@ -29,7 +29,8 @@ from touchline.services.bus import Bus, Sample
 from touchline.services.bus.ports import free_port
 
 _LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewers" / "layout.json"
-_SETTLED_S: Final = 3.0
+_SETTLED: Final = 0.2
+"""Share of the time of a row that passes before it."""
 _ADVERTISED_S: Final = 2.0
 SMALL: Final = Small(
     {"seconds": 1.0, "template": "tennis"},
@@ -111,7 +112,7 @@ def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11"
                 hand.listen()
                 time.sleep(0.02)
             hand.drive(template)
-            time.sleep(_SETTLED_S)
+            time.sleep(_SETTLED * seconds)
             begun_s, sim_s, taken_s = time.monotonic(), _now_s(clock.wait(10.0)), cpu_s(pid)
             heard = looker.messages if looker is not None else 0
             time.sleep(seconds)

@@ -36,7 +36,7 @@ ROBOTS: Final = 2
 PAUSE_S: Final = 30.0
 ORDERED_AFTER_S: Final = 20.0
 SMALL: Final = Small(
-    {"job": "tennis", "runs": 1, "workers": 1},
+    {"job": "tennis", "runs": 1, "seed": 2, "workers": 1},
     (
         "tennis, # robots: planned # s, in # s",
         "paused for # s",

@@ -9,7 +9,7 @@ from benchmarks._settings import NotHereError, available, benchmark, parsed
 NUMBER = r"[-+]?\d[\d,]*(\.\d+)?(e[-+]?\d+)?"
 TROUBLE = re.compile(
     r"\b(nan|inf|BAD|MISSED|WARN\w*|ERROR|\w*Error|\w*Warning|warning|Traceback)\b"
-    r"|no topic of ours|in the recording:|error: |lost: (?!nothing)|no refill|died|disturbed|a new system",
+    r"|no topic of ours|in the recording:|^error: |lost: (?!nothing)|no refill|died|disturbed|a new system",
 )
 
 
