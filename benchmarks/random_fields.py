@@ -39,8 +39,8 @@ HALF_SIZE_SCALED = {
 SMALL = Small(
     {"fields": 1, "seed": 8, "corners": 5, "holes": 0, "hectares": "0.1,0.2"},
     (
-        "# clay-roller # corners # m² # % # cm outside # lanes # s",
-        "# half-roller # corners # m² # % # cm outside # lanes # s",
+        "# clay-roller # corners, # m² # % # cm outside # lanes # s",
+        "# half-roller # corners, # m² # % # cm outside # lanes # s",
         "# ha # lanes # s # % as lanes to the power of #",
     ),
 )
