@@ -151,7 +151,7 @@ def _paused(sample):
 
 
 def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
-    robot = process(bus, speed=20.0)
+    robot = process(bus, speed=1.0)
     inbox = operator.inbox([topics.SPRAYER, topics.TRUTH])
     caught_up(bus, operator)
     ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)

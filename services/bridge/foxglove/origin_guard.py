@@ -82,6 +82,8 @@ class OriginGuard:
                 await self._check(reader, writer)
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             pass  # it came to nothing
+        except asyncio.CancelledError:
+            pass  # `stop` waits for it; Python 3.11's streams print a traceback for a handler that ends as cancelled
         finally:
             self._tasks.discard(task)
             writer.close()
