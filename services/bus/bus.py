@@ -12,6 +12,7 @@ import zenoh
 from touchline.schemas.topics import SERVING, Request, Response, Service, Topic
 from touchline.services.bus import calls
 from touchline.services.bus.answerers import Answerers
+from touchline.services.bus.attachment import session_publisher
 from touchline.services.bus.calls import Question, Server
 from touchline.services.bus.claim import claim
 from touchline.services.bus.config import PATIENCE_S, BusConfig
@@ -139,6 +140,11 @@ class Bus:
     def session_id(self) -> str:
         """Of this process's session, as its liveliness token has it."""
         return str(self._session.zid())
+
+    @property
+    def publisher_id(self) -> bytes:
+        """That of a publisher which is known by its session, one of a topic."""
+        return session_publisher(self.session_id)
 
     def peers(self) -> frozenset[str]:
         """Ids of the sessions that this one has a link to."""

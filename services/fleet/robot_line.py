@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.bus import Bus
-from touchline.services.bus.attachment import session_publisher
 from touchline.services.fleet.answers import answers
 from touchline.services.fleet.told_contacts import tick_of
 
@@ -28,7 +27,7 @@ class RobotLine:
         self._inbox = bus.inbox([topics.WHEREABOUTS, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
         self._lockstep = lockstep
         self.way: m.TrueWay | None = None
-        self._guidance = bus.publisher(topics.GUIDANCE, session_publisher(bus.session_id))
+        self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
         self.said: m.Whereabouts | None = None
         self.said_at_s, self.fresh = time.monotonic(), False
 

@@ -12,7 +12,6 @@ from tests.robot_sim.bus_rig import ask, process, turn_until
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, Guidance, Whereabouts
 from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.attachment import session_publisher
 
 ROOM = np.array([(1.0, 0.0, 9.0), (-1.0, 0.0, 9.0), (0.0, 1.0, 9.0), (0.0, -1.0, 9.0)])
 
@@ -61,7 +60,7 @@ def team(bus: Bus, operator: Bus) -> Team:
 
 
 def guidance_of(bus: Bus) -> Any:
-    return bus.publisher(topics.GUIDANCE, session_publisher(bus.session_id))
+    return bus.publisher(topics.GUIDANCE, bus.publisher_id)
 
 
 def test_only_the_coordinator_that_it_has_joined_moves_it(team: Team, bus_config: BusConfig) -> None:
