@@ -4,6 +4,7 @@ import math
 import time
 
 import pytest
+import zenoh
 
 from tests.bridge.test_gateway import bridge, endpoint, gateway, names, robot, ros, session, turn_until  # noqa: F401
 from touchline.schemas import topics
@@ -50,7 +51,8 @@ def test_any_other_is_refused_with_field_and_remedy(pose, says):
 @pytest.mark.parametrize("name", ["/goal_pose", "/tt2/goal_pose"])
 def test_a_goal_gets_to_the_robot_and_what_is_none_is_told(ros, gateway, names, robot, name):  # noqa: F811
     server = robot.serve(topics.GOTO)
-    publisher = ros.declare_publisher(names.topic_key(topics.Topic(name, PoseStamped)))
+    key, waits = names.topic_key(topics.Topic(name, PoseStamped)), zenoh.CongestionControl.BLOCK
+    publisher = ros.declare_publisher(key, congestion_control=waits)  # else a megabyte may be dropped
     got = []
 
     def arrived():

@@ -9,8 +9,10 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, setup
+from tests.robot_sim.scripted import trajectory
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
+from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
 from touchline.services.bus import Bus, HealthReporter
@@ -19,6 +21,9 @@ from touchline.services.robot_sim.robot_process import RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together
 
 ROBOTS = {"r1": {"seed": 1}, "r2": {"seed": 2, "follower": "pure-pursuit"}, "club/r3": {"seed": 3}}
+
+ENDLESS_PLAN = trajectory([Curve.from_line((0, 0), (1000, 0))], [0], speed_mps=0.5)
+"""A drive of half an hour, for a robot at full pace: it is still under way when all has been asked."""
 
 
 class Rig:
@@ -94,7 +99,7 @@ def test_stops_of_all_robots_are_looked_for_amid_the_ticks_of_one(rig, monkeypat
     """Each turn may take its slice; a stop waits for no more than a part of it."""
     monkeypatch.setattr(robot_process, "BESIDE_EVERY_S", 0.0)
     here = rig(-1.0)
-    here.start("r1")
+    here.start("r1", ENDLESS_PLAN)
     here.start("club/r3")
     first = here.host._robots[0]
     question = here.operators["club/r3"].ask(topics.ESTOP, encode(CommandRequest(request_id="stop")), 100.0)
