@@ -8,7 +8,7 @@ touches whom, and has its bumper pressed, is found by who hears them all.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Event, Guidance, TrueWay
 from touchline.services.bus import Bus
 from touchline.services.bus.attachment import session_publisher
+from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.tick_log import TRUTH, Rows
@@ -29,14 +30,6 @@ _LOOK_S: Final = 0.2
 """Wall time between two looks whether the coordinator is still on the bus."""
 _STRANGERS: Final = 8
 """So many are told of while a robot is guided."""
-
-
-class LinkNews(NamedTuple):
-    """A line for the event log: severity, code and text."""
-
-    severity: int
-    code: str
-    text: str
 
 
 class GuidedLink:
@@ -51,6 +44,7 @@ class GuidedLink:
         self._bus, self._inbox = bus, bus.inbox([topics.GUIDANCE])
         self._coordinator, self._believed = "", b""
         self._strangers: set[bytes] = set()
+        self._news: list[OnboardEvent] = []
         self._there, self._look_at_s = True, 0.0
         self._emulator = emulator
         self._step = 0
@@ -67,52 +61,52 @@ class GuidedLink:
             lockstep_s: At every multiple of it the robot waits for an answer; 0: it never does.
         """
         self._coordinator, self._believed = coordinator, session_publisher(coordinator)
-        self._strangers, self._there, self._look_at_s = set(), True, 0.0
+        self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
         self._inbox.drain()
         self._way = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
-    def turn(self, now_s: float) -> list[LinkNews]:
+    def turn(self, now_s: float) -> list[OnboardEvent]:
         """Take what the coordinator has sent; returns what the operator should know.
 
         Args:
             now_s: Monotonic wall time.
         """
-        strangers = self._take()
-        return [*self._of_strangers(strangers), *self._of_coordinator(now_s)] if self.under_way else []
+        self._take()
+        if self.under_way:
+            self._look_for_coordinator(now_s)
+        news, self._news = self._news, []
+        return news
 
-    def _take(self) -> set[bytes]:
-        """Take guidance of the coordinator; returns who else has sent some."""
-        strangers = set[bytes]()
+    def _take(self) -> None:
+        """Take guidance of the coordinator, and note who else sends some."""
         for sample, message in self._inbox.messages():
             if sample.publisher != self._believed:
-                strangers.add(sample.publisher)
+                self._ignore(sample.publisher)
             elif isinstance(message, Guidance):
                 self._emulator.take_guidance(message)
                 stamp = message.header.stamp
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
-        return strangers
 
-    def _of_strangers(self, strangers: set[bytes]) -> list[LinkNews]:
-        new = sorted(strangers - self._strangers)[: _STRANGERS - len(self._strangers)]
-        self._strangers |= set(new)
-        joined = f"it has joined the coordinator of session {self._coordinator}"
-        return [
-            LinkNews(Event.WARN, "stranger", f"guidance of publisher {each.hex() or 'unknown'} is ignored: {joined}")
-            for each in new
-        ]
+    def _ignore(self, publisher: bytes) -> None:
+        """Note one who is not believed, once."""
+        if not self.under_way or publisher in self._strangers or len(self._strangers) == _STRANGERS:
+            return
+        self._strangers.add(publisher)
+        who = publisher.hex() or "unknown"
+        text = f"guidance of publisher {who} is ignored: the robot is guided by session {self._coordinator}"
+        self._news.append(OnboardEvent(Event.WARN, "stranger", text))
 
-    def _of_coordinator(self, now_s: float) -> list[LinkNews]:
-        """Says once that it has gone; what it has told last ends with its lease, and then the robot brakes."""
+    def _look_for_coordinator(self, now_s: float) -> None:
+        """Note once that it has gone; what it has told last ends with its lease, and then the robot brakes."""
         if not self._there or now_s < self._look_at_s:
-            return []
+            return
         self._look_at_s = now_s + _LOOK_S
         self._there = self.knows(self._coordinator)
-        if self._there:
-            return []
-        text = "the coordinator has left the bus: the robot stops and waits; abort, and have it guided anew"
-        return [LinkNews(Event.ERROR, "coordinator-lost", text)]
+        if not self._there:
+            text = "the coordinator has left the bus: the robot stops and waits; abort, and have it guided anew"
+            self._news.append(OnboardEvent(Event.ERROR, "coordinator-lost", text))
 
     def knows(self, session: str) -> bool:
         """Whether a session is on the bus as a coordinator, by its liveliness token; in any thread."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import ask, process, turn_until
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, Guidance, Whereabouts
@@ -27,8 +29,8 @@ class Team:
         self.told: list[Event] = []
         self.said = Whereabouts()
 
-    def joins(self, session: str) -> Any:
-        return ask(self._operator, self.robot, topics.BEGIN_GUIDED, coordinator=session, lockstep_s=0.0)
+    def joins(self, session: str, lockstep_s: float = 0.0) -> Any:
+        return ask(self._operator, self.robot, topics.BEGIN_GUIDED, coordinator=session, lockstep_s=lockstep_s)
 
     def listen(self) -> None:
         for _, said in self.inbox.messages():
@@ -74,6 +76,19 @@ def test_only_the_coordinator_that_it_has_joined_moves_it(team: Team, bus_config
         team.until(lambda: team.said.x_m > 0.5, {guidance_of(ours): (4.0, 0.0), **others})
         assert len(team.events("stranger")) == 2, "each is told of once"
         assert ours.session_id in team.events("stranger")[0]
+
+
+def test_a_stranger_is_told_of_while_sim_time_waits_for_the_coordinator(
+    team: Team, bus: Bus, bus_config: BusConfig
+) -> None:
+    link = team.robot._guided
+    with Bus.open(topics.COORDINATOR, bus_config) as ours, Bus.open("stranger", bus_config) as stranger:
+        assert team.joins(ours.session_id, lockstep_s=0.4).success
+        turn_until(team.robot, lambda: link.held(time.monotonic()))
+        stranger.publisher(topics.GUIDANCE).send(Guidance())
+        caught_up(bus, stranger)
+        assert link.held(time.monotonic())
+        team.until(lambda: team.events("stranger"), {})
 
 
 def test_it_stops_and_tells_when_its_coordinator_has_gone(team: Team, bus_config: BusConfig) -> None:
