@@ -1,4 +1,4 @@
-"""How long a team's update takes: Voronoi cells with centroids, buffered cells, and a full exchange with the hub.
+"""Time that a team's update takes: Voronoi cells with centroids, buffered cells, and a full exchange with the hub.
 
 `python -m benchmarks fleet_cells`; `most` is the size of the largest team, `times` how often each update is timed.
 """

@@ -133,7 +133,7 @@ def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11"
 
 
 def _later_s(clock: Inbox, than_s: float) -> float:
-    """What the robot's clock says, once that is later.
+    """The time by the robot's clock, once that is later.
 
     Raises:
         SystemLost: It stands still.

@@ -68,7 +68,7 @@ def _note(figures: Counter[str], what: str) -> None:
 
 
 class _Work(NamedTuple):
-    """What is painted, what a recording may lack (s), and what decides by chance."""
+    """Templates to paint, seconds that a recording may lack, and the source of chance."""
 
     templates: tuple[str, ...]
     kept_s: float

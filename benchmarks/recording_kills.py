@@ -107,7 +107,7 @@ class _Listener:
 
 
 class _Reading(NamedTuple):
-    """What a recording may lack (s), the doctor's command, and what was wrong so far."""
+    """Seconds that a recording may lack, the doctor's command, and what was wrong so far."""
 
     kept_s: float
     doctor: list[str]
@@ -115,7 +115,7 @@ class _Reading(NamedTuple):
 
 
 class _Kills(NamedTuple):
-    """What is painted at how many times real time, what decides by chance, and how what is left is read."""
+    """Pace and template of the job, the source of chance, and how recordings are read afterwards."""
 
     speed: float
     template: str

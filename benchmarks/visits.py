@@ -55,7 +55,7 @@ def main(runs: int = 1000, template: str = "soccer-11", slack: float = 1.0) -> N
 
 
 class _Visits(NamedTuple):
-    """How many, what the robot paints meanwhile, and within what time it has to stop (s)."""
+    """Number of visits, the template that is painted meanwhile, and the time within which the robot has to stop (s)."""
 
     runs: int
     template: str

@@ -16,7 +16,7 @@ class Attachment(NamedTuple):
 
 
 def session_publisher(session_id: str) -> bytes:
-    """The id of a publisher that is known by its session: one a session and key."""
+    """The publisher id that stands for a session; no more than one of its publishers of a key may have it."""
     return bytes.fromhex(session_id.rjust(2 * _GID_BYTES, "0"))
 
 

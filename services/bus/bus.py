@@ -143,7 +143,7 @@ class Bus:
 
     @property
     def publisher_id(self) -> bytes:
-        """That of a publisher which is known by its session, one of a topic."""
+        """For a publisher by which receivers shall know this session; one of a topic."""
         return session_publisher(self.session_id)
 
     def peers(self) -> frozenset[str]:

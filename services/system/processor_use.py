@@ -13,7 +13,7 @@ _WANTS = ("R", "D")
 
 
 class ProcessorUse(NamedTuple):
-    """Processor time of a process since its start (s), and who of it waits for a processor.
+    """Processor time of a process since its start (s), and which of its threads wait for a processor.
 
     Attributes:
         loop_s: Of its first thread, in which the loop of a service turns.
@@ -29,7 +29,7 @@ class ProcessorUse(NamedTuple):
 
 
 def processor_use(pid: int) -> ProcessorUse | None:
-    """What a process is doing; None where that cannot be known.
+    """Processor use of a process; None where that cannot be known.
 
     Args:
         pid: Process id.
