@@ -16,9 +16,10 @@ from touchline.services.bus import Bus, Inbox
 from touchline.services.fleet.body_contacts import BodyContacts, body_radius_m
 from touchline.services.fleet.laggards import NOT_WAITED_FOR
 from touchline.services.fleet.starts import free_area
-from touchline.services.fleet.told_contacts import ToldContacts, tick_of
+from touchline.services.fleet.told_contacts import ToldContacts
 from touchline.services.runs.bus_run import JobFailed, Watcher
 from touchline.services.runs.team.team_figures import hash_of
+from touchline.services.runs.team.ways_in_order import WaysInOrder
 from touchline.services.runs.team_recording import begin_team_recording, end_team_recording
 
 _COORDINATOR_S: Final = 120.0
@@ -56,7 +57,7 @@ class TeamOnBus:
     def __post_init__(self) -> None:
         """Nobody has touched anybody."""
         self._told = ToldContacts(self.buses, body_radius_m(self.team.vehicle), free_area(self.team))
-        self._ways_tick = 0
+        self._ways = WaysInOrder(self._told, len(self.buses))
 
     def run(self) -> dict[str, Any]:
         """Do all of it.
@@ -116,6 +117,7 @@ class TeamOnBus:
             self.watcher.check()
             for name, inbox in zip(self.buses, inboxes, strict=True):
                 self._hear(name, inbox)
+            self._ways.look()
             for _, message in events.messages():
                 if isinstance(message, m.Event):
                     self._warnings += message.code == NOT_WAITED_FOR
@@ -138,7 +140,7 @@ class TeamOnBus:
             if isinstance(message, m.TraversalReport):
                 self._reports[name] = message
             elif isinstance(message, m.TrueWay):
-                self._note_way(name, message)
+                self._ways.take(name, message)
             elif isinstance(message, m.Event) and message.severity >= m.Event.WARN:
                 if message.code == _LATCHED:
                     self._stopped[name] = message.text
@@ -149,19 +151,8 @@ class TeamOnBus:
         text = status.problem or f"{status.robots} robots, {status.arrived} arrived, {status.stuck} stuck"
         self.watcher.progress(min(done, 1.0), text)
 
-    def _note_way(self, name: str, way: m.TrueWay) -> None:
-        """Count contacts up to an exchange once somebody has told of the next one: then all have told of it."""
-        if (tick := tick_of(way)) > self._ways_tick:
-            self._count_contacts()
-            self._ways_tick = tick
-        self._told.take(name, way)
-
-    def _count_contacts(self) -> None:
-        if self._ways_tick > self._told.looked_tick:
-            self._told.look(self._ways_tick)
-
     def _figures(self, wall_s: float, recording: dict[str, Any] | None, bus: Bus) -> dict[str, Any]:
-        self._count_contacts()
+        self._ways.look(all_told=True)
         contacts = self._told.contacts
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped
