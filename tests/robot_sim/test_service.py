@@ -56,7 +56,7 @@ def test_the_pace_changes_no_byte(bus_config):
 
 
 def test_start_traversal_as_a_foreign_client_calls_it(bus, operator):
-    robot = process(bus)
+    robot = process(bus, speed=0.1)  # it is under way when it is asked again
     answer = ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
     assert answer.success
     assert answer.total_time == pytest.approx(4.5, abs=1.0)
