@@ -36,7 +36,7 @@ def in_processes(
     """In ``workers`` processes, as they finish. Closing the iterator early stops them.
 
     Raises:
-        TouchlineError: A process does not even start.
+        TouchlineError: Not one process starts.
     """
     pool = _Pool(work, shared, tasks)
     try:
@@ -47,7 +47,7 @@ def in_processes(
                 try:
                     came = pool.take(worker)
                 except WorkerLost as error:
-                    came = lost(tasks[number], str(error))
+                    came = lost(tasks[number], str(error)) if number >= 0 else None
                 if number >= 0:
                     pool.left -= 1
                     yield came
@@ -82,17 +82,17 @@ class _Pool:
         """What came of a process's task; it gets the next one, or ends.
 
         Raises:
-            WorkerLost: It has died, and another one takes its place.
-            TouchlineError: It has died before it had one.
+            WorkerLost: It has died. Another one takes its place if it had a task; otherwise the others do without.
+            TouchlineError: It has died before it had one, and there is no other.
         """
         more = self._given < len(self._tasks)
         try:
             came = worker.take()
         except WorkerLost as error:
-            if worker.task is None:
-                raise TouchlineError(f"no task can be done: {error}") from error
             self._dismiss(worker)
-            if more:
+            if worker.task is None and not self._workers:
+                raise TouchlineError(f"no task can be done: {error}") from error
+            if worker.task is not None and more:
                 self.begin()
             raise
         if more:

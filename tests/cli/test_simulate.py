@@ -150,7 +150,7 @@ def test_a_sweep_from_the_command_line(touchline, simulation_of, tmp_path):
     assert "study-square" in err
 
 
-@pytest.mark.parametrize("what", ["interrupted", "a worker killed"])
+@pytest.mark.parametrize("what", ["interrupted", "all workers killed"])
 def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchline, monkeypatch):
     wanted = "300" if what == "interrupted" else "6"
 
@@ -158,7 +158,8 @@ def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchlin
         if doing == f"1 of {wanted}" and what == "interrupted":
             signal.raise_signal(signal.SIGINT)
         elif doing == f"1 of {wanted}":
-            os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
+            for worker in multiprocessing.active_children():  # one has its second task, one its first or none yet
+                os.kill(worker.pid, signal.SIGKILL)
 
     monkeypatch.setattr(sweep_command, "progress_bar", lambda _title: nullcontext(advance))
     code, out, _ = touchline("sweep", "study-square", "--seeds", wanted, "--workers", "2", "--json")
@@ -170,4 +171,5 @@ def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchlin
         assert len(swept["runs"]) < 300
     else:
         assert (code, swept["complete"]) == (1, True)
-        assert ["was killed (SIGKILL)" in run["reason"] for run in failed] == [True]
+        assert 1 <= len(failed) <= 2
+        assert all("was killed (SIGKILL)" in run["reason"] for run in failed)

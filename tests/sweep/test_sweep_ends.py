@@ -15,8 +15,9 @@ from typer.testing import CliRunner
 
 from tests.command import app
 from tests.sweep.combining import combined
-from tests.sweep.worker_tasks import divide, signal_itself
+from tests.sweep.worker_tasks import KillsTheFirst, divide, signal_itself
 from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
@@ -139,6 +140,14 @@ def test_a_worker_leaves_ctrl_c_to_its_parent():
     ((number, why),) = [each for each in told if each != signal.SIGINT]
     assert number == signal.SIGKILL
     assert "was killed (SIGKILL)" in why
+
+
+def test_a_worker_that_dies_before_its_first_task_is_done_without(tmp_path):
+    shared = KillsTheFirst(tmp_path / "begun")
+    assert list(in_processes(divide, shared, [1.0, 2.0, 4.0], 2, lambda _number, why: why)) == [1.0, 0.5, 0.25]
+    shared.mark.unlink()
+    with pytest.raises(TouchlineError, match=r"no task can be done: .*SIGKILL"):
+        list(in_processes(divide, shared, [1.0], 1, lambda _number, why: why))
 
 
 def test_what_goes_wrong_in_a_worker_goes_wrong_here():

@@ -1,6 +1,8 @@
 """What a worker is given to do; a process that begins with it loads nothing else of the tests."""
 
 import os
+import signal
+from contextlib import suppress
 
 
 def signal_itself(_shared: None, number: int) -> int:
@@ -12,3 +14,20 @@ def signal_itself(_shared: None, number: int) -> int:
 def divide(shared: float, by: float) -> float:
     """What is shared, divided."""
     return shared / by
+
+
+class KillsTheFirst:
+    """What tasks have in common: the first process that gets it is killed before its first task."""
+
+    def __init__(self, mark):
+        self.mark = mark
+
+    def __reduce__(self):
+        return take_over, (self.mark,)
+
+
+def take_over(mark):
+    with suppress(FileExistsError):
+        mark.touch(exist_ok=False)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 1.0
