@@ -18,6 +18,7 @@ from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.g2_path import G2Path
+from touchline.services.planner.poses.guarded_poses import guarded_law, guarded_pose_method
 from touchline.services.planner.poses.laws import SpeedLaw, timed
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
 from touchline.services.planner.poses.traveller import Traveller
@@ -79,7 +80,7 @@ def _from_drive(
         return kept.then(_from_rest(end.pose, goal, traveller))
     stopped = kept.then(leg.stopped(kept_to_m, vehicle))
     offers = [stopped.then(_from_rest(leg.end_of(stopped).pose, goal, traveller))]
-    law = chosen(SPEED_LAWS, goal.law, "speed law")
+    law = _law(goal)
     fastest = law is None and not goal.duration_s
     if leg.direction > 0 and fastest and isinstance(_method(goal, law), G2Path):
         offers += [kept.then(moving) for moving in _moving(end, goal, traveller)]
@@ -113,12 +114,12 @@ def _way(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
     too_near = 0.0 < abs(aimed.point - start.point) < STRETCH_MIN_M
     if too_near and traveller.can_spin and not math.isnan(aimed.heading_rad):
         start = PathPose(aimed.x_m, aimed.y_m, start.heading_rad)  # turn there
-    return _method(goal, chosen(SPEED_LAWS, goal.law, "speed law")).between(start, aimed, traveller)
+    return _method(goal, _law(goal)).between(start, aimed, traveller)
 
 
 def _driven(way: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
     """The way, with the speeds of the goal's law."""
-    law = chosen(SPEED_LAWS, goal.law, "speed law")
+    law = _law(goal)
     sections = [Section(TRANSITION, way.path)]
     sent = _sent(sections, traveller)
     speeds = timed(
@@ -177,4 +178,9 @@ def _method(goal: PoseGoal, law: SpeedLaw | None) -> PoseMethod:
         return CubicPath(tuple(goal.tangents_m.tolist()), law)
     if len(goal.tangents_m):
         raise PlanningError("", f"has goal.tangents_m with the pose method {goal.method!r}", "give the method cubic")
-    return method
+    return guarded_pose_method(method, goal.method)
+
+
+def _law(goal: PoseGoal) -> SpeedLaw | None:
+    """The speed law that the goal names."""
+    return guarded_law(chosen(SPEED_LAWS, goal.law, "speed law"), goal.law)

@@ -10,8 +10,9 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.collision.clear_lines import ReachableLines, reachable_lines
-from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name, area_method_of
+from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.area_swaths import painted_segments
+from touchline.services.planner.coverage.guarded_coverage import guarded_area_method
 from touchline.services.planner.coverage.swath_figures import swath_figures
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.given_pose import START, pose_of
@@ -33,6 +34,7 @@ from touchline.services.planner.tour import (
     ordering,
     refuse_too_many,
 )
+from touchline.services.planner.transitions.guarded_turns import guarded_transitions
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
 
 LEAVE_OUT, REFUSE = "leave-out", "refuse"
@@ -55,7 +57,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
         if vehicle.tool.width_m <= 0.0:
             problem = f'has the area "{template.areas[0].id}", and {vehicle.name} has no tool to cover it with'
             raise PlanningError("", problem, "use a vehicle with a sprayer or a roller")
-        method = area_method_of(options, vehicle.tool)
+        method = guarded_area_method(options, vehicle.tool)
         assert not isinstance(method, CoverageMethod), "which makes a route instead of swaths"
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
@@ -129,7 +131,7 @@ def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Tr
     """
     able = {REVERSING: vehicle.drive.can_reverse, SPINNING: vehicle.drive.can_spin}
     standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
-    return replace(method_of(options).transitions(limits), standing=standing)
+    return replace(guarded_transitions(method_of(options), options.method, limits), standing=standing)
 
 
 def _end(options: PlanOptions) -> PathPose | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
 from touchline.services.planner.chosen_plugin import chosen
+from touchline.services.planner.plugin_answers import blaming
 
 if TYPE_CHECKING:
     from touchline.services.planner.limits import Limits
@@ -35,7 +36,10 @@ def method_of(options: PlanOptions) -> Method:
     """The method that the options name; "" is the default one.
 
     Raises:
-        PlanningError: There is no such method.
+        PlanningError: There is no such method, or another package's is none.
     """
     found: Method = chosen(METHODS, options.method, "method")
+    blame = blaming(METHODS, options.method)
+    if blame is not None and not isinstance(found, Method):
+        raise blame(f"it is {found!r}, not a Method")
     return found

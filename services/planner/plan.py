@@ -7,8 +7,9 @@ from touchline.schemas.messages import PlanOptions, PlanReport, Trajectory
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
-from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_of, named_once
+from touchline.services.planner.coverage.area_method import CoverageMethod, named_once
 from touchline.services.planner.coverage.covering import covered
+from touchline.services.planner.coverage.guarded_coverage import guarded_area_method
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.marking import marked
 from touchline.services.planner.output.measure import measure
@@ -71,7 +72,7 @@ def plan(
         PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
     task = PlanTask(template, vehicle, named_once(options or PlanOptions()), company)
-    method = area_method_of(task.options, vehicle.tool)
+    method = guarded_area_method(task.options, vehicle.tool)
     if isinstance(method, CoverageMethod) and template.areas:
         worked = covered(task, method, progress)
     else:

@@ -131,9 +131,10 @@ def test_a_plug_in_that_fails_in_use_is_a_line_that_names_its_package(
         example, "plan", "lawn.json", "--method", "gentle", "--area-method", "there", "-q", cwd=tmp_path
     )
     assert planned.returncode == 2
+    which = 'transition method "gentle"' if raises == "connect" else 'area method "there"'
     assert planned.stderr == (
-        "error: the package gentle-turns 0.1 fails with ZeroDivisionError: division by zero; "
-        "mend or uninstall the package, or use another plug-in\n"
+        f"error: plan cannot use the {which} of the package gentle-turns 0.1: "
+        "it fails with ZeroDivisionError: division by zero; mend it, or use another one\n"
     )
 
 

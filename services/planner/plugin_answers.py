@@ -1,0 +1,89 @@
+"""What plug-ins of others give the planner is looked at before anything is reckoned with it.
+
+Compiled kernels trust their numbers; with NaN or a wrong shape they would write where they may not.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from typing import Any, Final, TypeVar
+
+from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.plain_text import plain
+from touchline.schemas.plugins import Registry, tracebacks_wanted
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
+
+MISSED_M: Final = 1e-3
+"""A way that ends further from where it was to lead is wrong, not rounded."""
+MISSED_RAD: Final = 1e-3
+_MOST_PIECES: Final = 10_000
+_LONGEST: Final = 200
+
+T = TypeVar("T")
+Blame = Callable[[str], PlanningError]
+"""From what is wrong with an answer of a plug-in to the error that names the plug-in."""
+
+
+def blaming(registry: Registry[Any], name: str) -> Blame | None:
+    """How to blame the plug-in of that name ("": the default one); None if it is shipped, and trusted."""
+    if registry.is_shipped(name or registry.default):
+        return None
+
+    def blame(problem: str) -> PlanningError:
+        shown = plain(problem, _LONGEST)
+        return PlanningError("", f"cannot use {registry.described(name)}: {shown}", "mend it, or use another one")
+
+    return blame
+
+
+def called(blame: Blame, function: Callable[..., T], *given: Any) -> T:
+    """What a function of the plug-in gives.
+
+    Raises:
+        PlanningError: It raises that itself, or anything else.
+    """
+    try:
+        return function(*given)
+    except TouchlineError:
+        raise
+    except Exception as error:  # whatever somebody else's code does
+        if tracebacks_wanted():
+            traceback.print_exc(file=sys.stderr)
+        raise blame(f"it fails with {type(error).__name__}: {error}") from error
+
+
+def sound(pieces: Any, blame: Blame) -> tuple[Piece, ...]:
+    """The pieces, if a robot can drive each of them.
+
+    Raises:
+        PlanningError: It cannot.
+    """
+    if not (isinstance(pieces, Sequence) and all(isinstance(each, Piece) for each in pieces)):
+        raise blame(f"it gave a {type(pieces).__name__} instead of pieces of path")
+    if len(pieces) > _MOST_PIECES:
+        raise blame(f"it gave {len(pieces)} pieces of path for one way")
+    for each in pieces:
+        usable = all(map(math.isfinite, each)) and each.length_m >= 0.0 and each.direction in (1, -1)
+        if not usable or (each.spin_rad and each.length_m):
+            raise blame(f"it gave a piece of path with {each._asdict()}")
+    return tuple(pieces)
+
+
+def leading(pieces: Any, start: PathPose, goal: PathPose, blame: Blame) -> tuple[Piece, ...]:
+    """The sound pieces, if they lead from the start to the goal; a goal with heading NaN has any.
+
+    Raises:
+        PlanningError: They do not.
+    """
+    driven = sound(pieces, blame)
+    if not all(map(math.isfinite, start)):
+        raise blame(f"its way begins at {tuple(start)}")
+    end = PiecePath(start, driven).end
+    missed_m = abs(end.point - goal.point)
+    missed_rad = 0.0 if math.isnan(goal.heading_rad) else math.remainder(end.heading_rad - goal.heading_rad, math.tau)
+    if not (missed_m <= MISSED_M and abs(missed_rad) <= MISSED_RAD):
+        raise blame(f"its way ends {missed_m:.3g} m and {abs(missed_rad):.3g} rad from where it was to lead")
+    return driven
