@@ -143,6 +143,8 @@ REPLAY_STATUS = Topic("replay/status", m.ReplayStatus, 10, recorded=False, latch
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
+#: From the bridge while its recording is behind: how far sim time may go that passes faster than real time.
+RECORDER_LIMIT = Topic("recording/limit", m.Clock, recorded=False, units="s", general=False)
 
 TOPICS: tuple[Topic, ...] = (
     CLOCK,
@@ -186,6 +188,7 @@ TOPICS: tuple[Topic, ...] = (
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,
+    RECORDER_LIMIT,
 )
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 

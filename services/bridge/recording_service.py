@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
+    Clock,
     DiagnosticStatus,
     Event,
     Header,
@@ -48,6 +49,11 @@ _LATCHED_S = 0.3
 #: Who did not answer, and may be frozen itself, is asked again after this long, so many times.
 _ASK_AGAIN_S = 2.0
 _ASK_AGAIN = 3
+#: Sim time that robots may be ahead of a recording that is behind, all of them together, and each at least: what comes
+#: in between waits here, some 600 messages of a second.
+_AHEAD_S = 20.0
+_AHEAD_EACH_S = 1.0
+_LIMIT_EVERY_S = 0.1
 
 
 class BridgeService:
@@ -87,6 +93,7 @@ class BridgeService:
         self._failed: RecordingReport | None = None
         self._gaps_told = 0
         self._was_behind = False
+        self._limited, self._limit_at_s = False, 0.0
         self._steadiness = Steadiness()
         self._recovering = False
         self._ask_again = 0
@@ -197,7 +204,17 @@ class BridgeService:
         if self._session.parts != self._parts:
             self._note_parts(self._session)
         self._tell_gaps()
+        self._limit(self._session, time.monotonic())
         return busy
+
+    def _limit(self, session: RecordingSession, now_s: float) -> None:
+        """While the recording is behind, and once when it is no more, tell robots how far sim time may go."""
+        if (session.behind or self._limited) and now_s >= self._limit_at_s:
+            self._limited, self._limit_at_s = session.behind, now_s + _LIMIT_EVERY_S
+            ahead_s = max(_AHEAD_S / len(self._ends), _AHEAD_EACH_S)
+            for end in self._ends:
+                if reached_ns := session.recorder.now_ns(end.bus.namespace):
+                    end.limit.send(Clock(clock=Time.of_ns(reached_ns + round(1e9 * ahead_s))))
 
     def _note_parts(self, session: RecordingSession) -> None:
         """Note the recording's files, for a bridge after this one."""
@@ -415,6 +432,8 @@ class _RobotEnd:
         """Neighbours that were there when this process went steadily."""
         self.unasked: set[str] = set()
         """Publishers that could not be asked what they have sent since then."""
+        self.limit = bus.publisher(topics.RECORDER_LIMIT)
+        """Of sim time, while the recording is behind."""
         self._events = bus.publisher(topics.EVENTS)
 
     def look(self) -> frozenset[str]:

@@ -27,6 +27,7 @@ from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.memory import give_back
 from touchline.services.robot_sim.pace import FORGIVEN_S, LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.recorder_limit import RecorderLimit
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Reports, Telemetry
 
 SERVED_AT_ONCE: Final = 4
@@ -55,6 +56,8 @@ IN_STEP_FORGIVEN_S: Final = 2.0
 """Lag that a robot catches up with which waits for its coordinator, and for all others, now and then."""
 BRAKING_TICKS: Final = 300
 """More than enough to come to rest."""
+HELD_BACK_S: Final = 1.0
+"""For so long after sim time was held for who takes telemetry, it is told."""
 ClockPolicy = Literal["held", "free"]
 
 
@@ -180,6 +183,7 @@ class RobotProcess:
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
+        self._recorder_limit, self._held_at_s = RecorderLimit(bus), -math.inf
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()])
         self._publish(self._commands.take())
@@ -253,8 +257,22 @@ class RobotProcess:
 
     @property
     def _held(self) -> bool:
-        """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
-        return self._pacer.factor < 0.0 and self._running and self._outlet.behind
+        """Whether sim time stands still until the telemetry so far is taken; never while the robot is to stop.
+
+        At real time or slower it never does: an operator would see a robot that stands though it drives.
+        """
+        hurries = self._pacer.factor < 0.0 or self._pacer.factor > 1.0
+        if not (hurries and self._running):
+            return False
+        held = self._outlet.behind or self._recorder_limit.passed(self._emulator.time_s)
+        if held:
+            self._held_at_s = time.monotonic()
+        return held
+
+    @property
+    def _held_back(self) -> bool:
+        """Whether sim time was held lately."""
+        return time.monotonic() - self._held_at_s < HELD_BACK_S
 
     def _begin_guided(self, coordinator: str, lockstep_s: float) -> None:
         self._guided.begin(coordinator, lockstep_s)
@@ -379,7 +397,8 @@ class RobotProcess:
         self._health_at_s = now_s + HEALTH_EVERY_S
         if not (changed or self._health.due):
             return
-        message = self._emulator.onboard.status.reason or "ok"
+        slow = "sim time is held back: the telemetry is not taken as fast as it comes" if self._held_back else "ok"
+        message = self._emulator.onboard.status.reason or slow
         self._health.poll(self._diagnostics(), message=message, at_once=changed)
 
     def _mind_report(self) -> None:

@@ -1,0 +1,35 @@
+"""Holds sim time back for a recorder that cannot take telemetry as fast as the emulation makes it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.schemas.messages import Clock
+from touchline.services.bus import Bus
+
+FRESH_S: Final = 1.0
+"""A recorder that is behind says so more often; the word of one that has died or hangs holds up nobody for longer."""
+_LOOK_S: Final = 0.02
+
+
+class RecorderLimit:
+    """What the recorder has said last of how far sim time may go; it is only asked at a pace that can be held back."""
+
+    def __init__(self, bus: Bus, clock: Callable[[], float] = time.monotonic) -> None:
+        """Listen on the bus of the robot; `clock` is in seconds."""
+        self._inbox = bus.inbox([topics.RECORDER_LIMIT], keep="latest")
+        self._clock = clock
+        self._limit_s = self._heard_s = self._look_at_s = float("-inf")
+
+    def passed(self, time_s: float) -> bool:
+        """Whether a sim time (s) lies beyond it."""
+        now_s = self._clock()
+        if now_s >= self._look_at_s:
+            self._look_at_s = now_s + _LOOK_S
+            for _, message in self._inbox.messages():
+                assert isinstance(message, Clock)
+                self._limit_s, self._heard_s = message.clock.seconds, now_s
+        return now_s - self._heard_s < FRESH_S and time_s > self._limit_s
