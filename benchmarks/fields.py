@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from pydantic import ValidationError
 
 from benchmarks._settings import Small
 from benchmarks.coverage import template_of
@@ -125,6 +126,8 @@ def _planned(number: int, vehicle: Vehicle, kind: str, field: shapely.Polygon) -
         pct, outside_m = figures.reachable_pct, figures.body_outside_m
     except PlanningError as error:
         ending = f"refused: {error.problem}"
+    except ValidationError:  # of the template: a slit may leave an outline that touches itself
+        ending = "refused: no usable outline"
     except GivenUpError:
         ending = "given up"
     except Exception as error:  # noqa: BLE001 - what this looks for

@@ -7,7 +7,7 @@ the cells, and progress is a line now and then. `quiet` leaves only results, war
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -18,7 +18,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from touchline.schemas.messages import Event, PlanReport
+from touchline.schemas.messages import Event, LeftOutStretch, PlanReport
 from touchline.schemas.plain_text import plain, plain_lines
 from touchline.schemas.supplies import full
 from touchline.schemas.vehicles import Vehicle
@@ -142,9 +142,9 @@ def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:
         print_event(Event.WARN, f"the job {shortage}")
 
 
-def warn_of_left_out(report: PlanReport) -> None:
+def warn_of_left_out(stretches: Iterable[LeftOutStretch]) -> None:
     """A line on standard error for each stretch of a line that the plan leaves out."""
-    for stretch in report.left_out:
+    for stretch in stretches:
         print_event(Event.WARN, f"the plan leaves out {stretch.words}")
 
 

@@ -113,5 +113,5 @@ def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, outp
         )
     timed = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
     warn_of_shortages(timed, vehicle)
-    warn_of_left_out(timed)
+    warn_of_left_out(timed.left_out)
     output.deliver(replace(planned, report=timed), template, vehicle)

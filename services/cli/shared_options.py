@@ -14,7 +14,7 @@ from touchline.schemas.messages import Event, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.cli.display import print_event, progress_bar, say
+from touchline.services.cli.display import print_event, progress_bar, say, warn_of_left_out
 from touchline.services.cli.garbage import without_collecting
 from touchline.services.cli.job_bus import job_bus
 from touchline.services.cli.job_terminal import Terminal, watch_team
@@ -155,12 +155,13 @@ def _shared(
         PlanningError: It cannot be shared.
     """
     from touchline.services.runs.sharing.shared_areas import share_areas
-    from touchline.services.runs.sharing.shared_job import share_job
+    from touchline.services.runs.sharing.shared_job import share_reachable
 
-    starts = [None] * robots
     if vehicle.tool.covers:
-        return share_areas(template, options, vehicle, starts, advance)
-    return share_job(template, options, vehicle, starts, advance)
+        return share_areas(template, options, vehicle, [None] * robots, advance)
+    job = share_reachable(template, options, vehicle, robots, advance)
+    warn_of_left_out(job.left_out)
+    return job
 
 
 def simulate_team(

@@ -49,7 +49,7 @@ def simulate(
         with without_collecting():
             job = Job.prepare(template, planning.options(), setup.vehicle, advance)
         warn_of_shortages(job.plan_report, setup.vehicle)
-        warn_of_left_out(job.plan_report)
+        warn_of_left_out(job.plan_report.left_out)
         warm_up(say, setup)
         products = Products(hashed, output.record, strokes=output.plot is not None)
         with without_collecting():

@@ -62,9 +62,8 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
     if leaves_out(options):
-        return _reachable(
-            task, reachable_lines(segments, template, vehicle, task.limits, turned=ordering(options)), progress, enough
-        )
+        lines = reachable_lines(segments, template, vehicle, task.limits, turned=ordering(options))
+        return _reachable(task, lines, progress, enough)[0]
     return _along(segments, task, progress, enough)
 
 
@@ -80,15 +79,28 @@ def leaves_out(options: PlanOptions) -> bool:
     return options.obstructed != REFUSE
 
 
-def _reachable(task: PlanTask, lines: ReachableLines, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
-    """The route along what can be reached; parts that turn out not to be are shortened, and left out at last."""
+def lines_reached(task: PlanTask, progress: Progress) -> ReachableLines:
+    """The parts of a template's lines that one robot reaches; all of them if there is nothing in the way.
+
+    Raises:
+        PlanningError: As `marked`.
+    """
+    template, options = task.template, task.options
+    lines = reachable_lines(template.segments, template, task.vehicle, task.limits, turned=ordering(options))
+    return _reachable(task, lines, progress, lambda: False)[1] if lines.left_out else lines
+
+
+def _reachable(
+    task: PlanTask, lines: ReachableLines, progress: Progress, enough: Callable[[], bool]
+) -> tuple[WorkedRoute, ReachableLines]:
+    """The route along what can be reached, and that: what turns out not to be is shortened, and left out at last."""
     while lines.segments:
         try:
             route = _along(lines.segments, task, progress, enough)
         except UnreachableError as error:
             lines = lines.shortened(error.parts, error.segment_id)
         else:
-            return replace(route, left_out=lines.left_out)
+            return replace(route, left_out=lines.left_out), lines
     outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
     problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
     raise PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")

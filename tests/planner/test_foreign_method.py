@@ -97,7 +97,7 @@ def test_poses_in_between_are_tried_by_the_times_of_the_method(south_m: float) -
     checker = CollisionChecker.of(wall, vehicle)
     assert checker
     transitions = Asked(method_of(options).transitions(Limits.of(vehicle, options)), OneSided(south_m))
-    offered = list(detours(START, GOAL, transitions, checker))
+    offered = list(detours(START, GOAL, transitions, checker, set()))
     assert offered
     assert not any(checker.collision(transition.path) for transition in offered)
     assert all(middle.pose.y_m >= south_m for middle in transitions.middles)

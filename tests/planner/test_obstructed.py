@@ -2,6 +2,7 @@
 
 import math
 from collections import defaultdict
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PlanReport
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.swath_ids import line_id_of
-from touchline.schemas.template import ArcSpec, Area, Polygon, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, Area, LineSpec, Polygon, Template, TemplateSegment
+from touchline.services.planner.collision.clear_lines import reachable_lines
+from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.paint.targets import targets
 
@@ -129,3 +132,25 @@ def test_the_robot_s_figures_are_of_what_could_be_reached() -> None:
 
 def _across_m(curve: Curve) -> float:
     return curve.end[1] + curve.y_m
+
+
+def test_a_short_line_stays_whole_when_others_are_shortened() -> None:
+    mark = TemplateSegment(id="mark", line=LineSpec(start=(0.0, 5.0), end=(0.2, 5.0)))
+    template = Template(name="mark", segments=(*lines((0, 0, 20, 0)), mark), obstacles=(POST,))
+    cut = reachable_lines(template.segments, template, VEHICLE, Limits.of(VEHICLE, PlanOptions()))
+    shortened = cut.shortened(["s0 (1)", "s0 (2)"], "s0 (2)")
+    assert [segment.id for segment in shortened.segments] == ["s0 (1)", "s0 (2)", "mark"]
+    assert [each.line_id for each in shortened.left_out] == ["s0"]
+
+
+def test_a_part_is_shortened_by_ever_more() -> None:
+    template = Template(name="long", segments=lines((0, 0, 200, 0)), obstacles=(box((99.0, -1.0), (101.0, 1.0), "a"),))
+    lengths_m = []
+    parts = reachable_lines(template.segments, template, VEHICLE, Limits.of(VEHICLE, PlanOptions()))
+    while parts.segments:
+        lengths_m.append(parts.segments[0].curve().length_m)
+        parts = parts.shortened([segment.id for segment in parts.segments], "s0 (1)")
+    steps_m = [a - b for a, b in pairwise(lengths_m)]
+    assert steps_m[:6] == pytest.approx([0.3] * 6)
+    assert steps_m[6:8] == pytest.approx([0.6, 1.2])
+    assert len(lengths_m) < 20

@@ -19,7 +19,8 @@ from touchline.services.planner.swaths.offset import Stroke, modes
 LEAST_M = 0.3
 """Shorter parts are left out."""
 SHORTER_M = 0.3
-"""A part that cannot be reached, or left, ends so much earlier at obstructed ends."""
+"""A part that cannot be reached, or left, ends so much earlier at obstructed ends, a few times; then by ever more."""
+_EVEN = 6
 
 Span = tuple[float, float]
 
@@ -33,12 +34,14 @@ class ReachableLines:
         spans: Of each line, the parts that are painted (m, along the line in its own direction).
         strokes: Of each line, one in the way of which something is; None if nothing is.
         checker: Of what is in the way; None if there is nothing.
+        shortened_before: How often parts have been shortened.
     """
 
     lines: tuple[TemplateSegment, ...]
     spans: tuple[tuple[Span, ...], ...]
     strokes: tuple[Stroke | None, ...]
     checker: CollisionChecker | None
+    shortened_before: int = 0
 
     @property
     def segments(self) -> tuple[TemplateSegment, ...]:
@@ -89,18 +92,23 @@ class ReachableLines:
             ids: Of the parts.
             unreached: The part that is left out if none can be shortened.
         """
+        by_m = SHORTER_M * 2.0 ** max(self.shortened_before + 1 - _EVEN, 0)
         names = {segment.id: (number, part) for number, part, segment in self._parts()}
         spans = [list(each) for each in self.spans]
         changed = False
         for number, part in {names[name] for name in ids}:
             (from_m, to_m), length_m = spans[number][part], self.lines[number].curve().length_m
-            shorter = from_m + SHORTER_M * (from_m > 0.0), to_m - SHORTER_M * (to_m < length_m)
+            shorter = from_m + by_m * (from_m > 0.0), to_m - by_m * (to_m < length_m)
             changed |= shorter != (from_m, to_m)
             spans[number][part] = shorter
         if not changed:
             number, part = names[unreached]
             spans[number][part] = 0.0, 0.0
-        return replace(self, spans=tuple(tuple((a, b) for a, b in each if b - a >= LEAST_M) for each in spans))
+        least_m = [min(LEAST_M, line.curve().length_m) for line in self.lines]
+        left = tuple(
+            tuple((a, b) for a, b in each if b - a >= least) for each, least in zip(spans, least_m, strict=True)
+        )
+        return replace(self, spans=left, shortened_before=self.shortened_before + 1)
 
 
 def reachable_lines(

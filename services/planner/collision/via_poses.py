@@ -16,30 +16,44 @@ GRID, ROOM_M, HEADINGS = 7, 6.0, 8
 TRIED = 150
 # Of those found clear so many are offered.
 OFFERED = 4
+# An end from which, or to which, so many ways collide, and none does not, is closed in.
+MANY = 30
 
 
 def detours(
-    start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
+    start: CurveEnd,
+    goal: CurveEnd,
+    transitions: TransitionFamily,
+    checker: CollisionChecker,
+    closed: set[tuple[str, CurveEnd]],
 ) -> Iterator[Transition]:
     """Collision-free transitions over one via pose, the quickest first by the method's rough times.
+
+    None has mostly the same cause for every partner of an end: there is no room to stop, or to set off.
 
     Args:
         start: Where the last painted curve ends.
         goal: Where the next one begins.
         transitions: The transitions of the method in use.
         checker: The outlines.
+        closed: Ends that are known to be closed in; more are added.
     """
+    leaving, reaching = ("from", start), ("to", goal)
+    if leaving in closed or reaching in closed:
+        return
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = transitions.pricing.rough_s
     around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
-    offered = 0
+    offered = tried = left = 0
     for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():
         middle = via[k]
         if checker.touches([middle.pose]):  # as every way there would
             continue
+        tried += 1
         there = next((w for w in transitions.between(start, middle) if checker.is_clear(w.path)), None)
         if there is None:
             continue
+        left += 1
         on = next((w for w in transitions.between(middle, goal) if checker.is_clear(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
@@ -48,6 +62,10 @@ def detours(
             offered += 1
             if offered == OFFERED:
                 return
+    if not left and tried >= MANY:
+        closed.add(leaving)
+    elif not offered and left >= MANY:
+        closed.add(reaching)
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:

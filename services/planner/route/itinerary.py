@@ -98,6 +98,7 @@ class ItineraryBuilder:
     end: PathPose | None = None
     returns: bool = False
     known: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
+    closed: set[tuple[str, CurveEnd]] = field(default_factory=set)
     others: Floats = field(default_factory=lambda: NO_LINES)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
@@ -173,7 +174,7 @@ class ItineraryBuilder:
         ]
         yield from direct
         if self.checker and all(self.checker.collision(transition.path) for transition in direct):
-            yield from detours(start, goal, self.transitions, self.checker)
+            yield from detours(start, goal, self.transitions, self.checker, self.closed)
 
     def _transitions(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
         """The transitions between two ends that lie like these, the quickest first."""
@@ -191,7 +192,7 @@ class ItineraryBuilder:
             yield direct if direct.path.length_m >= run_up else self.transitions.from_rest(self.start, begin, run_up)
             if self.checker:
                 standing = CurveEnd(self.start, 0.0)
-                yield from detours(standing, begin, self.transitions, self.checker)
+                yield from detours(standing, begin, self.transitions, self.checker, self.closed)
             return
         into = self.transitions.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
@@ -211,7 +212,7 @@ class ItineraryBuilder:
             direct = self.transitions.to_rest(end, goal, 0.0)
             yield direct if direct.path.length_m >= length else self.transitions.to_rest(end, goal, length)
             if self.checker:
-                yield from detours(end, CurveEnd(goal, 0.0), self.transitions, self.checker)
+                yield from detours(end, CurveEnd(goal, 0.0), self.transitions, self.checker, self.closed)
             return
         out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces

@@ -11,19 +11,20 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import PlanOptions
+from touchline.schemas.messages import LeftOutStretch, PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.fleet.traffic.conflicts import TimedPath
 from touchline.services.fleet.traffic.timetable import Delay, Timetable, timetable
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
-from touchline.services.planner.marking import REFUSE
+from touchline.services.planner.marking import REFUSE, leaves_out, lines_reached
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
 from touchline.services.planner.sharing.shares import Sharing, sharings
 from touchline.services.planner.sharing.wet_between import Clocked, crossings_between, painted_rows_of
-from touchline.services.planner.tour import crossing_cost_s, drying_s
+from touchline.services.planner.tour import UnreachableError, crossing_cost_s, drying_s
+from touchline.services.runs.reports import left_out_figures
 from touchline.services.runs.sharing.timed_path import timed_path
 
 APART_M: Final = 0.5
@@ -55,6 +56,7 @@ class SharedJob:
         wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
         planning_time_s: By the clock on the wall.
         covered_m2: Of the areas, what all plans cover together.
+        left_out: Stretches of lines that outlines are in the way of.
     """
 
     template: Template
@@ -67,6 +69,7 @@ class SharedJob:
     wet_between: int
     planning_time_s: float = 0.0
     covered_m2: float = 0.0
+    left_out: tuple[LeftOutStretch, ...] = ()
 
     @property
     def area_m2(self) -> float:
@@ -90,8 +93,32 @@ class SharedJob:
             "wet_crossings": {"total": self.wet_crossings, "between_robots": self.wet_between},
             "waits": len(self.table.gates),
             **({"coverage_pct": 100.0 * self.covered_m2 / self.area_m2} if self.template.areas else {}),
+            **({"left_out": left_out_figures(self.left_out)} if self.left_out else {}),
             "planning_time_s": self.planning_time_s,
         }
+
+
+def share_reachable(
+    template: Template, options: PlanOptions, vehicle: Vehicle, robots: int, progress: Progress
+) -> SharedJob:
+    """Plan what can be reached of a template for several robots that are carried to where their plans begin.
+
+    The job's template has the parts of obstructed lines as lines of their own. Arguments and errors are those of
+    `share_job`.
+    """
+    begun = time.perf_counter()
+    refuse_poses(options)
+    if template.areas or not leaves_out(options):
+        return share_job(template, options, vehicle, [None] * robots, progress)
+    lines = lines_reached(PlanTask(template, vehicle, options), lambda stage, done: progress(0.0, f"Looking: {stage}"))
+    while True:
+        part = template.model_copy(update={"segments": lines.segments})
+        try:
+            job = share_job(part, options, vehicle, [None] * robots, progress)
+        except UnreachableError as error:
+            lines = lines.shortened(error.parts, error.segment_id)
+        else:
+            return replace(job, left_out=lines.left_out, planning_time_s=time.perf_counter() - begun)
 
 
 def share_job(

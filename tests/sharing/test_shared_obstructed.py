@@ -1,0 +1,47 @@
+"""Robots share the parts of lines that can be reached round what stands on the field."""
+
+import pytest
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.runs.sharing.shared_job import SharedJob, share_reachable
+from touchline.services.runs.sharing.shared_simulation import simulate_shared
+
+POST = Polygon(id="post", corners=((7.94, 11.94), (8.06, 11.94), (8.06, 12.06), (7.94, 12.06)))
+LINES = {"south": (0.0, 16.0), "posted": (0.0, 16.0), "north": (0.0, 16.0)}
+TEMPLATE = Template(
+    name="posted",
+    segments=(
+        *(
+            TemplateSegment(id=name, line=LineSpec(start=(a, 12.0 * k), end=(b, 12.0 * k)))
+            for k, (name, (a, b)) in enumerate(LINES.items())
+        ),
+        TemplateSegment(id="mark", line=LineSpec(start=(3.0, 30.0), end=(3.2, 30.0))),
+    ),
+    obstacles=(POST,),
+)
+
+
+def shared(options: PlanOptions) -> SharedJob:
+    return share_reachable(TEMPLATE, options, Vehicle(), 2, lambda _done, _doing: None)
+
+
+def test_what_can_be_reached_is_shared_and_painted_and_the_rest_told() -> None:
+    job = shared(PlanOptions())
+    (left,) = job.left_out
+    assert (left.line_id, left.outline) == ("posted", "post")
+    assert left.from_m < 8.0 < left.to_m
+    names = [segment.id for share in job.shares for segment in share.segments]
+    assert sorted(names) == ["mark", "north", "posted (1)", "posted (2)", "south"]
+    assert job.figures()["left_out"]["total_m"] == left.length_m < 3.0
+    outcome = simulate_shared(job, [Setup().with_seed(1 + number) for number in range(2)])
+    assert outcome.reason == "" and outcome.work.metrics.verdict.accepted
+    assert outcome.work.metrics.coverage_pct > 99.5
+
+
+def test_it_is_refused_if_that_is_asked_for() -> None:
+    with pytest.raises(PlanningError, match=r'"posted" cannot be painted: the robot\'s body would touch "post"'):
+        shared(PlanOptions(obstructed="refuse"))
