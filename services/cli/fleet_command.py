@@ -171,7 +171,14 @@ def run(
 
 
 def sweep(
-    robots: Annotated[str, typer.Option(metavar="N,N…", help="How many robots: teams of all these sizes.")] = "10",
+    robots: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N,N…",
+            help="How many robots: teams of all these sizes; default: as the team says, 10.",
+            show_default=False,
+        ),
+    ] = None,
     seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each, with seeds that count up.", min=1)] = 20,
     seed: SeedOption = None,
     random_faults: Annotated[
@@ -187,22 +194,23 @@ def sweep(
     from touchline.services.runs.sweep.combinations import team_cases
     from touchline.services.runs.sweep.task import lost_run, perform, prepare
 
-    teams = {size: choice.chosen(size, seed) for size in _sizes(robots)}
+    teams = [choice.chosen(size, seed) for size in _sizes(robots)]
     cases = team_cases(teams, random_faults=random_faults)
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds)
-        first = next(iter(teams.values()))
-        warm_up(say, Setup(vehicle=first.vehicle, onboard=first.onboard))  # so that not every process compiles
+        warm_up(say, Setup(vehicle=teams[0].vehicle, onboard=teams[0].onboard))  # so that not every process compiles
         swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
     results.conclude(swept, cases)
 
 
-def _sizes(text: str) -> list[int]:
-    """The sizes of teams that are asked for.
+def _sizes(text: str | None) -> list[int | None]:
+    """The sizes of teams that are asked for; None: what the team says.
 
     Raises:
         SpecError: They are none.
     """
+    if text is None:
+        return [None]
     sizes = numbers_of("--robots", text, range(1, 33), "10,20,50")
     for size in sizes:
         if size != int(size) or not 1 <= size <= MOST_ROBOTS:

@@ -17,6 +17,7 @@ cell, and a goal there is not reached by going to the cell's nearest point: that
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
@@ -24,8 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.core.half_planes import excess_m
+from touchline.services.core.half_planes import OFFSET, excess_m
+from touchline.services.core.polygons import apart_squared
 from touchline.services.fleet.free_area import FreeArea
+from touchline.services.fleet.kernels.clipping import clip
 from touchline.services.fleet.kernels.nearest import nearest_in
 from touchline.services.fleet.kernels.partition import bisecting, keep_apart, surrounded
 
@@ -70,10 +73,12 @@ class BufferedCell(NamedTuple):
     Attributes:
         half_planes: (k, 3) n·q ≤ offset: outward unit normal, offset (m); a row of zeros says nothing.
         corners: (c, 2) of the polygon, counter-clockwise (m); none if rounding leaves nothing of it.
+        roomy: (d, 2) of the part that keeps all of its radius from the border and walls, if there is one.
     """
 
     half_planes: Floats
     corners: Floats
+    roomy: Floats = np.zeros((0, 2))
 
     def binding(self, segment: Floats) -> Floats:
         """The half-planes that matter to a robot: those that the polygon touches; all, if it is not in that.
@@ -102,10 +107,15 @@ class BufferedCell(NamedTuple):
         return float(max(excess_m(self.half_planes, complex(x1, y1)), excess_m(self.half_planes, complex(x2, y2))))
 
     def nearest(self, point: Floats, otherwise: Floats) -> Floats:
-        """The point of the cell (m) nearest to another, or, if rounding leaves nothing of it, `otherwise`."""
-        if not len(self.corners):
+        """The point of the roomy part of the cell (m) nearest to another; if nothing is left of it, `otherwise`.
+
+        A robot that has come nearer to a wall than it shall, by a turn that was not quite on the spot, so drives off it
+        again. The cell itself holds it where it is: it would come nearer bit by bit.
+        """
+        corners = self.roomy if len(self.roomy) else self.corners
+        if not len(corners):
             return otherwise
-        found = nearest_in(self.corners, len(self.corners), complex(point[0], point[1]))
+        found = nearest_in(corners, len(corners), complex(point[0], point[1]))
         return np.array((found.real, found.imag))
 
 
@@ -159,4 +169,24 @@ def within_area(
     corners, counts = surrounded(segments, area.hull, area.sides, area.walls, radii_m, rows)
     if len(stuck := np.flatnonzero(counts < 0)):
         raise SegmentsMeet(names[int(stuck[0])], "a wall")
-    return [BufferedCell(row, some[:count]) for row, some, count in zip(rows, corners, counts, strict=True)]
+    return [
+        BufferedCell(row, some[:count], _roomy(segment, area, radii_m, row, some[:count]))
+        for segment, row, some, count in zip(segments, rows, corners, counts, strict=True)
+    ]
+
+
+def _roomy(segment: Floats, area: FreeArea, radii_m: tuple[float, float], row: Floats, corners: Floats) -> Floats:
+    """(d, 2) what of a cell keeps the radii from sides and walls, though the robot itself does not."""
+    walls, sides = row[len(row) - len(area.walls) :], row[len(row) - len(area.walls) - len(area.sides) :]
+    offsets = [area.sides[k, OFFSET] - radii_m[0] for k in range(len(area.sides))]
+    x1, y1, x2, y2 = segment.tolist()
+    for wall, filled in zip(area.walls.tolist(), walls, strict=True):
+        apart = apart_squared(complex(x1, y1), complex(x2, y2), complex(*wall[:2]), complex(*wall[2:]))
+        offsets.append(filled[OFFSET] - max(radii_m[1] - math.sqrt(apart), 0.0))
+    left = corners
+    for filled, offset in zip(sides, offsets, strict=True):
+        if offset < filled[OFFSET] and filled[:OFFSET].any():
+            clipped = np.empty((len(left) + 1, 2))
+            kept = clip(left, len(left), np.array([*filled[:OFFSET], offset]), clipped)
+            left = clipped[:kept] if kept else left
+    return left

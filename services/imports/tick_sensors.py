@@ -220,7 +220,12 @@ def _magnetometer(
         return heading, "there is no fix while the robot stands at the start"
     far = np.flatnonzero(np.abs(way) >= mapping.heading.course_m)
     if not len(far):
-        return heading, f"the robot never gets {mapping.heading.course_m:g} m away from its start"
+        if sensors.joints is None and sensors.travel is None:
+            return (
+                heading,
+                "the log has no wheels, which would tell in which direction it sets out; give heading.start_rad",
+            )
+        return heading, f"by its wheels the robot never gets {mapping.heading.course_m:g} m away from its start"
     used = slice(0, int(far[0]) + 1)
     course = np.sum(np.conj(way[used]) * (place[used] - place[standing].mean()))
     heading[begin:last] = float(np.angle(course))

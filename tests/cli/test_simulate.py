@@ -150,6 +150,22 @@ def test_a_sweep_from_the_command_line(touchline, simulation_of, tmp_path):
     assert "study-square" in err
 
 
+def test_a_sweep_of_a_team_with_places_has_as_many_robots_as_those(touchline, tmp_path):
+    team = tmp_path / "team.json"
+    places = {name: {"x_m": x, "y_m": 1.0, "heading_rad": 0.0} for name, x in (("a", 1.0), ("b", 3.0))}
+    goals = {"a": [[1.2, 1.0]], "b": [[9.0, 9.0]]}  # b is not there in time
+    area = {"outline": [[0, 0], [10, 0], [10, 10], [0, 10]]}
+    team.write_text(
+        json.dumps({"places": places, "area": area, "task": {"kind": "goals", "goals": goals}, "duration_s": 3.0})
+    )
+    code, out, err = touchline("fleet", "sweep", "--team", str(team), "--seeds", "1", "--workers", "1", "--json")
+    swept = json.loads(out)
+    assert swept["combinations"][0]["set"] == {"robots": 2}
+    assert (code, swept["complete"]) == (1, True), err
+    code, _, err = touchline("fleet", "sweep", "--team", str(team), "--robots", "3")
+    assert code == 2 and "has places of 2; leave one of both out" in err
+
+
 @pytest.mark.parametrize("what", ["interrupted", "all workers killed"])
 def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchline, monkeypatch):
     wanted = "300" if what == "interrupted" else "6"

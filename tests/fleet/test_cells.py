@@ -192,6 +192,33 @@ def test_a_cell_that_rounding_has_emptied_sends_nobody_anywhere():
 
 
 @pytest.mark.parametrize(
+    ("stands", "goal"),
+    [((0.15, 3.0), (0.1, 5.0)), ((4.0, 1.95), (1.0, 1.9)), ((2.15, 4.0), (2.0, 2.1))],
+    ids=["border", "wall", "wall of the other arm"],
+)
+def test_who_has_come_too_near_to_a_wall_is_led_off_it_and_held_where_it_is(stands, goal):
+    free = shapely.union_all(
+        [shape_of(piece[:size]) for piece, size in zip(L_SHAPE.pieces, L_SHAPE.sizes, strict=True)]
+    )
+    gap_m = free.boundary.distance(shapely.Point(stands))
+    assert gap_m < 0.2
+    (cell,) = buffered_cells(segments((*stands, *stands)), L_SHAPE, 0.2)
+    assert cell.excess_m(np.array((*stands, *stands))) < 1e-12
+    target = cell.nearest(np.array(goal), np.array(stands))
+    assert free.boundary.distance(shapely.Point(target)) > 0.2 - 1e-9
+    (roomy,) = buffered_cells(segments((1, 1, 1, 1)), L_SHAPE, 0.2)
+    assert np.array_equal(roomy.roomy, roomy.corners)
+
+
+def test_where_there_is_no_room_a_cell_is_taken_as_it_is():
+    """A corridor of 0.3 m."""
+    corridor = FreeArea.of([(0, 0), (4, 0), (4, 0.3), (0, 0.3)])
+    (cell,) = buffered_cells(segments((1, 0.12, 1, 0.12)), corridor, 0.2)
+    x, y = cell.nearest(np.array((3.0, 0.15)), np.zeros(2)).tolist()
+    assert x == pytest.approx(3.0) and 0.1 < y < 0.2
+
+
+@pytest.mark.parametrize(
     ("outline", "obstacles", "field"),
     [
         ([(0, 0), (1, 1), (1, 0), (0, 1)], [], "outline"),

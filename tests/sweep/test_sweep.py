@@ -116,6 +116,18 @@ def test_the_worst_is_the_least_coverage_and_the_largest_error():
     assert coverage["mean"] == pytest.approx(89.5)
 
 
+def test_a_figure_that_only_some_runs_have_is_told_of_those():
+    runs = [
+        SweepRun(0, 1, True, "", {"time_s": 20.0, "arrived_s": 20.0}),
+        SweepRun(0, 2, False, "not there", {"time_s": 150.0}),
+    ]
+    for given in (runs, runs[::-1]):
+        report = summarise([SweepCase({}, "t", Scenario(), OnboardConfig(), PlanOptions())], given)
+        figures = report["combinations"][0]["figures"]
+        assert figures["time_s"]["mean"] == 85.0
+        assert (figures["arrived_s"]["mean"], figures["arrived_s"]["worst_seed"]) == (20.0, 1)
+
+
 def test_a_run_that_could_not_be_done_is_told_and_not_counted():
     runs = [
         SweepRun(0, 1, True, "", {"gap_m": 1.0}),

@@ -89,12 +89,11 @@ def cases(
     return [_case(base, setting) for setting in combinations]
 
 
-def team_cases(teams: Mapping[int, TeamScenario], *, random_faults: bool) -> list[SweepCase]:
-    """A case for each team, by its number of robots; with random faults each seed has its own."""
+def team_cases(teams: Sequence[TeamScenario], *, random_faults: bool) -> list[SweepCase]:
+    """A case for each team, told by its number of robots; with random faults each seed has its own."""
     told = {RANDOM_FAULTS: True} if random_faults else {}
     return [
-        SweepCase({"robots": robots, **told}, team, team.world, team.onboard, PlanOptions())
-        for robots, team in teams.items()
+        SweepCase({"robots": len(team.names), **told}, team, team.world, team.onboard, PlanOptions()) for team in teams
     ]
 
 

@@ -51,6 +51,7 @@ def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str,
 
 def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
     told = [run for run in runs if run.figures]
+    names = dict.fromkeys(name for run in told for name in run.figures)  # when all arrived is told only if they have
     work: dict[str, Any] = {"template": case.work}
     if isinstance(case.work, TeamScenario):
         work = {"team": case.work.name, "task": case.work.task.kind}
@@ -61,7 +62,7 @@ def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
         **work,
         "runs": len(runs),
         "failed_seeds": [run.seed for run in runs if not run.success],
-        "figures": {name: statistics(name, told) for name in (told[0].figures if told else {})},
+        "figures": {name: statistics(name, [run for run in told if name in run.figures]) for name in names},
     }
 
 
