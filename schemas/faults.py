@@ -256,7 +256,7 @@ class Bumper(_Fault):
 
 
 class BatteryLow(_Fault):
-    """The battery gives no more than this share of its charge, until it is replaced at the end."""
+    """The battery gives no more than this share of its charge, until it is replaced: at the end, or by an order."""
 
     summary: ClassVar[str] = "the battery is low"
     kind: Literal["battery-low"]
@@ -264,7 +264,7 @@ class BatteryLow(_Fault):
 
 
 class TankEmpty(_Fault):
-    """The tank gives no more than this much paint, until it is refilled at the end."""
+    """The tank gives no more than this much paint, until it is refilled: at the end, or by an order."""
 
     summary: ClassVar[str] = "the tank is empty"
     kind: Literal["tank-empty"]

@@ -20,7 +20,6 @@ from touchline.tui.unfinished_job import offered, share_done
 
 GONE = theme.Badge("✗", "GONE", theme.VERMILION)
 SILENT = theme.Badge("▲", "SILENT", theme.ORANGE)
-STARTING = theme.Badge("◔", "STARTING", theme.ORANGE)
 
 
 class Trouble(IntEnum):
@@ -120,7 +119,7 @@ def _badge(state: ConsoleState) -> theme.Badge:
         return SILENT
     if state.replayed and state.replay.paused:
         return theme.STATES[TraversalStatus.PAUSED]
-    return STARTING if state.traversal is None else theme.STATES[state.traversal]
+    return theme.STARTING if state.traversal is None else theme.STATES[state.traversal]
 
 
 def _seen(state: ConsoleState) -> bool:

@@ -68,6 +68,11 @@ def cut(text: str, width: int) -> str:
     return f"{text[: width - 1 - end]}…{text[-end:]}"
 
 
+def cut_end(text: str, width: int) -> str:
+    """A sentence in no more than `width` cells: what is too long loses its end."""
+    return text if len(text) <= width else f"{text[: max(width - 1, 0)]}…"[:width]
+
+
 def bar(fraction: float | None, width: int) -> tuple[str, str]:
     """A horizontal bar in halves of a cell: (filled, rest), together `width` cells."""
     share = fraction if fraction is not None and math.isfinite(fraction) else 0.0

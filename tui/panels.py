@@ -17,7 +17,7 @@ from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, is_over, remedy
 from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines, guided_lines
-from touchline.tui.node_health import Freshness, silence
+from touchline.tui.node_health import STARTING, Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
@@ -41,7 +41,7 @@ def badge(state: ConsoleState) -> theme.Badge:
     if not state.robot_alive:
         return theme.NO_ROBOT
     if state.traversal is None:
-        return theme.WAITING
+        return theme.STARTING if state.robot_freshness is Freshness.STARTING else theme.WAITING
     known = theme.STATES[state.traversal]
     if state.replayed and state.replay.paused:
         return theme.REPLAY_PAUSED
@@ -104,7 +104,7 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
     if shown is theme.REPLAY_PAUSED and state.traversal is not None:
         head.append(Content.styled(f"recorded: {theme.STATES[state.traversal].text}", theme.MUTED))
-    head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
+    head += [Content.styled(line, theme.ORANGE) for line in (*_starting(state, width), *_reasons(state, width))]
     key, text = hint(state)
     head += _step(key, text, width, "reverse bold")
     head += _unfinished_lines(state, width) + aim_lines(state, width)
@@ -119,7 +119,9 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     else:
         lines = _job_lines(state, status, width)
     if not state.robot_alive:
-        return [*head, *lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
+        supervisor = state.nodes.get(topics.SUPERVISOR)
+        started_again = supervisor is not None and supervisor.alive
+        return [*head, *lines, *([] if started_again else [Content.styled("touchline up  starts one", theme.MUTED)])]
     lines += _robot_lines(state, width) + _report_lines(state)
     if state.robot_stale:  # these figures are of a while ago
         lines = [Content.styled(line.plain, theme.MUTED) for line in lines]
@@ -152,13 +154,25 @@ def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> 
     return lines + [Content.styled(f"{' ' * len(mark)} {line}", theme.INK) for line in rest]
 
 
+def _starting(state: ConsoleState, width: int) -> list[str]:
+    """What planner and robot are at while they start."""
+    lines = []
+    for name in (topics.ROBOT_SIM, topics.PLANNER):
+        node = state.nodes.get(name)
+        if node is not None and node.message and node.freshness(state.now_s) is Freshness.STARTING:
+            # The piece within a stage changes too often to be read.
+            stage, ends, _ = node.message.removeprefix(STARTING).partition("): ")
+            lines.append(format.cut_end(f"{NODE_LABELS.get(name, name)}: {stage}{ends[:1]}", width))
+    return lines
+
+
 def _reasons(state: ConsoleState, width: int) -> list[str]:
     """Why the robot is in its state, and why it stopped first, if that was something else."""
     status = state.robot.status if state.robot_alive else None
     if status is None or not status.reason:
         return []
     reason, first = status.reason, state.robot.stopped_by
-    lines = [] if is_over(state, reason) else wrap(reason, width)[:2]
+    lines = [] if is_over(state, reason) else wrap(reason, width)[:3]
     if first in ("", reason) or is_over(state, first) or state.moves_off_in_s is not None:
         return lines
     return [*lines, *wrap(f"stopped first: {first}", width)[:2]]
@@ -361,7 +375,7 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
         if freshness is Freshness.STALE:
             text = silence(node.silence_s(state.now_s))
         elif freshness is Freshness.STARTING:
-            text = node.message or f"no word yet for {node.silence_s(state.now_s):.0f} s"
+            text = format.cut_end(node.message, width - 13) or f"no word yet for {node.silence_s(state.now_s):.0f} s"
         elif freshness is Freshness.LIVE:
             message = "" if is_over(state, node.message) else node.message
             text, color = message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE

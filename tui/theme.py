@@ -86,6 +86,7 @@ STATES = {
 REPLAY_PAUSED = Badge("‖", "REPLAY PAUSED", ORANGE)
 NO_ROBOT = Badge("–", "NO ROBOT", FAINT)
 WAITING = Badge("…", "WAITING FOR STATUS", FAINT)
+STARTING = Badge("◔", "STARTING", ORANGE)
 
 FRESHNESS = {
     Freshness.LIVE: Badge("●", "live", GREEN),

@@ -11,7 +11,7 @@ from enum import Enum, auto
 from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, SpecError
-from touchline.schemas.faults import Fault
+from touchline.schemas.faults import BatteryLow, Fault, TankEmpty
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus
 from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
@@ -392,6 +392,7 @@ class Emulator:
         self._require_rest("refill the tank")
         before_l = self.world.supplies[0]
         self.world.refill_tank()
+        self.faults.mend(TankEmpty, self.tick_count)
         self._note("refill-tank")
         return before_l, self.world.supplies[0]
 
@@ -404,6 +405,7 @@ class Emulator:
         self._require_rest("replace the battery")
         before_wh = self.world.supplies[1]
         self.world.replace_battery()
+        self.faults.mend(BatteryLow, self.tick_count)
         self._note("replace-battery")
         return before_wh, self.world.supplies[1]
 

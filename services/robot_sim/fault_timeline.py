@@ -89,6 +89,14 @@ class FaultTimeline:
         text = f"{f.describe(fault)}, {when}, {lasting}"
         self._events.append(OnboardEvent(Event.WARN, "fault-injected", text))
 
+    def mend(self, kind: type[f.Fault], tick: int) -> None:
+        """End, with `tick`, the faults of a kind that act in it: somebody has done something about them."""
+        mended = [entry for entry in self._active if isinstance(entry.fault, kind)]
+        self._entries = [entry._replace(last_tick=tick) if entry in mended else entry for entry in self._entries]
+        self._active = [entry._replace(last_tick=tick) if entry in mended else entry for entry in self._active]
+        if mended:
+            self._next_change = min(self._next_change, tick + 1)
+
     def step(self, tick: int) -> None:
         """Bring `effects` up to `tick`; ticks must not go back."""
         if tick < self._next_change:

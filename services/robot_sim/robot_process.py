@@ -345,6 +345,7 @@ class RobotProcess:
             call.fail("the robot could not read this plan: a defect; its log has the details")
         else:
             response = load.refuse(str(ready)) if isinstance(ready, Exception) else load.take(ready)
+            self._rate = RateMeter()  # a job that is gone on with sets the clock
             self._publish(self._commands.take())
             if response is not None:
                 call.reply(response)

@@ -1,8 +1,11 @@
 """Tank and battery are filled by order, whenever the robot stands."""
 
+import json
+
 import pytest
 
 from tests.robot_sim.test_journal_kept import Robot
+from touchline.schemas import faults as f
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -56,3 +59,21 @@ def test_both_are_full_afterwards(service):
     tank_l, battery_wh, *_ = robot.emulator.world.supplies
     assert (tank_l, battery_wh) == ((FULL_L, 20.0) if service is topics.REFILL_TANK else (1.0, FULL_WH))
     assert any(topic is topics.EVENTS for topic, _ in robot.commands.take())
+
+
+@pytest.mark.parametrize(
+    ("kind", "service", "full"),
+    [("tank-empty", topics.REFILL_TANK, FULL_L), ("battery-low", topics.REPLACE_BATTERY, FULL_WH)],
+)
+def test_a_fault_of_what_is_filled_ends_with_it(kind, service, full):
+    robot = Robot(None)
+    robot.emulator.faults.inject(f.parse_fault(json.dumps({"kind": kind})), robot.emulator.tick_count)
+    robot.emulator.faults.inject(f.parse_fault(json.dumps({"kind": "bumper"})), robot.emulator.tick_count)
+    for _ in range(3):
+        robot.emulator.tick()
+    assert order(robot, service).success
+    for _ in range(3):
+        robot.emulator.tick()
+    level = robot.emulator.world.supplies[0 if service is topics.REFILL_TANK else 1]
+    assert level == pytest.approx(full, rel=1e-3)
+    assert [each.fault.kind for each in robot.emulator.faults.timed] == ["bumper"]

@@ -89,10 +89,30 @@ def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
     assert "compiling" in panels.service_lines(state, 40)[1].plain
 
 
+def test_what_is_compiled_before_a_robot_is_ready_is_told_at_every_size() -> None:
+    state = reduced([NodeChanged(topics.ROBOT_SIM, True), NodeChanged(topics.PLANNER, True)])
+    said = "starting: compiling 5 of 6 (rehearsal): fast_runner.run_nominal_ticks"
+    state.apply(received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, said)), state.now_s)
+    loading = scenes.diagnostics(topics.PLANNER, "starting: loading kernels")
+    state.apply(received(topics.DIAGNOSTICS, loading), state.now_s)
+    badge, robot, planner, *_ = [line.plain.strip() for line in panels.status_lines(state, 38)]
+    assert badge == "◔ STARTING"
+    assert (robot, planner) == ("robot: compiling 5 of 6 (rehearsal)", "planner: loading kernels")
+    assert panels.status_lines(state, 31)[1].plain == "robot: compiling 5 of 6 (rehea…"
+    assert panels.service_lines(state, 46)[1].plain == "◔ robot      starting: compiling 5 of 6 (rehe…"
+    ready = scenes.diagnostics(topics.ROBOT_SIM, "ok")
+    state.apply(received(topics.DIAGNOSTICS, ready), state.now_s)
+    assert panels.badge(state) == theme.WAITING
+    assert "compiling" not in " ".join(line.plain for line in panels.status_lines(state, 38))
+
+
 def test_a_process_that_is_gone_is_gone(template: Template) -> None:
     state = reduced([*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)])
     assert state.robot_freshness is Freshness.GONE
     assert panels.badge(state) == theme.NO_ROBOT
+    assert "touchline up  starts one" in [line.plain for line in panels.status_lines(state, 31)]
+    state.apply(NodeChanged(topics.SUPERVISOR, True), state.now_s)
+    assert "touchline up" not in " ".join(line.plain for line in panels.status_lines(state, 31))
 
 
 async def test_a_console_that_was_away_takes_nobody_for_silent(template: Template) -> None:
