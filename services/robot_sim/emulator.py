@@ -173,6 +173,7 @@ class Emulator:
         self.initial: InitialState | None = None
         self.estimator_error = EstimatorError()
         self.tick_count = 0
+        self._used = False
         self.frame: SensorFrame | None = None
         self.command = STANDSTILL
         self.settled = False
@@ -280,10 +281,15 @@ class Emulator:
         return duration_s
 
     def _state(self) -> InitialState | None:
-        """The state for the next job to begin in; None if the robot has just been switched on."""
-        if not self.tick_count and not self.orders.count:
+        """The state for the next job to begin in; None if the robot is new, as its setup says."""
+        if not self.tick_count and not self.orders.count and not self._used:
             return None
         return InitialState.of(self._parts, self.tick_count, self.orders.count, self.command)
+
+    def begin_with(self, supplies: tuple[float, float, float, float]) -> None:
+        """Have the paint and charge of another process's robot, as of `World.supplies`; before anything else."""
+        self.world.supply(supplies)
+        self._used = True
 
     def restore(self, state: InitialState) -> None:
         """Be in the state in which a robot was given a job; to be called before anything else.

@@ -161,6 +161,11 @@ class Journal:
         checkpoint = self._newest().checkpoint if self._map is not None else _OVER
         return checkpoint if checkpoint.leg >= 0 else None
 
+    def left_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
+        """Where and with what the job that is kept ended, if it is of a robot and a world like these."""
+        newest = self._newest() if self._map is not None else _NO_ENTRY
+        return newest[3:] if newest.checkpoint.leg >= 0 and newest.setup == setup.digest else None
+
     def job(self) -> LoadRequest | None:
         """The request by which the job that is kept was loaded; None if there is none, or it cannot be read."""
         if self.checkpoint is None:

@@ -11,7 +11,7 @@ from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.packing import header
-from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.setup_text import SetupText
 from touchline.services.robot_sim.unfinished import unfinished_before, unfinished_here
 
@@ -50,8 +50,10 @@ class JournalKeeper:
         self._setup = SetupText.of(emulator.setup)
         self._taken: Taken | None = None
         self._under_way = False
-        self._given_up: tuple[Checkpoint, Totals] | None = None
-        """Where and with what the job ended that this process was on last."""
+        self._given_up = journal.left_with(self._setup) if journal is not None else None
+        """Where and with what the job ended that can be gone on with, and with which levels since."""
+        if self._given_up is not None:
+            emulator.begin_with(self._given_up[1].supplies)
         self.unfinished = self._unfinished_before()
         self._said = ""
         self._latched = False
@@ -113,9 +115,7 @@ class JournalKeeper:
         return found
 
     def as_of_now(self, remains: Remains) -> Remains:
-        """What is left, with the levels of now if it was this process that gave the job up."""
-        if self._given_up is None:
-            return remains
+        """What is left, with the levels of now: somebody may have filled up since."""
         return remains._replace(totals=remains.totals._replace(supplies=self._emulator.world.supplies))
 
     def loaded(self, taken: Taken) -> str:

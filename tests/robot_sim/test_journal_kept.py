@@ -207,3 +207,49 @@ def test_a_note_every_few_ticks_will_do(path, every):
         points = robot.emulator.ledger.rows(0)
     _, remains = found(path)
     assert np.array_equal(remains.paint, points)
+
+
+def test_tank_and_battery_are_after_a_restart_as_they_were_and_what_is_filled_up_then_stays(path):
+    full_l, full_wh = Vehicle().tool.tank_l, Vehicle().body.battery_wh
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.emulator.world.state.tank_l = 3.0
+        robot.load()
+        robot.drive(until_m=3.0)
+        left = robot.emulator.world.supplies
+    assert left[0] < 3.0 and left[1] < full_wh
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.emulator.world.supplies == left
+        assert order(robot, topics.REFILL_TANK).success
+        assert robot.emulator.world.supplies[:2] == (full_l, left[1])
+        robot.hear(robot.commands.note_progress())
+    with Journal(path) as journal:  # killed once more, before it went on
+        robot = Robot(journal)
+        assert robot.emulator.world.supplies[:2] == (full_l, left[1])
+        assert robot.load(resume=True).success
+        robot.drive(until_m=3.5)
+        assert robot.emulator.onboard.state == m.TraversalStatus.RUNNING
+        assert full_l - 0.1 < robot.emulator.world.supplies[0] < full_l
+        assert order(robot, topics.ABORT).success
+    with Journal(path) as journal:  # another job is done with what is left
+        robot = Robot(journal)
+        begun = robot.emulator.world.supplies
+        assert robot.load().success
+        assert robot.emulator.initial is not None, "its recording is to be checked"
+        assert robot.emulator.world.supplies == begun
+
+
+def order(robot, service):
+    return robot.commands.handlers[service](m.CommandRequest(request_id="x"))
+
+
+def test_a_robot_of_another_setup_has_its_own_levels(path):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.load()
+        robot.drive(until_m=3.0)
+    with Journal(path) as journal:
+        other = Emulator(Vehicle(), Scenario(noise="none", seed=5))
+        Commands(other, Telemetry(other), lambda factor: None, journal)
+        assert other.world.supplies[:2] == (Vehicle().tool.tank_l, Vehicle().body.battery_wh)

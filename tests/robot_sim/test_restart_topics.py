@@ -50,7 +50,7 @@ def test_what_a_first_start_sends_a_restart_sends_as_well(bus, operator, tmp_pat
     for how in ({}, {"resume": True}):
         with Journal(tmp_path / "journal") as journal:
             caught_up(bus, operator)
-            robot = process(bus, 1.0, journal, **changes)
+            robot = process(bus, 2.0, journal, **changes)  # at real time a busy machine would have it pause
             heard = Heard(operator, robot)
             idle = heard.take(bus)
             sent.append((idle, heard.drive(bus, **work, **how)))
