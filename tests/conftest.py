@@ -3,11 +3,13 @@
 import gc
 import os
 import signal
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+from touchline.schemas.plugins import VERBOSE
 from touchline.services.bus import BusConfig
 from touchline.services.bus.ports import free_port
 from touchline.services.system.priority import USUAL, run_at
@@ -62,6 +64,13 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.fixture(autouse=True)
+def no_tracebacks() -> Iterator[None]:
+    """A test that gives the command `-v` in this process leaves nothing of it to the next one."""
+    yield
+    os.environ.pop(VERBOSE, None)
 
 
 @pytest.fixture(scope="session", autouse=True)
