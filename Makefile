@@ -12,7 +12,7 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test lint planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test lint tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
@@ -21,12 +21,17 @@ test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
 	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(TESTS)
 
-lint: $(STAMP)
+lint: $(STAMP) tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	PYTHONPATH=build/tree $(BIN)/lint-imports
 	$(BIN)/python -m tests.house
+
+# The package in one place, as it is when installed: for type checkers, editors and drawings of the imports.
+tree:
+	rm -rf build/tree && mkdir -p build/tree/touchline
+	ln -s $(abspath $(wildcard src/touchline/*) schemas services tui research) build/tree/touchline
 
 # Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
 planner-kernels: $(STAMP)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from touchline.bus import Bus, HealthReporter, Publisher
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
-from touchline.services.bus import Bus, HealthReporter, Publisher
 
 REFUSED = m.CommandResponse(success=False, message="cannot reset while running; only while emergency-stopped")
 TOLD = (

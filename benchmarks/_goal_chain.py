@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from touchline.onboard import Onboard
+from touchline.onboard.executive.handover import NotYet, PlanPlace, reference_ahead
+from touchline.onboard.interface import ACTUATORS
 from touchline.schemas.errors import CommandRefused, PlanningError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Noise, Pose2, Scenario
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.executive.handover import NotYet, PlanPlace, reference_ahead
-from touchline.services.onboard.interface import ACTUATORS
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking

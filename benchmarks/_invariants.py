@@ -7,6 +7,8 @@ import random
 from contextlib import suppress
 from typing import Any, Final
 
+from touchline.onboard.estimation.tail import CONTRADICTED
+from touchline.onboard.executive.localization_monitor import MAX_NIS
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import Fault, parse_fault
@@ -15,8 +17,6 @@ from touchline.schemas.onboard import FenceLimits, Follower, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.estimation.tail import CONTRADICTED
-from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 from touchline.services.robot_sim.paint import projection

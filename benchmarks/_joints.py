@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks._drive_to import step_towards
 from benchmarks._invariants import fault
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
@@ -21,7 +22,6 @@ from touchline.schemas.onboard import Follower, OnboardConfig
 from touchline.schemas.scenario import Noise, Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint.ledger import PaintLedger

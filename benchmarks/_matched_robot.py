@@ -8,13 +8,13 @@ from collections import deque
 import numpy as np
 
 from benchmarks._data_sheets import data_sheets
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard import filter_model as m
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.noise import noise_figures
+from touchline.onboard.interface import TICK_S, GnssSample, ImuSample, MagSample, SensorFrame
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.estimation.noise import noise_figures
-from touchline.services.onboard.interface import TICK_S, GnssSample, ImuSample, MagSample, SensorFrame
 
 LATENCY_TICKS = 11
 SLIP_ANGLE_SHARE = 0.3

@@ -6,10 +6,10 @@ import math
 import time
 from typing import Final
 
+from touchline.bus import Bus, Sample
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import ActuatorCommand, DiagnosticArray, TraversalStatus
-from touchline.services.bus import Bus, Sample
 
 ESTOPPED: Final = TraversalStatus.ESTOPPED
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.onboard.interface import TICK_S, SensorFrame
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import TICK_S, SensorFrame
 
 SLIP = 0.02
 GYRO_RADPS = 0.003

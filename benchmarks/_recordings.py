@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from touchline.recordings.channels import is_drawn, robots_among, topic_at
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import ActuatorCommand, PaintMarks, SprayerState, TraversalStatus
 from touchline.schemas.messages.base import Message
-from touchline.services.bridge.channels import is_drawn, robots_among, topic_at
-from touchline.services.bridge.reader import RecordingReader
 
 _WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.ACTUATOR_COMMAND)
 _CLOSING_NS: Final = 150_000_000

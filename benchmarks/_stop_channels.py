@@ -23,11 +23,11 @@ import zenoh
 from zenoh import handlers
 
 from benchmarks._system import COMMAND, ROS_DOMAIN, System, new_id
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, service_type_hash
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse
-from touchline.services.bus import Bus
 
 _ATTEMPT_S: Final = 0.7
 _ORDER_S: Final = 15.0
@@ -132,7 +132,7 @@ class ByOrder(StopChannel):
 
     _STARTED = """
 import sys, time
-import touchline.services.cli as cli, touchline.services.cli.commands, touchline.services.cli.order_command as orders
+import touchline.cli as cli, touchline.cli.commands, touchline.cli.order_command as orders
 
 insist = orders.insist
 

@@ -23,13 +23,13 @@ from typing import Final
 import zenoh
 from zenoh import handlers
 
+from touchline.bus.config import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.services.bus.config import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
 
 SPEED_VARIABLE: Final = "TOUCHLINE_STRANGER_SPEED"
 """What a flood of `simulation/set_speed` asks for."""

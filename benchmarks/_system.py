@@ -17,14 +17,14 @@ from typing import Final
 
 from benchmarks import _stranger_roles as roles
 from benchmarks._processes import NODES, processes
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.catalogue import template_text
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.topics import Service
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 
 COMMAND: Final = (sys.executable, "-m", "touchline")
 ROS_DOMAIN: Final = 42

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchline.bus import Bus, BusConfig, Publisher, Server
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.cdr import encode
 from touchline.schemas.setup import Setup
-from touchline.services.bus import Bus, BusConfig, Publisher, Server
 
 TURN_S = 0.02
 """Between two messages of odometry."""

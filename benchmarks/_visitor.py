@@ -10,10 +10,10 @@ import sys
 import zenoh
 
 from benchmarks._system import new_id
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import GetDiagnosticsRequest
-from touchline.services.bus import Bus
 
 
 def main() -> None:

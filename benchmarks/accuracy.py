@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from benchmarks._data_sheets import data_sheets
 from benchmarks._settings import Small
+from touchline.onboard import control
+from touchline.onboard.control.follower import BodyTwist
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import Follower, OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import control
-from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 

@@ -16,13 +16,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks._settings import Small
-from touchline.services.bridge.reader import RecordingReader
+from touchline.checking.check_session import check_recording
+from touchline.checking.component_replay import OPEN_LOOP
+from touchline.checking.divergence import ESTIMATOR
+from touchline.checking.robot_messages import RobotMessages
+from touchline.checking.robot_tables import RobotTables
+from touchline.recordings.reader import RecordingReader
 from touchline.services.robot_sim.warm_up import warm_up
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.checking.divergence import ESTIMATOR
-from touchline.services.runs.checking.part_alone import OPEN_LOOP
-from touchline.services.runs.checking.robot_messages import RobotMessages
-from touchline.services.runs.checking.robot_tables import RobotTables
 
 SMALL = Small(
     {"template": "study-square", "repeats": 1},

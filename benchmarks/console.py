@@ -18,9 +18,9 @@ import numpy as np
 from benchmarks._console_robot import TalkingRobot, serve
 from benchmarks._console_terminal import Terminal
 from benchmarks._settings import Small
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 
 LOG_ENTRIES = 1000
 KEY_REPEAT_HZ = 30.0

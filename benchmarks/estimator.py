@@ -17,10 +17,10 @@ from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
 from benchmarks._settings import Small
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import Command, SensorFrame
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import World
 

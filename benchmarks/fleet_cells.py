@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from benchmarks._all_at_once import buffered_cells, stopping_segments
 from benchmarks._settings import Small
+from touchline.core.arcs import unit
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.hub import Hub
+from touchline.fleet.lloyd import deployment
+from touchline.fleet.tasks import Deploy
+from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
+from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
-from touchline.services.core.arcs import unit
-from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.lloyd import deployment
-from touchline.services.fleet.tasks import Deploy
-from touchline.services.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
-from touchline.services.onboard.executive.cell_keeper import CellKeeper, Segment
 
 Floats = NDArray[np.float64]
 

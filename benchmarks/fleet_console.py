@@ -17,10 +17,10 @@ import numpy as np
 
 from benchmarks._console_terminal import Terminal
 from benchmarks._settings import Small
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.messages.touchline import TraversalStatus
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 
 SIZES = ((80, 24), (200, 60))
 VIEWS = {"one robot": "", "fleet": "v"}

@@ -21,10 +21,10 @@ from benchmarks._console_terminal import Terminal
 from benchmarks._processes import cpu_s, processes
 from benchmarks._settings import Small
 from benchmarks._system import COMMAND
+from touchline.bus import Bus, BusConfig, Inbox
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
-from touchline.services.bus import Bus, BusConfig, Inbox
-from touchline.services.bus.ports import free_port
 
 _START_S: Final = 120.0
 _END_S: Final = 120.0

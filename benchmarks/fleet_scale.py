@@ -8,9 +8,9 @@ import time
 from pathlib import Path
 
 from benchmarks._settings import Small
+from touchline.fleet.exchange import Exchange
+from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.team import TeamScenario
-from touchline.services.fleet.exchange import Exchange
-from touchline.services.runs.team.team_run import TeamRun
 
 ROBOTS = (1, 10, 50, 200)
 SMALL = Small(

@@ -23,10 +23,10 @@ from websockets.typing import Subprotocol
 from benchmarks._processes import cpu_s
 from benchmarks._settings import NotHereError, Small
 from benchmarks._system import RUNNING, Hand, SystemLost, running_system
+from touchline.bus import Bus, Inbox
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
-from touchline.services.bus import Bus, Inbox
-from touchline.services.bus.ports import free_port
 
 _LAYOUT: Final = Path(__file__).resolve().parents[1] / "examples" / "viewers" / "layout.json"
 _SETTLED: Final = 0.2

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks._goal_chain import GoalChain
 from benchmarks._settings import Small
-from touchline.services.runs.arrival import NEAR_M, NEAR_RAD
+from touchline.jobs.goal.arrival import NEAR_M, NEAR_RAD
 
 TOLD = 100
 DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))

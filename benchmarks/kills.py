@@ -20,9 +20,9 @@ from typing import Final, NamedTuple
 from benchmarks._recordings import verdict
 from benchmarks._settings import Small
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.messages import SprayerState, TraversalStatus
-from touchline.services.bus import Bus
 
 _SPEED: Final = 20.0
 _STUCK_S: Final = 30.0

@@ -16,15 +16,15 @@ import numpy as np
 
 from benchmarks._joints import field
 from benchmarks._settings import Small
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
+from touchline.onboard.control import FollowerQuestion
 from touchline.schemas import topics
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
-from touchline.services.onboard.control import FollowerQuestion
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import Lockstep
 

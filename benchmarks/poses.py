@@ -10,18 +10,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks._settings import Small
+from touchline.core.jit import kernel
+from touchline.research.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plugins import SPEED_LAWS
 from touchline.schemas.vehicles.shipped import TURTLEBOT3_WAFFLE_PI
-from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.kernels.free_heading import shortest_lengths
 from touchline.services.planner.steering.plain_words import plain_word
-from touchline.services.study.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 
 SMALL = Small(
     {"goals": 20, "headings": 1000},

@@ -14,13 +14,13 @@ from scipy.stats import chi2
 
 from benchmarks._settings import Small
 from benchmarks.estimator import Check, error
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import TICK_S, TICKS_PER_S, Command
 from touchline.schemas.faults import CameraOutage
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.interface import TICK_S, TICKS_PER_S, Command
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import TruePose, World

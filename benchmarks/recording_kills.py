@@ -30,11 +30,11 @@ from rosbags.rosbag2 import Reader
 
 from benchmarks._settings import Small
 from benchmarks._system import Hand, System, SystemLost, running_system
+from touchline.bus import Bus
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.salvage import salvage
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock, Message, TraversalStatus
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.salvage import salvage
-from touchline.services.bus import Bus
 
 _GOES_ON_S: Final = 120.0
 _KEPT_S: Final = 0.5

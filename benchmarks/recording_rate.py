@@ -13,9 +13,9 @@ from typing import Final
 from benchmarks._processes import Figures, figures
 from benchmarks._settings import Small
 from benchmarks._system import Hand, SystemLost, running_system
+from touchline.bus import Bus
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus
 
 _SETTLED: Final = 1.0 / 6.0
 """Share of the time after which the bridge has all that it keeps: figures from then on are compared."""

@@ -14,12 +14,12 @@ from scipy.stats import chi2
 
 from benchmarks._settings import Small
 from benchmarks.estimator import Check, error
+from touchline.onboard import filter_model as m
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import Command, SensorFrame
 from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER as VEHICLE
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import World
 

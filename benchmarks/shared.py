@@ -23,14 +23,14 @@ import shapely
 
 from benchmarks._settings import Small
 from benchmarks.coverage import template_of
+from touchline.jobs.shared.shared_areas import share_areas
+from touchline.jobs.shared.shared_job import APART_M, SharedJob, share_job
+from touchline.jobs.shared.shared_simulation import names_of, simulate_shared
+from touchline.jobs.shared.team_order import TeamOrder
+from touchline.jobs.shared.team_report import team_figures
 from touchline.schemas.catalogue import load_template, load_vehicle
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
-from touchline.services.runs.sharing.shared_areas import share_areas
-from touchline.services.runs.sharing.shared_job import APART_M, SharedJob, share_job
-from touchline.services.runs.sharing.shared_simulation import names_of, simulate_shared
-from touchline.services.runs.sharing.team_order import TeamOrder
-from touchline.services.runs.sharing.team_report import team_figures
 
 ROBOTS: Final = 2
 PAUSE_S: Final = 30.0

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks._settings import Small
+from touchline.jobs.single.simulation import Job, Products, simulate
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
@@ -20,7 +21,6 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
-from touchline.services.runs.simulation import Job, Products, simulate
 
 FOLLOWERS = ("mpc", "pure-pursuit")
 SIMULATED, TOLD = (0.1, 0.3, 1.0), (0.1, 0.3)

@@ -20,10 +20,10 @@ from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
 from benchmarks._settings import Small
 from benchmarks._system import Hand, System, SystemLost, running_system
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.catalogue import line_templates
 from touchline.schemas.messages import TraversalStatus
-from touchline.services.bus import Bus
 
 _KEPT: Final = 3
 _SAMPLE_S: Final = 10.0

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._settings import Small
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats, PathPose, PiecePath
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces

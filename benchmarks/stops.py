@@ -30,8 +30,8 @@ from benchmarks._settings import Small
 from benchmarks._stop_channels import CHANNELS, ByCall, ByConsole, ByOrder, StopChannel, stop_channels
 from benchmarks._stranger_roles import IMPOSTOR
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
+from touchline.bus import Bus
 from touchline.schemas import topics
-from touchline.services.bus import Bus
 
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""

@@ -19,10 +19,10 @@ from benchmarks._recordings import verdict
 from benchmarks._settings import Small
 from benchmarks._strangers import ROOT
 from benchmarks._system import Hand, System, SystemLost, new_id, running_system
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import CommandRequest
-from touchline.services.bus import Bus
 
 _LIMIT_S: Final = 0.3
 _PATIENCE_S: Final = 30.0

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.messages import FollowerStepRequest, FollowerStepResponse
-from touchline.services.bus import Bus
 
 LOOKAHEAD_M = 0.35
 LEAD_TICKS = 5

@@ -52,7 +52,7 @@ class KindParts:
     Attributes:
         spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
-        onboard: What the robot's computer asks: an `OnboardDrive` of services/onboard/drives. Tools have none.
+        onboard: What the robot's computer asks: an `OnboardDrive` of onboard/drives. Tools have none.
         world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world.
     """
 
@@ -263,7 +263,7 @@ _COVERAGE = "touchline.services.planner.coverage"
 _POSES = "touchline.services.planner.poses.shipped_methods"
 _LAWS = "touchline.services.planner.poses.laws"
 _WORLD = "touchline.services.robot_sim.world"
-_FOLLOWERS = "touchline.services.onboard.control"
+_FOLLOWERS = "touchline.onboard.control"
 
 DRIVES: Registry[KindParts] = Registry("drive")
 """What moves a vehicle, by the `kind` of its `drive`."""
@@ -273,7 +273,7 @@ DRIVES.register(
     KindParts(
         f"{_VEHICLES}:DifferentialDrive",
         planner=f"{_DRIVES}.differential_caps:PlannedDifferential",
-        onboard="touchline.services.onboard.drives.differential_onboard:OnboardDifferential",
+        onboard="touchline.onboard.drives.differential_onboard:OnboardDifferential",
         world=f"{_WORLD}.drives.differential:DifferentialInWorld",
     ),
 )
@@ -284,7 +284,7 @@ DRIVES.register(
     KindParts(
         f"{_VEHICLES}:RearSteeredDrive",
         planner=f"{_DRIVES}.rear_steered_caps:PlannedRearSteered",
-        onboard="touchline.services.onboard.drives.rear_steered_onboard:OnboardRearSteered",
+        onboard="touchline.onboard.drives.rear_steered_onboard:OnboardRearSteered",
         world=f"{_WORLD}.drives.rear_steered:RearSteeredInWorld",
     ),
 )
@@ -336,7 +336,7 @@ AREA_METHODS.register(
 )
 
 FOLLOWERS: Registry[Any] = Registry("follower")
-"""What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""
+"""What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of onboard/control each."""
 EXTERNAL = "external"
 """The follower that is asked over the bus."""
 EXTERNAL_TIMED = "external-timed"

@@ -1,1 +1,1 @@
-"""Touchline's processes and what they share."""
+"""Touchline's processes: planner, emulated robots, bridge and coordinator."""

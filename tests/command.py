@@ -1,5 +1,5 @@
 """The command with all its subcommands, for tests that invoke it in their own process."""
 
-from touchline.services.cli.commands import command_line
+from touchline.cli.commands import command_line
 
 app = command_line()

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+from touchline.bus import BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas.plugins import VERBOSE
-from touchline.services.bus import BusConfig
-from touchline.services.bus.ports import free_port
-from touchline.services.system.priority import USUAL, run_at
+from touchline.supervision.priority import USUAL, run_at
 
 # The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
 # so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.

@@ -1,6 +1,6 @@
 """Kernels that a process prepares, compiling them or loading them from the cache, after a point of time."""
 
-from touchline.services.core.jit import Kernel
+from touchline.core.jit import Kernel
 
 
 class LateKernels:

@@ -3,9 +3,9 @@
 import time
 from collections.abc import Callable
 
+from touchline.bus import Bus, CallError
 from touchline.schemas import messages as m
 from touchline.schemas.topics import Service
-from touchline.services.bus import Bus, CallError
 
 _PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse, "")
 

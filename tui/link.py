@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from itertools import zip_longest
 from typing import Any
 
+from touchline.bus import Bus, BusConfig, Inbox, Sample, StopProof, proves
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
@@ -17,7 +18,6 @@ from touchline.schemas.messages.service_messages import GetPaintRequest, GetPain
 from touchline.schemas.messages.team_messages import TeamCells
 from touchline.schemas.topics import Service, Topic
 from touchline.schemas.traversal_state import traversal_state
-from touchline.services.bus import Bus, BusConfig, Inbox, Sample, StopProof, proves
 from touchline.tui.protocol import (
     CallFailed,
     Incoming,

@@ -1,1 +1,1 @@
-"""The bridge: recordings (MCAP) of what is on the bus, their replay and their comparison."""
+"""The bridge: records robots on request, shows them to ROS 2 and to viewers, and replays."""

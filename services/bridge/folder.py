@@ -3,8 +3,8 @@
 import unicodedata
 from pathlib import Path
 
+from touchline.recordings.output import RecordingError
 from touchline.schemas.plain_text import plain
-from touchline.services.bridge.output import RecordingError
 
 #: Bytes of a file's name, with room for the number that an older recording of that name gets.
 MOST_NAME_BYTES = 200

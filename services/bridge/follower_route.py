@@ -2,12 +2,12 @@
 
 from typing import Any, Final, NamedTuple
 
+from touchline.bus import Bus
+from touchline.bus.calls import ServedCall, Server
+from touchline.bus.ros2 import Ros2Session
+from touchline.bus.ros2_client import Ros2Response
 from touchline.schemas import topics
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
-from touchline.services.bus import Bus
-from touchline.services.bus.calls import ServedCall, Server
-from touchline.services.bus.ros2 import Ros2Session
-from touchline.services.bus.ros2_client import Ros2Response
 
 #: As long as the robot waits for a step.
 _ANSWER_S: Final = 1.0

@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
+from touchline.bus import Bus
+from touchline.bus.ros2 import Ros2Endpoint, Ros2Session
+from touchline.recordings.viewing import frame_prefix
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.topics import CLOCK, PARAMETER_SERVICES, SERVICES, SETUP, TOPICS, VIEWING
 from touchline.services.bridge.follower_route import FollowerRoute
@@ -17,10 +20,7 @@ from touchline.services.bridge.goal_route import GoalRoute
 from touchline.services.bridge.parameter_route import ParameterRoute
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import ServiceRoute, TopicRoute
-from touchline.services.bridge.viewing import frame_prefix
 from touchline.services.bridge.viewing_route import ViewingRoute
-from touchline.services.bus import Bus
-from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 NODE_NAME = "touchline"
 #: geometry_msgs/PoseStamped, as RViz and others publish it.

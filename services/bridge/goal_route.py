@@ -5,14 +5,14 @@ import uuid
 from collections.abc import Sequence
 from typing import Final
 
+from touchline.bus import Bus
+from touchline.bus.calls import Question
+from touchline.bus.ros2 import Ros2Session, Ros2Subscriber
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import GotoRequest, PoseGoal, PoseStamped
 from touchline.services.bridge.rmw_zenoh import RosNode
-from touchline.services.bus import Bus
-from touchline.services.bus.calls import Question
-from touchline.services.bus.ros2 import Ros2Session, Ros2Subscriber
 
 MAP_FRAMES: Final = ("", "map")
 #: A quaternion's length differs from 1 by no more, and neither roll nor pitch (half of it, rad) is larger.

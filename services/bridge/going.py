@@ -10,10 +10,10 @@ from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
+from touchline.bus import BusConfig
+from touchline.recordings.part_limits import UNLIMITED, PartLimits
 from touchline.schemas.errors import TouchlineError
-from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
-from touchline.services.bus import BusConfig
-from touchline.services.system.private_folder import open_private, run_folder
+from touchline.supervision.private_folder import open_private, run_folder
 
 #: A bridge without a supervisor goes on with what was written to this recently: later it is another session.
 _RECENT_S = 60.0

@@ -5,11 +5,11 @@ from contextlib import suppress
 from functools import partial
 from typing import NamedTuple
 
+from touchline.bus import Bus, CallError
+from touchline.bus.presence import Presence
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import DiagnosticArray, GetDiagnosticsRequest
-from touchline.services.bus import Bus, CallError
-from touchline.services.bus.presence import Presence
 
 
 class Handshake(NamedTuple):

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable
 from typing import Any, Final
 
+from touchline.bus.counters import Counters
+from touchline.bus.ros2 import Ros2Request, Ros2Server, Ros2Session
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
@@ -12,8 +14,6 @@ from touchline.schemas.topics import Service
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.robot_parameters import ToldParameters, described, listed, refusal
 from touchline.services.bridge.routes import problem_of
-from touchline.services.bus.counters import Counters
-from touchline.services.bus.ros2 import Ros2Request, Ros2Server, Ros2Session
 
 #: Requests that are looked at in one turn.
 _LOOKED_AT: Final = 16

@@ -6,6 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from touchline.bus import Bus, HealthReporter
+from touchline.bus.last_sent import sent_by
+from touchline.recordings.output import RecordingError
+from touchline.recordings.part_limits import UNLIMITED, PartLimits
+from touchline.recordings.parts import next_part
+from touchline.recordings.recorder import Existing, Recorder, RecordingReport
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
@@ -22,15 +28,9 @@ from touchline.services.bridge.folder import RecordingFolder
 from touchline.services.bridge.gateway import Gateway
 from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
-from touchline.services.bridge.parts import next_part
-from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
 from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
 from touchline.services.bridge.steadiness import Steadiness
-from touchline.services.bus import Bus, HealthReporter
-from touchline.services.bus.last_sent import sent_by
-from touchline.services.system.shutdown import Stop
+from touchline.supervision.shutdown import Stop
 
 if TYPE_CHECKING:
     from touchline.services.bridge.foxglove.robot_viewers import Viewers

@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from touchline.bus import Bus
+from touchline.bus.calls import ServedCall, Server
+from touchline.recordings.replay.replay_player import ReplayPlayer
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     ReplaySeekRequest,
@@ -15,9 +18,6 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service
-from touchline.services.bridge.replay_player import ReplayPlayer
-from touchline.services.bus import Bus
-from touchline.services.bus.calls import ServedCall, Server
 
 FASTEST = 10_000.0
 """The highest speed factor; beyond is as fast as it goes."""

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from touchline.bus import Bus, BusConfig
+from touchline.recordings.output import RecordingError
+from touchline.recordings.replay.replay_player import ReplayPlayer
+from touchline.recordings.replay.replay_source import ReplaySource
+from touchline.recordings.replay.replayer import recorded_robots
 from touchline.schemas import topics
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import ReplayStatus
 from touchline.schemas.replay_run import ReplayRun
 from touchline.services.bridge.handshake import shake_hands
-from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.replay_controls import ReplayControls, where
-from touchline.services.bridge.replay_player import ReplayPlayer
-from touchline.services.bridge.replay_source import ReplaySource
 from touchline.services.bridge.replay_voice import ReplayVoice
-from touchline.services.bridge.replayer import recorded_robots
-from touchline.services.bus import Bus, BusConfig
 
 _SETTLE_S: Final = 0.5
 _HANDSHAKE_TIMEOUT_S: Final = 5.0

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from touchline.bus import Bus, HealthReporter
+from touchline.recordings.replay.replay_cue import Cue
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import ReplayStatus
 from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.replay_run import ReplayRun
-from touchline.services.bridge.replay_cue import Cue
-from touchline.services.bus import Bus, HealthReporter
 
 
 class ReplayVoice:

@@ -4,13 +4,13 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from touchline.bus import Bus, Sample
+from touchline.bus.calls import Question
+from touchline.bus.ros2 import Ros2Request, Ros2Session
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
-from touchline.services.bus import Bus, Sample
-from touchline.services.bus.calls import Question
-from touchline.services.bus.ros2 import Ros2Request, Ros2Session
 
 #: The longest that a service may take to answer; planning takes longest.
 _ANSWER_TIMEOUT_S = 120.0

@@ -6,17 +6,17 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ros2 import Ros2Session
+from touchline.recordings.recorder import Existing, RecordingReport
 from touchline.schemas import topics
 from touchline.services.bridge.folder import RecordingFolder
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.going import GoingRecording
-from touchline.services.bridge.recorder import Existing, RecordingReport
 from touchline.services.bridge.recording_service import BridgeService
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ros2 import Ros2Session
-from touchline.services.system.priority import switch_threads_soon
-from touchline.services.system.shutdown import until_stopped
+from touchline.supervision.priority import switch_threads_soon
+from touchline.supervision.shutdown import until_stopped
 
 _OBJECTS_BETWEEN_COLLECTIONS: Final = 100_000
 """Messages make no cycles, and looking for some among thousands that wait takes a tenth of the time."""

@@ -6,15 +6,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
+from touchline.bus.inbox import MOST_WAITING
+from touchline.bus.last_sent import LastSent
+from touchline.recordings.output import RecordingError
+from touchline.recordings.part_limits import UNLIMITED, PartLimits
+from touchline.recordings.parts import next_part
+from touchline.recordings.recorder import Recorder, RecordingReport, joined
+from touchline.recordings.wall_times import BEGUN, ENDED, wall_time_note
 from touchline.schemas.topics import RECORDED
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.part_limits import UNLIMITED, PartLimits
-from touchline.services.bridge.parts import next_part
-from touchline.services.bridge.recorder import Recorder, RecordingReport, joined
 from touchline.services.bridge.sequencer import Arrived, Sequencer
-from touchline.services.bridge.wall_times import BEGUN, ENDED, wall_time_note
-from touchline.services.bus.inbox import MOST_WAITING
-from touchline.services.bus.last_sent import LastSent
 
 #: What was recorded longer ago than this survives kill -9.
 FLUSH_PERIOD_S = 0.25

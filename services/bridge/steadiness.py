@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from touchline.services.bus.config import PATIENCE_S
+from touchline.bus.config import PATIENCE_S
 
 #: A turn that takes longer is none of a loop that is at work; nobody is cut off earlier.
 STANDSTILL_S: Final = 0.5 * PATIENCE_S

@@ -6,14 +6,14 @@ import time
 from collections.abc import Iterable
 from typing import Final
 
+from touchline.bus import Bus, Sample
+from touchline.bus.ros2 import Ros2Session
+from touchline.recordings.viewing import Drawn
+from touchline.recordings.viewing.viewing import WORK
 from touchline.schemas import topics
+from touchline.services.bridge.live_viewing import LiveViewing
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import TopicRoute
-from touchline.services.bridge.viewing import Drawn
-from touchline.services.bridge.viewing.live_viewing import LiveViewing
-from touchline.services.bridge.viewing.viewing import WORK
-from touchline.services.bus import Bus, Sample
-from touchline.services.bus.ros2 import Ros2Session
 
 #: What is drawn as often as it may change, so only for who looks; the others are drawn and kept for late joiners.
 _MOVING: Final = (topics.TRANSFORMS, topics.TRUE_TRANSFORMS, *WORK)

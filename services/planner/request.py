@@ -4,13 +4,13 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
+from touchline.core.stopwatch import Stopwatch
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.plugin_packages import blamed
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.stopwatch import Stopwatch
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.tour import ordering

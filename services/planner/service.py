@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from touchline.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
+from touchline.bus.health import STARTING
+from touchline.core.compilations import run_steps
 from touchline.schemas import topics
 from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
-from touchline.services.bus.health import STARTING
-from touchline.services.core.compilations import run_steps
-from touchline.services.system.late_compilations import LateCompilations
-from touchline.services.system.shutdown import until_stopped
+from touchline.supervision.late_compilations import LateCompilations
+from touchline.supervision.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
 TURN_S = 0.01

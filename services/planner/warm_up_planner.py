@@ -9,9 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from touchline.core.compilations import Step
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.compilations import Step
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
 from touchline.services.planner.request import answer
 from touchline.services.planner.steering.word_lengths import word_lengths

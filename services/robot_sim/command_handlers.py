@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
+from touchline.onboard.interface import OnboardEvent
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
@@ -19,7 +20,6 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
-from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator, LoadedJob, Taking
 from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.journal import Journal, digest

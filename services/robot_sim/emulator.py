@@ -10,6 +10,23 @@ import math
 from enum import Enum, auto
 from typing import Any, Final, NamedTuple
 
+from touchline.onboard import Onboard
+from touchline.onboard.control import Ask, nobody
+from touchline.onboard.executive.localization_monitor import max_fix_age_s
+from touchline.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    BY_SHUT_DOWN,
+    BY_WATCHDOG,
+    EMERGENCY_STOP,
+)
+from touchline.onboard.interface import (
+    STANDSTILL,
+    TICKS_PER_S,
+    Checkpoint,
+    OnboardEvent,
+    SensorFrame,
+)
+from touchline.onboard.trajectory.trajectory import resume_pose
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import BatteryLow, Fault, TankEmpty
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus
@@ -19,23 +36,6 @@ from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
 from touchline.schemas.vehicles import ODOMETRY, OVERHEAD_CAMERA, Vehicle
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.control import Ask, nobody
-from touchline.services.onboard.executive.localization_monitor import max_fix_age_s
-from touchline.services.onboard.executive.traversal import (
-    ABORTED_BY_OPERATOR,
-    BY_SHUT_DOWN,
-    BY_WATCHDOG,
-    EMERGENCY_STOP,
-)
-from touchline.services.onboard.interface import (
-    STANDSTILL,
-    TICKS_PER_S,
-    Checkpoint,
-    OnboardEvent,
-    SensorFrame,
-)
-from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline

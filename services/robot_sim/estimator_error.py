@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.angles import wrapped
-from touchline.services.core.jit import kernel
-from touchline.services.onboard.interface import Estimate
+from touchline.core.angles import wrapped
+from touchline.core.jit import kernel
+from touchline.onboard.interface import Estimate
 from touchline.services.robot_sim.world.world import TruePose
 
 COUNT: Final = 0

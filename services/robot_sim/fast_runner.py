@@ -14,22 +14,22 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel, unlocked
-from touchline.services.core.records import Record
-from touchline.services.onboard import filter_model as model
-from touchline.services.onboard.computer import Nominal, Onboard
-from touchline.services.onboard.computer_state import Computer, ReceivedFix
-from touchline.services.onboard.control import PurePursuitFollower
-from touchline.services.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
-from touchline.services.onboard.estimation.filter import position_sigma, speed_now_mps
-from touchline.services.onboard.estimation.report import enter_report
-from touchline.services.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
-from touchline.services.onboard.interface import (
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel, unlocked
+from touchline.core.records import Record
+from touchline.onboard import filter_model as model
+from touchline.onboard.computer import Nominal, Onboard
+from touchline.onboard.computer_state import Computer, ReceivedFix
+from touchline.onboard.control import PurePursuitFollower
+from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
+from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
+from touchline.onboard.estimation.report import enter_report
+from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
+from touchline.onboard.interface import (
     ACTUATORS,
 )
-from touchline.services.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
-from touchline.services.onboard.tracking_state import NOW
+from touchline.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
+from touchline.onboard.tracking_state import NOW
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
 from touchline.services.robot_sim.estimator_error import enter_error

@@ -9,11 +9,11 @@ from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 
+from touchline.onboard.interface import TICKS_PER_S, OnboardEvent
 from touchline.schemas import faults as f
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.vehicles import DriveSpec
-from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent
 from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
 from touchline.services.robot_sim.world.effects import SENSORS, Effects
 

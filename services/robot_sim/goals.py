@@ -11,15 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from touchline.bus import Bus, ServedCall
+from touchline.bus.calls import Question
+from touchline.onboard.executive.handover import NotYet
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.way_start import WayStart, hindrance
-from touchline.services.bus import Bus, ServedCall
-from touchline.services.bus.calls import Question
-from touchline.services.onboard.executive.handover import NotYet
 from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
 from touchline.services.robot_sim.emulator import Emulator
 

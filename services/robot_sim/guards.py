@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from typing import Any, Final
 
+from touchline.bus import Bus
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
-from touchline.services.bus import Bus
 from touchline.services.robot_sim.command_handlers import Handler
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER, topics.COORDINATOR))

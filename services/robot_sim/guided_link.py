@@ -13,12 +13,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.bus import Bus
+from touchline.bus.attachment import session_publisher
+from touchline.onboard.interface import OnboardEvent
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Event, Guidance, TrueWay
-from touchline.services.bus import Bus
-from touchline.services.bus.attachment import session_publisher
-from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.tick_log import TRUTH, Rows

@@ -17,11 +17,11 @@ from typing import Any, Final, NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.onboard import Onboard
+from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, ComputerState
+from touchline.onboard.estimation.filter import Estimator, Gathered
+from touchline.onboard.interface import ACTUATORS, Command
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, ComputerState
-from touchline.services.onboard.estimation.filter import Estimator, Gathered
-from touchline.services.onboard.interface import ACTUATORS, Command
 from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.sensors.receiver import FIXED

@@ -26,10 +26,10 @@ from typing import Final, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.messages import LoadRequest, Trajectory
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.paint.record import PaintRecord
 from touchline.services.robot_sim.recovery_state import Remains, Totals
 from touchline.services.robot_sim.setup_text import SetupText

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from touchline.onboard.executive.traversal import EMERGENCY_STOP
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import LoadRequest, Trajectory, TraversalStatus, UnfinishedJob
-from touchline.services.onboard.executive.traversal import EMERGENCY_STOP
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.packing import header

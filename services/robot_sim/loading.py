@@ -8,8 +8,8 @@ import threading
 import traceback
 from typing import Any, Final, NamedTuple
 
+from touchline.bus import ServedCall
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
-from touchline.services.bus import ServedCall
 from touchline.services.robot_sim.command_handlers import Load
 
 WAITING: Final = 2

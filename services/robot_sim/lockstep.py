@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from touchline.bus import Bus, CallError
+from touchline.onboard.control import FollowerQuestion, Interrupted
+from touchline.onboard.tracking_state import ALONG
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
-from touchline.services.bus import Bus, CallError
-from touchline.services.onboard.control import FollowerQuestion, Interrupted
-from touchline.services.onboard.tracking_state import ALONG
 
 TIMEOUT_S: Final = 1.0
 """Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""

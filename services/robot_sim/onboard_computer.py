@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from touchline.schemas.messages import Guidance, Trajectory, Whereabouts
-from touchline.services.onboard.executive.traversal import (
+from touchline.onboard.executive.traversal import (
     ABORTED_BY_OPERATOR,
     BY_OPERATOR,
     EMERGENCY_STOP,
     PAUSED_BY_OPERATOR,
 )
-from touchline.services.onboard.interface import (
+from touchline.onboard.interface import (
     Checkpoint,
     Command,
     Consistency,
@@ -22,6 +21,7 @@ from touchline.services.onboard.interface import (
     SensorFrame,
     Status,
 )
+from touchline.schemas.messages import Guidance, Trajectory, Whereabouts
 
 
 class OnboardComputer(Protocol):

@@ -18,10 +18,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from touchline.services.bus import BusConfig
+from touchline.bus import BusConfig
 from touchline.services.robot_sim.frame import CARRIED, HEADER, NUMBERS
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.system.safe_path import safe_path
+from touchline.supervision.safe_path import safe_path
 
 _PIPE_BYTES: Final = 1024 * 1024
 MOST_BYTES: Final = 64 * 1024 * 1024

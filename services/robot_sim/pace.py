@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
+from touchline.onboard.interface import TICK_S, TICKS_PER_S
 
 LONGEST_SLICE_S: Final = 0.01
 """Commands are looked at this often, also when ticks run as fast as they go."""

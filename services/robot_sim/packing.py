@@ -6,12 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from touchline.onboard.interface import CameraSample, MoveOffWarning, Pause, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.frames import MAP_FRAME
 from touchline.schemas.topics import Topic
-from touchline.services.onboard.interface import CameraSample, MoveOffWarning, Pause, Status
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.onboard_computer import OnboardComputer

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
-from touchline.services.bus import Bus
 
 FRESH_S: Final = 1.0
 """A recorder that is behind says so more often; the word of one that has died or hangs holds up nobody for longer."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.onboard.interface import Checkpoint
+from touchline.onboard.interface import Checkpoint
 
 
 class Totals(NamedTuple):

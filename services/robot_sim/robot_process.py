@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Final, Literal, Protocol
 
+from touchline.bus import Bus, HealthReporter, ServedCall
+from touchline.bus.calls import Server
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
-from touchline.services.bus import Bus, HealthReporter, ServedCall
-from touchline.services.bus.calls import Server
 from touchline.services.robot_sim.command_handlers import Commands, Guiding, Handler
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner

@@ -9,12 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas import topics
-from touchline.schemas.layout import Payloads, Records
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.topics import Topic
-from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
-from touchline.services.onboard.interface import (
+from touchline.onboard.interface import (
     ACCEL,
     ANGLES,
     CONSISTENCY_COUNTS,
@@ -23,6 +18,11 @@ from touchline.services.onboard.interface import (
     TICKS_PER_S,
     Consistency,
 )
+from touchline.schemas import topics
+from touchline.schemas.layout import Payloads, Records
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.topics import Topic
+from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.odometry_packer import NO_STAMP, STAMP, OdometryPacker, stamps
 from touchline.services.robot_sim.packing import Payload, battery, camera_pose, gnss, stamp

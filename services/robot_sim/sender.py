@@ -15,14 +15,14 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.bus.calls import ServedCall
+from touchline.bus.config import PATIENCE_S
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
 from touchline.schemas.paint_history import PaintHistory
-from touchline.services.bus import Bus, BusConfig, HealthReporter
-from touchline.services.bus.calls import ServedCall
-from touchline.services.bus.config import PATIENCE_S
 from touchline.services.robot_sim.frame import CARRIED, HEADER
-from touchline.services.system.priority import USUAL, run_at
+from touchline.supervision.priority import USUAL, run_at
 
 _READ_BYTES: Final = 1024 * 1024
 _DRAIN_BYTES: Final = 16 * 1024 * 1024

@@ -15,17 +15,17 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
+from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.setup import Setup
-from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 from touchline.services.robot_sim.robot_process import ClockPolicy, RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
-from touchline.services.system.late_compilations import LateCompilations
-from touchline.services.system.priority import FIRST, run_at, switch_threads_soon
-from touchline.services.system.shutdown import until_stopped
+from touchline.supervision.late_compilations import LateCompilations
+from touchline.supervision.priority import FIRST, run_at, switch_threads_soon
+from touchline.supervision.shutdown import until_stopped
 
 PATIENCE_S: Final = 0.2
 """A client that does not take its answer within this is cut off; less would cut off honest ones on a busy machine."""

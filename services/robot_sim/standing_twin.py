@@ -9,7 +9,7 @@ from __future__ import annotations
 from copy import deepcopy
 from typing import Final
 
-from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.world.world import TruePose

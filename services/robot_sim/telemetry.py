@@ -13,13 +13,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.onboard import Onboard
+from touchline.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report

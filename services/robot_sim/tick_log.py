@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel
+from touchline.onboard import interface
 from touchline.schemas import topics
 from touchline.schemas.topics import Topic
-from touchline.services.core.jit import kernel
-from touchline.services.onboard import interface
 from touchline.services.robot_sim.sensors import position_report
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.physics import HeldCommand

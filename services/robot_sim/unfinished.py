@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 
+from touchline.onboard.executive.covered import Covered
+from touchline.onboard.executive.painted import Painted
+from touchline.onboard.interface import Checkpoint
+from touchline.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Header, LoadRequest, UnfinishedJob
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.executive.covered import Covered
-from touchline.services.onboard.executive.painted import Painted
-from touchline.services.onboard.interface import Checkpoint
-from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
 from touchline.services.robot_sim.emulator import Emulator
 
 RESTARTED = "the robot was restarted"

@@ -8,12 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from touchline import onboard
+from touchline.core.compilations import Step, run_steps
+from touchline.onboard.interface import STANDSTILL
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.setup import Setup
-from touchline.services import onboard
-from touchline.services.core.compilations import Step, run_steps
-from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.robot_sim.accounting.area_raster import AreaRaster
 from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.paint.ledger import PaintLedger

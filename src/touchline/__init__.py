@@ -1,4 +1,10 @@
 """Touchline: plans, drives and records the work of ground robots.
 
-The parts of this package are folders of the repository's own: the links beside this file put them into it.
+In a checkout `schemas`, `services`, `tui` and `research` are folders at its top (see `setup.py`); installed they lie
+beside this file.
 """
+
+import os
+
+if os.name != "posix":
+    raise ImportError("Touchline needs Linux (or macOS, untested): locks and signals of POSIX; on Windows, use WSL")

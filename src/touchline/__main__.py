@@ -1,5 +1,5 @@
 """``python -m touchline``: the command line, also of the services that a supervisor starts with its own interpreter."""
 
-from touchline.services.cli import main
+from touchline.cli import main
 
 main()

@@ -3,6 +3,9 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from touchline.recordings.channels import is_drawn
+from touchline.recordings.recorded import Summary
+from touchline.recordings.recorder import Recorder
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import (
@@ -18,9 +21,6 @@ from touchline.schemas.messages import (
     Vector3,
 )
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.channels import is_drawn
-from touchline.services.bridge.recorded import Summary
-from touchline.services.bridge.recorder import Recorder
 
 TICK_NS = 10_000_000
 

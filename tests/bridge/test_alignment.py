@@ -7,11 +7,11 @@ import pytest
 
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
+from touchline.recordings.alignment import SIGHT, Alignment
+from touchline.recordings.compare import compare
+from touchline.recordings.recorded import Recorded, RecordingKind
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
-from touchline.services.bridge.alignment import SIGHT, Alignment
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.recorded import Recorded, RecordingKind
 
 Made = tuple[float, str]
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.said import messages, record, stamp
+from touchline.recordings.compare import compare
+from touchline.recordings.recorder import Recorder
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Header, Imu, Message, Vector3
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.recorder import Recorder
 
 Said = Iterator[tuple[Topic, Message]]
 

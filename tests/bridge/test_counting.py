@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.said import messages, record
+from touchline.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
+from touchline.bus.last_sent import KEY, LastSent, as_text, sent_by
+from touchline.jobs.recording.recording_end import lacking
+from touchline.recordings.reader import read_summary
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue, RecordStopResponse
-from touchline.services.bridge.reader import read_summary
 from touchline.services.bridge.steadiness import STANDSTILL_S, Steadiness
-from touchline.services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
-from touchline.services.bus.last_sent import KEY, LastSent, as_text, sent_by
-from touchline.services.runs.recording_end import lacking
 
 A, B = b"a" * 16, b"b" * 16
 

@@ -17,19 +17,19 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages, stamp
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.recordings.channels import kind_of
+from touchline.recordings.compare import compare
+from touchline.recordings.mcap_file import LARGEST_RATIO
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import read_summary
+from touchline.recordings.recorder import Recorder
+from touchline.recordings.replay.replayer import Timeline
+from touchline.recordings.unpack import LARGEST_CHUNK_BYTES
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
-from touchline.services.bridge.channels import kind_of
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.mcap_file import LARGEST_RATIO
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import read_summary
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.bridge.replayer import Timeline
-from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES
-from touchline.services.runs.recorded_paint import read_painted
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
 MUTATED = 160

@@ -16,12 +16,12 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from touchline.recordings.recorder import Recorder
+from touchline.recordings.viewing.viewing import WORK
+from touchline.recordings.viewing_copy import copy_with_viewing
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Header, PaintMarks, Time
 from touchline.schemas.topics import PAINT, VIEWING, WORK_MARKERS
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.bridge.viewing.viewing import WORK
-from touchline.services.bridge.viewing_copy import copy_with_viewing
 
 ROOT = Path(__file__).resolve().parents[2]
 SQUARE = ROOT / "examples" / "sessions" / "square.mcap"

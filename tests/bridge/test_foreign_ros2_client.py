@@ -20,6 +20,8 @@ import pytest
 from tests.bridge.ros2_machine import ForeignClient, foreign_client
 from tests.robot_sim.scripted import trajectory
 from tests.system.commands import figures, touchline
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, service_type_hash, type_hash
 from touchline.schemas.curves import Curve
@@ -33,8 +35,6 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.topics import Service, Topic
-from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.bus.ports import free_port
 
 ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42

@@ -6,18 +6,18 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tests.bridge.foreign import foreign
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.recordings.channels import present_path, recorded_paths, topic_at
+from touchline.recordings.compare import compare
+from touchline.recordings.decoding import as_message
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.recorded import Recorded, RecordingKind
+from touchline.recordings.recorder import Recorder
+from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, full_definition
 from touchline.schemas.messages import PaintMarks, String, TraversalStatus
-from touchline.services.bridge.channels import present_path, recorded_paths, topic_at
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.decoding import as_message
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorded import Recorded, RecordingKind
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.bridge.replayer import Timeline
-from touchline.services.runs.recorded_paint import read_painted
 
 TEMPLATE = '{"name": "one", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}, "actuation": "SPRAY"}]}'
 MARKS = PaintMarks(segment_id="a", width_m=0.12, x_m=[0.0, 1.0], y_m=[0.0, 0.0])

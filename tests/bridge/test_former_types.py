@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.foreign import foreign
+from touchline.recordings.compare import compare
+from touchline.recordings.former_types import presented
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, full_definition
 from touchline.schemas.messages import ActuatorCommand, Header, Time
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.former_types import presented
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.replayer import Timeline
 
 FORMER_TYPE = "touchline_msgs/msg/WheelCommand"
 FORMER_SCHEMA = (

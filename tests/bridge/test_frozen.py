@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.test_service import Robot, bridge, contents
+from touchline.bus import Bus, BusConfig
+from touchline.bus.config import PATIENCE_S
+from touchline.recordings.reader import read_summary
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, RecordStopRequest
-from touchline.services.bridge.reader import read_summary
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.config import PATIENCE_S
 
 #: Some of these fill every buffer on the way to who does not take them.
 LARGE = "x" * 200_000

@@ -10,6 +10,9 @@ import zenoh
 from zenoh import ext, handlers
 
 from tests.meeting import caught_up
+from touchline.bus import Bus, CallError, attachment
+from touchline.bus.ports import free_port
+from touchline.bus.ros2 import Ros2Endpoint, Ros2Session
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError, SpecError, TouchlineError
@@ -35,9 +38,6 @@ from touchline.schemas.setup import Setup
 from touchline.services.bridge import routes
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
-from touchline.services.bus import Bus, CallError, attachment
-from touchline.services.bus.ports import free_port
-from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 #: Liveliness tokens of a gateway: of its node, its follower, each topic and service, and two for goals.
 SHOWN = (*topics.TOPICS, *topics.VIEWING)
@@ -447,7 +447,7 @@ def test_an_endpoint_that_cannot_be_used_is_told_with_its_option(session, endpoi
 
 
 def test_nobody_at_the_router_is_told(endpoint, monkeypatch):
-    monkeypatch.setattr("touchline.services.bus.ros2._CONNECT_TIMEOUT_MS", 300)
+    monkeypatch.setattr("touchline.bus.ros2._CONNECT_TIMEOUT_MS", 300)
     expected = rf"--ros2-connect {endpoint}: nobody answers .*rmw_zenohd"
     with pytest.raises(TouchlineError, match=expected), Ros2Session.open(Ros2Endpoint(endpoint, listen=False)):
         pass

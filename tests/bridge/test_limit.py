@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.test_service import Robot, bridge, until
+from touchline.bus import Bus, BusConfig
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock
-from touchline.services.bus import Bus, BusConfig
 
 #: The bridge's recorder takes half a millisecond more for each message.
 SLOW = """
 import time
-from touchline.services.bridge.recorder import Recorder
+from touchline.recordings.recorder import Recorder
 write = Recorder.write
 Recorder.write = lambda *given: (time.sleep(0.0005), write(*given))[1]
 """

@@ -7,6 +7,10 @@ import numpy as np
 import pytest
 
 from tests.meeting import caught_up
+from touchline.bus import Bus, BusConfig, Sample
+from touchline.bus.ports import free_port
+from touchline.recordings.viewing import Drawn
+from touchline.recordings.viewing.viewing import WORK
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.cdr import decode, encode
@@ -28,11 +32,7 @@ from touchline.schemas.replay_run import ReplayRun
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.viewing import Drawn
-from touchline.services.bridge.viewing.live_viewing import LiveViewing
-from touchline.services.bridge.viewing.viewing import WORK
-from touchline.services.bus import Bus, BusConfig, Sample
-from touchline.services.bus.ports import free_port
+from touchline.services.bridge.live_viewing import LiveViewing
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_paint_from_before_anybody_looked_is_asked_for_once_and_goes_on(robot: B
 
 
 def test_without_an_answer_paint_is_drawn_as_it_comes(viewing: LiveViewing, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("touchline.services.bridge.viewing.live_viewing._ASK_AGAIN_S", 0.0)
+    monkeypatch.setattr("touchline.services.bridge.live_viewing._ASK_AGAIN_S", 0.0)
     viewing.want(WORK)
     viewing.take(stroke(0, 0.0, 1.0))
     drawn: list[Drawn] = []

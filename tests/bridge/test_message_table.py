@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from touchline.services.bridge.reader import RecordingReader
+from touchline.recordings.reader import RecordingReader
 
 SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
 

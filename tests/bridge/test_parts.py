@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.said import messages, sent
+from touchline.recordings.compare import compare
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.recorder import Existing, Recorder
+from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader, read_summary
-from touchline.services.bridge.recorder import Existing, Recorder
-from touchline.services.bridge.replayer import Timeline
 
 SAID = list(enumerate(messages(100)))
 

@@ -14,13 +14,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from tests.bridge.said import messages, record, sent, stamp
+from touchline.recordings.channels import is_drawn
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.recorder import Existing, Recorder, is_stamped
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, full_definition, type_hash
 from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
-from touchline.services.bridge.channels import is_drawn
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader, read_summary
-from touchline.services.bridge.recorder import Existing, Recorder, is_stamped
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -276,8 +276,8 @@ FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
 from touchline.schemas.cdr import encode
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorder import Recorder
+from touchline.recordings.output import RecordingError
+from touchline.recordings.recorder import Recorder
 from tests.bridge.said import messages
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 recorder, refusals = Recorder(Path(sys.argv[1])), []

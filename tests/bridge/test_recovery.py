@@ -12,12 +12,12 @@ from mcap.writer import CompressionType, IndexType, Writer
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import records
 from tests.bridge.said import messages, record
+from touchline.recordings.channels import is_drawn
+from touchline.recordings.compare import compare
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
-from touchline.services.bridge.channels import is_drawn
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader, read_summary
 
 CHUNK_START = 9 + 28 + 4
 

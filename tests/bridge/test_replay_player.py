@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from touchline.recordings.replay.held_messages import HeldMessages
+from touchline.recordings.replay.replay_cue import Cue
+from touchline.recordings.replay.replay_player import ReplayPlayer
+from touchline.recordings.replay.replay_source import ReplaySource
 from touchline.schemas import topics
 from touchline.schemas.replay_run import ReplayRun
-from touchline.services.bridge.held_messages import HeldMessages
-from touchline.services.bridge.replay_cue import Cue
-from touchline.services.bridge.replay_player import ReplayPlayer
-from touchline.services.bridge.replay_source import ReplaySource
 
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
 STOPPED = SESSIONS / "stop-and-resume.mcap"

@@ -3,12 +3,12 @@
 import xxhash
 from zenoh import ext
 
+from touchline.bus import attachment
 from touchline.schemas import topics
 from touchline.schemas.cdr import service_type_hash, type_hash, typestore
 from touchline.schemas.messages import BatteryState, Imu, NavSatFix, String
 from touchline.schemas.topics import Topic
 from touchline.services.bridge.rmw_zenoh import RosNode, dds_type, gid
-from touchline.services.bus import attachment
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 TALKER = RosNode(2, "/", "talker", "8b20917502ee955ac4476e0266340d5c")

@@ -7,11 +7,11 @@ import sys
 
 import pytest
 
+from touchline.bus import BusConfig
+from touchline.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint, Ros2Session
+from touchline.cli.ros2_choice import Ros2Choice
 from touchline.schemas.errors import SpecError
 from touchline.services.bridge.gateway import GatewayConfig
-from touchline.services.bus import BusConfig
-from touchline.services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint, Ros2Session
-from touchline.services.cli.ros2_choice import Ros2Choice
 
 
 def test_without_ros2_there_is_no_gateway() -> None:

@@ -12,13 +12,13 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages
+from touchline.recordings.compare import compare
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, typestore
 from touchline.schemas.messages import Imu, String
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader, read_summary
-from touchline.services.bridge.replayer import Timeline
 
 
 def bag(path: Path, plugin: StoragePlugin, mode: CompressionMode = CompressionMode.NONE, version: int = 9) -> Path:

@@ -8,12 +8,12 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tests.bridge.foreign import foreign
+from touchline.recordings.compare import Comparison, compare
+from touchline.recordings.decoding import as_message
+from touchline.recordings.recorded import Recorded, RecordingKind
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import SegmentPaint, String
-from touchline.services.bridge.compare import Comparison, compare
-from touchline.services.bridge.decoding import as_message
-from touchline.services.bridge.recorded import Recorded, RecordingKind
 
 NOW = "float64 x_m\nfloat64 speed_mps\nstring[] names\n"
 OLDER = "float64 x_m\nfloat64 speed_mps\n"

@@ -13,6 +13,10 @@ import pytest
 
 from tests.bridge.said import messages, record, sent, stamp
 from tests.meeting import caught_up, eventually
+from touchline.bus import Bus, BusConfig, HealthReporter, attachment
+from touchline.recordings.channels import is_drawn
+from touchline.recordings.compare import compare
+from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused
@@ -28,11 +32,7 @@ from touchline.schemas.messages import (
     RecordStopRequest,
     RecordStopResponse,
 )
-from touchline.services.bridge.channels import is_drawn
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.reader import RecordingReader, read_summary
 from touchline.services.bridge.replay_service import Playback, run_replay
-from touchline.services.bus import Bus, BusConfig, HealthReporter, attachment
 
 BRIDGE = (
     "from touchline.services.bridge.service import run_service; run_service({arguments}recordings=Path({folder!r}))"

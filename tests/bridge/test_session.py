@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.test_sequencer import Sent
+from touchline.bus.last_sent import LastSent
+from touchline.recordings.compare import compare
+from touchline.recordings.output import RecordingError
+from touchline.recordings.part_limits import PartLimits
+from touchline.recordings.reader import read_summary
+from touchline.recordings.recorder import Recorder
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Clock, Event, Imu, Time
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.part_limits import PartLimits
-from touchline.services.bridge.reader import read_summary
-from touchline.services.bridge.recorder import Recorder
 from touchline.services.bridge.session import FLUSH_PERIOD_S, RecordingSession
-from touchline.services.bus.last_sent import LastSent
 
 
 class Waiting:

@@ -4,14 +4,14 @@ from pathlib import Path
 
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record, stamp
+from touchline.recordings.channels import namespace_at, topic_at
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.recorder import Recorder
+from touchline.recordings.replay.replayer import Timeline, recorded_robots
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.channels import namespace_at, topic_at
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.bridge.replayer import Timeline, recorded_robots
 
 
 def test_everything_in_order_at_its_time(recording: Path) -> None:

@@ -12,12 +12,12 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from tests.bridge.viewer_client import ViewerClient, viewer
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
 from touchline.services.bridge.foxglove.origin_guard import refusal_of
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 
 FOREIGN = (
     "https://evil.example",

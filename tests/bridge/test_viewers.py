@@ -14,6 +14,8 @@ from tests.bridge.viewer_client import ViewerClient, viewer
 from tests.meeting import eventually
 from tests.robot_sim.scripted import trajectory
 from tests.system.commands import start_touchline
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, full_definition
 from touchline.schemas.curves import Curve
@@ -28,8 +30,6 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
-from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.bus.ports import free_port
 
 pytestmark = pytest.mark.xdist_group("viewers")  # by one worker, so that each process is started once
 SQUARE = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"

@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchline.recordings.channels import topic_at
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.viewing import Viewing
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.cdr import decode, encode
@@ -20,9 +23,6 @@ from touchline.schemas.messages import (
     Time,
     Trajectory,
 )
-from touchline.services.bridge.channels import topic_at
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.viewing import Viewing
 
 SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
 

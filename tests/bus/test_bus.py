@@ -15,12 +15,12 @@ import pytest
 import zenoh
 
 from tests.meeting import caught_up, eventually
+from touchline.bus import Bus, BusConfig, CallError, HealthReporter, calls
+from touchline.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 from touchline.schemas import topics
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
-from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter, calls
-from touchline.services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 
 
 @pytest.fixture
@@ -283,7 +283,7 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
 
 
 def test_a_killed_process_is_missed_at_once(bus_config):
-    code = "import time\nfrom touchline.services.bus import Bus\nwith Bus.open('planner'): time.sleep(60)"
+    code = "import time\nfrom touchline.bus import Bus\nwith Bus.open('planner'): time.sleep(60)"
     environment = {**os.environ, **bus_config.environment()}
     with Bus.open("operator", bus_config) as bus, subprocess.Popen([sys.executable, "-c", code], env=environment) as it:
         presence = bus.presence()
@@ -297,7 +297,7 @@ def test_a_killed_process_is_missed_at_once(bus_config):
 
 def test_the_meeting_point_may_die(bus_config):
     """The first process listens on the endpoint; later ones must find each other when it is gone."""
-    code = "from touchline.services.bus import Bus\nwith Bus.open('hub'): print('listening', flush=True); input()"
+    code = "from touchline.bus import Bus\nwith Bus.open('hub'): print('listening', flush=True); input()"
     environment = {**os.environ, **bus_config.environment()}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen([sys.executable, "-c", code], env=environment, **pipes) as hub:

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from tests.meeting import eventually
+from touchline.bus import Bus, BusConfig, CallError, HealthReporter, StopProof, UrgentOrder, insist
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse
-from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter, StopProof, UrgentOrder, insist
 
 # Says how many requests it has had. Given an argument, it can open no other connection once the first peer has come, as
 # a robot does among its services that has no descriptors left.
@@ -25,7 +25,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import CommandRequest, CommandResponse
 from touchline.schemas.messages import TraversalStatus
-from touchline.services.bus import Bus, HealthReporter
+from touchline.bus import Bus, HealthReporter
 
 with Bus.open(topics.ROBOT_SIM) as bus:
     server, health, asked = bus.serve(topics.ESTOP), HealthReporter(bus), 0
@@ -67,7 +67,7 @@ def estop(config, patience_s=30.0, tell=lambda problem: None):
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs to know how many files are open")
 def test_a_robot_without_room_for_another_peer_is_reached_at_its_door(bus_config, monkeypatch):
-    monkeypatch.setattr("touchline.services.bus.joining._GIVE_UP_S", 1.0)
+    monkeypatch.setattr("touchline.bus.joining._GIVE_UP_S", 1.0)
     with robot(bus_config, "full") as process, Bus.open(topics.BRIDGE, bus_config):
         assert process.stdout.readline() == "full\n"
         with pytest.raises(TouchlineError, match="does not answer"), Bus.open(topics.OPERATOR, bus_config):

@@ -13,12 +13,12 @@ import pytest
 import zenoh
 
 from tests.meeting import caught_up
+from touchline.bus import Bus, BusConfig
+from touchline.bus.config import MAX_MESSAGE_BYTES
+from touchline.bus.reach import beyond_loopback, is_loopback
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.config import MAX_MESSAGE_BYTES
-from touchline.services.bus.reach import beyond_loopback, is_loopback
 
 
 def port_of(config: BusConfig) -> int:
@@ -84,7 +84,7 @@ def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, capfd):
 
 
 def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, capfd):
-    monkeypatch.setattr("touchline.services.bus.joining._GIVE_UP_S", 2.2)
+    monkeypatch.setattr("touchline.bus.joining._GIVE_UP_S", 2.2)
     with (
         socket.create_server(("127.0.0.1", port_of(bus_config))),
         pytest.raises(TouchlineError, match=r"another program, or frozen.*TOUCHLINE_ENDPOINT"),
@@ -132,7 +132,7 @@ def test_idle_connections_do_not_keep_a_peer_out(bus_config):
 def test_few_descriptors_are_told_and_as_many_as_allowed_are_used(bus_config):
     limit = 64
     code = (
-        "import resource, sys\nfrom touchline.services.bus import Bus\n"
+        "import resource, sys\nfrom touchline.bus import Bus\n"
         "resource.setrlimit(resource.RLIMIT_NOFILE, tuple(map(int, sys.argv[1:])))\n"
         "with Bus.open('bridge'): print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
     )

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import pytest
 
 from tests.meeting import caught_up, eventually
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.config import NAMESPACE_VARIABLE
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse
-from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.bus.config import NAMESPACE_VARIABLE
 
 ROBOTS = ("r1", "club/r2", "r3")
 
@@ -111,7 +111,7 @@ def test_who_asks_a_robot_that_is_not_there_is_told_which_are(bus_config, hosts)
 def test_every_robot_of_a_process_has_a_name_of_its_own(bus_config, hosts):
     """A second process may not be the robot that is there already."""
     code = (
-        "from touchline.services.bus import Bus, BusConfig\n"
+        "from touchline.bus import Bus, BusConfig\n"
         "with Bus.open_all('robot-sim', BusConfig.from_environment()) as buses:\n"
         "    [bus.claim() for bus in buses]\n"
     )

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.meeting import caught_up, eventually
+from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.bus.presence import Token, parse_token, token_prefix
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Time
-from touchline.services.bus import Bus, BusConfig, HealthReporter
-from touchline.services.bus.presence import Token, parse_token, token_prefix
 
 PREFIX = token_prefix("tt2")
 

@@ -5,7 +5,7 @@ import threading
 import pytest
 import zenoh
 
-from touchline.services.bus.replies import Lane, Replies
+from touchline.bus.replies import Lane, Replies
 
 
 def test_who_serves_does_not_wait_for_a_client_that_takes_nothing():

@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass, field
 
 from tests.checking.short_sessions import BEND
+from touchline.recordings.recorder import Recorder
 from touchline.schemas import topics
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import PlanOptions, PoseGoal
@@ -12,7 +13,6 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bridge.recorder import Recorder
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from touchline.checking.record_again import record_again
+from touchline.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plan_cause import PlanCause
@@ -9,8 +11,6 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.services.planner.plan import plan
-from touchline.services.runs.checking.record_again import record_again
-from touchline.services.runs.checking.recorded_session import GivenJob, RecordedSession, TimedOrder
 
 BEND = Template(
     name="bend",

@@ -7,6 +7,7 @@ import pytest
 from tests.checking.day_of_jobs import Day, write
 from tests.checking.short_sessions import BEND
 from tests.checking.test_mutations import MUTATIONS
+from touchline.checking.check_session import check_recording, update_recording
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import String
@@ -14,7 +15,6 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
-from touchline.services.runs.checking.check_session import check_recording, update_recording
 
 pytestmark = pytest.mark.xdist_group("checking")
 WIDE = Template(

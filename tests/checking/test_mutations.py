@@ -5,15 +5,15 @@ from functools import partial
 
 import pytest
 
+from touchline.checking import estimator_alone, replan
+from touchline.checking.check_session import check_recording
+from touchline.checking.recorded_session import RecordedSession
+from touchline.onboard import computer
 from touchline.schemas import topics
 from touchline.schemas.messages import PlanOptions
-from touchline.services.onboard import computer
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim import emulator
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.checking import estimator_alone, replan
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.checking.recorded_session import RecordedSession
 
 pytestmark = pytest.mark.xdist_group("checking")
 

@@ -7,6 +7,15 @@ import pytest
 
 from tests.checking.day_of_jobs import write
 from tests.checking.short_sessions import BEND, bend
+from touchline.checking import estimator_alone
+from touchline.checking.check_session import check_recording
+from touchline.checking.divergence import stamp_ns
+from touchline.checking.open_loop_computer import ForcedComputer
+from touchline.checking.rebuild import Rebuild
+from touchline.checking.recorded_sensors import RecordedSensors
+from touchline.checking.recorded_session import RecordedSession
+from touchline.checking.robot_messages import RobotMessages
+from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.schemas import topics
 from touchline.schemas.messages import Guidance, PlanOptions
 from touchline.schemas.onboard import OnboardConfig
@@ -18,15 +27,6 @@ from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.checking import estimator_alone
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.checking.divergence import stamp_ns
-from touchline.services.runs.checking.forced_computer import ForcedComputer
-from touchline.services.runs.checking.rebuild import Rebuild
-from touchline.services.runs.checking.recorded_sensors import RecordedSensors
-from touchline.services.runs.checking.recorded_session import RecordedSession
-from touchline.services.runs.checking.robot_messages import RobotMessages
-from touchline.services.runs.checking.sensor_frames import SENSED, sensor_frames
 
 pytestmark = pytest.mark.xdist_group("checking")
 ROBOT = "tt2"

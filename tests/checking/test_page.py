@@ -8,9 +8,9 @@ from html.parser import HTMLParser
 import pytest
 
 from tests.checking.test_mutations import MUTATIONS
-from touchline.services.runs.checking.check_files import SessionVerdict, check_file
-from touchline.services.runs.checking.draw_differences import draw_differences
-from touchline.services.runs.checking.page import MOST_DETAILED, page_of, to_be_detailed
+from touchline.checking.check_files import SessionVerdict, check_file
+from touchline.checking.draw_differences import draw_differences
+from touchline.checking.page import MOST_DETAILED, page_of, to_be_detailed
 
 pytestmark = pytest.mark.xdist_group("checking")
 WHEN = datetime(2026, 1, 2, 3, 4, tzinfo=UTC)

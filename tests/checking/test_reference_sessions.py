@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from tests.checking.short_sessions import LAST_TICK, bend, given, record
+from touchline.checking import pytest_plugin
+from touchline.checking.check_files import check_file
+from touchline.checking.check_session import update_recording
+from touchline.checking.rebuild import Rebuild
+from touchline.checking.recorded_session import NotRebuilt, TimedOrder
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import emulator
-from touchline.services.runs.checking import pytest_plugin
-from touchline.services.runs.checking.check_files import check_file
-from touchline.services.runs.checking.check_session import update_recording
-from touchline.services.runs.checking.rebuild import Rebuild
-from touchline.services.runs.checking.recorded_session import NotRebuilt, TimedOrder
 
 pytest_plugins = ["pytester"]
 SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"

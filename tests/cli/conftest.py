@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from touchline.services.cli.commands import execute
+from touchline.cli.commands import execute
 
 
 @pytest.fixture

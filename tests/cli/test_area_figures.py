@@ -7,15 +7,15 @@ from typer.testing import CliRunner
 
 from tests.command import app
 from tests.robot_sim.test_area_session import CONFIG, PAN
+from touchline.jobs.single.covered_picture import COVERED, MISSED, TWICE
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.jobs.single.simulation import Job, Products, simulate
+from touchline.jobs.single.work_picture import draw_unfinished
+from touchline.jobs.sweep.task import run_figures
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.runs.covered_picture import COVERED, MISSED, TWICE
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.simulation import Job, Products, simulate
-from touchline.services.runs.sweep.task import run_figures
-from touchline.services.runs.work_picture import draw_unfinished
 
 CLAY = Scenario(seed=2, ground={"surface": "clay"})
 

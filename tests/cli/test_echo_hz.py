@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
 from tests.command import app
+from touchline.bus import Bus, BusConfig
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Time
-from touchline.services.bus import Bus, BusConfig
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -7,8 +7,8 @@ import sys
 from textwrap import dedent
 
 from touchline.schemas import topics
-from touchline.services.system.shutdown import Stop, until_stopped
-from touchline.services.system.temporary_system import LocalSystem
+from touchline.supervision.shutdown import Stop, until_stopped
+from touchline.supervision.temporary_system import LocalSystem
 
 
 def test_a_service_ends_that_finds_its_supervisor_gone():
@@ -37,8 +37,8 @@ def test_waiting_for_services_that_compile_can_be_ended():
 
 def run_as_command(body):
     """A process of ``touchline`` whose command is the function `command` of this text."""
-    begin = "import ctypes, os, signal\nimport touchline.services.cli\nfrom touchline.services.cli import commands\n"
-    script = begin + dedent(body) + "\ncommands.execute = command\ntouchline.services.cli.main()\n"
+    begin = "import ctypes, os, signal\nimport touchline.cli\nfrom touchline.cli import commands\n"
+    script = begin + dedent(body) + "\ncommands.execute = command\ntouchline.cli.main()\n"
     return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=100)
 
 

@@ -13,6 +13,9 @@ from typer.testing import CliRunner
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
 from tests.command import app
+from touchline.recordings.channels import is_drawn, topic_at
+from touchline.recordings.reader import RecordingReader
+from touchline.recordings.recorder import Recorder
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import TouchlineError
@@ -21,9 +24,6 @@ from touchline.schemas.messages.turf_tank import Path as DrivenPath
 from touchline.schemas.messages.turf_tank import Segment
 from touchline.schemas.scenario import Origin, Scenario
 from touchline.schemas.setup import Setup
-from touchline.services.bridge.channels import is_drawn, topic_at
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorder import Recorder
 
 ORIGIN = Origin(latitude_deg=-33.5, longitude_deg=151.25, altitude_m=40.0)
 SQUARE = [[0, 0], [0, 10], [10, 10], [10, 0]]  # clockwise, as nobody wants it on a map

@@ -10,9 +10,9 @@ import time
 import pytest
 
 from tests.meeting import eventually
-from touchline.services.system.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
-from touchline.services.system.processor_use import ProcessorUse, processor_use
-from touchline.services.system.shutdown import until_stopped
+from touchline.supervision.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
+from touchline.supervision.processor_use import ProcessorUse, processor_use
+from touchline.supervision.shutdown import until_stopped
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def test_a_loop_that_could_have_turned_hangs(watch, loop_s, others_s, loop_wants
 
 LOOP = """
 import os, sys, threading
-from touchline.services.system.heartbeat import Heartbeat
+from touchline.supervision.heartbeat import Heartbeat
 beat = Heartbeat.from_environment()
 beat.beat()
 print("begun", flush=True)

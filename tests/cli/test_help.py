@@ -12,8 +12,8 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.services.cli.commands import PANELS, command_line
-from touchline.services.cli.ros2_choice import Ros2Choice
+from touchline.cli.commands import PANELS, command_line
+from touchline.cli.ros2_choice import Ros2Choice
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]

@@ -4,9 +4,9 @@ import pytest
 from numba import njit
 
 from tests.meeting import eventually
-from touchline.services.system.heartbeat import Heartbeat, HeartbeatWatch
-from touchline.services.system.late_compilations import KEY, LateCompilations
-from touchline.services.system.shutdown import Stop
+from touchline.supervision.heartbeat import Heartbeat, HeartbeatWatch
+from touchline.supervision.late_compilations import KEY, LateCompilations
+from touchline.supervision.shutdown import Stop
 
 
 @pytest.fixture
@@ -59,6 +59,6 @@ def test_work_that_takes_long_beats(stop, watch):
 
 
 def test_work_without_end_falls_silent(stop, watch, monkeypatch):
-    monkeypatch.setattr("touchline.services.system.shutdown.WORK_S", 0.0)
+    monkeypatch.setattr("touchline.supervision.shutdown.WORK_S", 0.0)
     with stop.beating():
         assert not eventually(lambda: watch.look(0.0, lambda: None) or watch.begun, 0.5)

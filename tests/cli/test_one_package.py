@@ -6,13 +6,14 @@ import sys
 from importlib.metadata import distribution
 from pathlib import Path
 
-PARTS = ("schemas", "services", "tui")
+PARTS = ("schemas", "services", "tui", "research")
 IMPORT_ALL = """
-import importlib, pkgutil, touchline
-for module in pkgutil.walk_packages(touchline.__path__, "touchline."):
-    if not module.name.endswith("__main__"):
-        importlib.import_module(module.name)
-        print(module.name)
+import importlib, pkgutil
+for part in ("touchline", *("touchline." + part for part in {parts})):  # a checkout has these at its top
+    for module in pkgutil.walk_packages(importlib.import_module(part).__path__, part + "."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+            print(module.name)
 """
 
 
@@ -22,7 +23,12 @@ def test_foreign_packages_of_the_parts_names_on_the_path(tmp_path: Path):
         (tmp_path / part / "__init__.py").write_text(f"raise SystemExit('the {part} of somebody else')")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     ran = subprocess.run(
-        [sys.executable, "-c", IMPORT_ALL], check=False, cwd=tmp_path, env=environment, capture_output=True, text=True
+        [sys.executable, "-c", IMPORT_ALL.format(parts=PARTS)],
+        check=False,
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
     )
     assert ran.returncode == 0, ran.stderr
     imported = ran.stdout.split()

@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
+from touchline.bus import Bus, HealthReporter
+from touchline.cli.commands import execute
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.services.bus import Bus, HealthReporter
-from touchline.services.cli.commands import execute
 
 
 @pytest.fixture

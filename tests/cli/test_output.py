@@ -8,9 +8,9 @@ import sys
 import pytest
 import typer
 
+from touchline.cli import display
+from touchline.cli.commands import command_line
 from touchline.schemas.messages import Event
-from touchline.services.cli import display
-from touchline.services.cli.commands import command_line
 
 #: Services, the console, and commands whose output is JSON in any case.
 WITHOUT_JSON = {

@@ -11,6 +11,9 @@ from typer.testing import CliRunner
 from tests.command import app
 from tests.robot_sim.test_fast_runner import assert_same
 from tests.tui.console import console
+from touchline.jobs.single.simulation import Job, simulate
+from touchline.onboard.control import Ask, PurePursuitFollower, make_follower
+from touchline.onboard.control.follower import BodyTwist
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
@@ -18,15 +21,12 @@ from touchline.schemas.plugins import FOLLOWERS, METHODS, Registry, UnknownPlugi
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
-from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.method_choice import Method, method_of
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.pricing import OneByOne
 from touchline.services.planner.transitions.transitions import TransitionFamily
-from touchline.services.runs.simulation import Job, simulate
 from touchline.tui.dialogs import Choice, PlanDialog
 
 

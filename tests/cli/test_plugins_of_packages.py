@@ -46,8 +46,7 @@ def example(tmp_path: Path) -> Path:
 
 
 def touchline(site: Path, *arguments: str, cwd: Path | None = None) -> "subprocess.CompletedProcess[str]":
-    paths = os.pathsep.join((str(ROOT / "src"), str(site)))
-    environment = {**os.environ, "PYTHONPATH": paths, "COLUMNS": "300", "NO_COLOR": "1", "TERM": "dumb"}
+    environment = {**os.environ, "PYTHONPATH": str(site), "COLUMNS": "300", "NO_COLOR": "1", "TERM": "dumb"}
     command = [sys.executable, "-m", "touchline", *arguments]
     return subprocess.run(command, env=environment, cwd=cwd, capture_output=True, text=True, check=False, timeout=600)
 

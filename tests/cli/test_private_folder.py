@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.system.private_folder import open_private, run_folder
-from touchline.services.system.running_system import _lock_path, only_one, running_pid, stop_running
+from touchline.supervision.private_folder import open_private, run_folder
+from touchline.supervision.running_system import _lock_path, only_one, running_pid, stop_running
 
 
 @pytest.fixture

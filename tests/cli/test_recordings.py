@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from tests.bridge.said import messages, record
 from tests.command import app
+from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
@@ -22,7 +23,6 @@ from touchline.schemas.messages import (
     RecordStopRequest,
     RecordStopResponse,
 )
-from touchline.services.bus import Bus, BusConfig, HealthReporter
 
 ROOT = Path(__file__).resolve().parents[2]
 

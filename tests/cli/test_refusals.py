@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from touchline.recordings.writing import write_text
 from touchline.schemas.errors import SpecError
-from touchline.services.runs.writing import write_text
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
 TWICE = {"id": "bad", "line": {"start": [0, 2], "end": [1, 2]}}

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 from tests.meeting import eventually
+from touchline.bus import Bus
+from touchline.cli.replay_keys import ReplayKeys
+from touchline.recordings.replay.replay_player import ReplayPlayer
+from touchline.recordings.replay.replay_source import ReplaySource
 from touchline.schemas import topics
-from touchline.services.bridge.replay_player import ReplayPlayer
-from touchline.services.bridge.replay_source import ReplaySource
-from touchline.services.bus import Bus
-from touchline.services.cli.replay_keys import ReplayKeys
 
 SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
 

@@ -4,6 +4,10 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from touchline.bus import CallError
+from touchline.bus.counters import Counters
+from touchline.jobs.single import reports
+from touchline.jobs.single.bus_run import BusRun, JobOptions
 from touchline.schemas.messages import (
     AreaReport,
     PlannedCoverage,
@@ -15,10 +19,6 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import CallError
-from touchline.services.bus.counters import Counters
-from touchline.services.runs import reports
-from touchline.services.runs.bus_run import BusRun, JobOptions
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reports.md"
 

@@ -17,13 +17,13 @@ from tests.bridge.foreign import foreign
 from tests.bridge.mutations import mutated, records
 from tests.bridge.said import messages, record, sent
 from tests.command import app
+from touchline.recordings.compare import compare
+from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.recorder import CHUNK_BYTES
+from touchline.recordings.salvage import salvage
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import String
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.reader import RecordingReader, read_summary
-from touchline.services.bridge.recorder import CHUNK_BYTES
-from touchline.services.bridge.salvage import salvage
 
 SAID = [("/a", number * 10**9, encode(String(data="x" * 400))) for number in range(1, 21)]
 

@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 from tests.system import commands
+from touchline.cli import sweep_command
+from touchline.recordings.compare import compare
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import String
 from touchline.schemas.onboard import OnboardConfig
@@ -17,9 +20,6 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.cli import sweep_command
 
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 CALM, COMPUTER = {"seed": 3, "gnss": {"white_m": 0.001}}, {"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}

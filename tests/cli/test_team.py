@@ -80,7 +80,7 @@ def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchli
 
 
 def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touchline, rows, monkeypatch):
-    monkeypatch.setattr("touchline.services.runs.sharing.shared_simulation.PATIENCE_S", 15.0)
+    monkeypatch.setattr("touchline.jobs.shared.shared_simulation.PATIENCE_S", 15.0)
     code, told, said = ordered(touchline, rows, "10:1:pause", "10:2:pause", "50:1:resume", "51:2:resume")
     assert code == 0, said
     assert told["traversal"]["total_time_s"] > 50.0 and all(each["done"] for each in told["orders"])

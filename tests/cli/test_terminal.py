@@ -4,12 +4,12 @@ import json
 
 import pytest
 
+from touchline.cli import display
+from touchline.recordings.recorder import Recorder
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PaintMarks, String
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.cli import display
 
 #: The clipboard, a cleared screen, the same in C1 controls, a title, text turned round, and rich's own markup.
 EVIL = "\x1b]52;c;ZXZpbA==\x07A\x1b[2JB\x9b31mC\x9d0;x\x9cD\u202eE\x00F[red]G[/red][link=http://x]H[/link]"

@@ -32,7 +32,7 @@ def named(requirements: list[str]) -> set[str]:
     return {re.split(r"[<>=!~\[ ;]", each)[0].lower().replace("_", "-") for each in requirements}
 
 
-@pytest.mark.parametrize("folder", ["schemas", "services", "tui"])
+@pytest.mark.parametrize("folder", ["schemas", "services", "src", "tui", "research"])
 def test_every_package_that_is_imported_is_declared(folder: str) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]

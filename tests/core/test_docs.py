@@ -11,8 +11,9 @@ PLACES = (
     ROOT,
     ROOT / "services",
     ROOT / "services" / "planner",
-    ROOT / "services" / "onboard",
     ROOT / "services" / "robot_sim",
+    ROOT / "src" / "touchline",
+    ROOT / "src" / "touchline" / "onboard",
 )
 NAMED = re.compile(r"`((?:[a-z_0-9]+/)+(?:[a-z_0-9]+\.(?:py|json|msg|srv))?)`")
 #: Folders of others, and where topics are.

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from touchline.core.geodesy import FLATTENING, SEMI_MAJOR_M, local_frame, to_geodetic, to_local
 from touchline.schemas.placement import offset_m
 from touchline.schemas.scenario import Origin
-from touchline.services.core.geodesy import FLATTENING, SEMI_MAJOR_M, local_frame, to_geodetic, to_local
 
 DENMARK = local_frame(57.0124, 9.9915, 20.0)
 to_local(DENMARK, *to_geodetic(DENMARK, 0.0, 0.0, 0.0))  # compiles, if need be, before anything is timed

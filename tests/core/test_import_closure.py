@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from touchline.services.core import import_closure
+from touchline.core import import_closure
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_every_kind_of_import_is_followed(package: Path, statement: str) -> None
 
 def test_imports_of_this_package_are_followed_from_files_of_others(package: Path) -> None:
     file = package / "a.py"
-    file.write_text("from touchline.services.core.angles import wrap\n")
+    file.write_text("from touchline.core.angles import wrap\n")
     names = {path.stem for path in import_closure._imported(file, import_closure._root(file))}
     assert names == {"angles"}
 

@@ -17,8 +17,8 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 from numba.core.errors import NumbaError, TypingError
 
-from touchline.services.core.arrays import ascending, copy, least
-from touchline.services.core.jit import _Cache, borrowing, kernel, kernel_of_class
+from touchline.core.arrays import ascending, copy, least
+from touchline.core.jit import _Cache, borrowing, kernel, kernel_of_class
 
 
 @pytest.fixture(autouse=True)
@@ -132,7 +132,7 @@ def test_two_that_cache_a_kernel_at_once_know_of_each_other(monkeypatch: pytest.
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     file = tmp_path / "doubled.py"
     file.write_text(
-        "from touchline.services.core.jit import kernel\n\n\n"
+        "from touchline.core.jit import kernel\n\n\n"
         "@kernel\ndef doubled(x):\n    return 2 * x\n\n\nassert doubled(21) == 42\n"
     )
     command = [sys.executable, str(file)]
@@ -145,7 +145,7 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
 
 SCRIPT = """
 from numbers_of import FACTOR
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 
 @kernel
 def scaled(x):
@@ -243,7 +243,7 @@ def test_code_for_named_tuples_of_somebody_else_is_not_kept(
     ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if ours:
-        monkeypatch.setattr("touchline.services.core.jit._PACKAGE", __name__.partition(".")[0])
+        monkeypatch.setattr("touchline.core.jit._PACKAGE", __name__.partition(".")[0])
 
     @kernel
     def whole(framed: Framed) -> float:

@@ -10,11 +10,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats
+from touchline.core.angles import nearest_turn, wrapped, wrapped_all
+from touchline.core.arcs import abreast, arc, beside, unit
+from touchline.core.polygons import apart_squared, off_squared, within
+from touchline.core.random import whole
 from touchline.schemas.curves import Curve
-from touchline.services.core.angles import nearest_turn, wrapped, wrapped_all
-from touchline.services.core.arcs import abreast, arc, beside, unit
-from touchline.services.core.polygons import apart_squared, off_squared, within
-from touchline.services.core.random import whole
 
 points = st.builds(complex, floats(-5, 5), floats(-5, 5))
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from touchline.services.core.random import normal, uniform
+from touchline.core.random import normal, uniform
 
 KEYS = st.tuples(st.integers(0, 2**63 - 1), st.integers(0, 100), st.integers(-1, 2**40), st.integers(0, 100))
 

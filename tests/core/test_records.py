@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record, RecordArray
+from touchline.core.jit import kernel
+from touchline.core.records import Record, RecordArray
 
 
 class Wheel(Record):

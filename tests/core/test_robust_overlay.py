@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
-from touchline.services.core import robust_overlay
+from touchline.core import robust_overlay
 
 BOW = shapely.Polygon([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)])
 """Crosses itself: the library refuses overlays of it."""

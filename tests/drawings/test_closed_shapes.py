@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import shapely
 
+from touchline.drawings.fill_rule import enclosed
+from touchline.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
+from touchline.drawings.outline import FillRule
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
 from touchline.schemas.template import Template
-from touchline.services.drawings.fill_rule import enclosed
-from touchline.services.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
-from touchline.services.drawings.outline import FillRule
 
 
 def svg(tmp_path: Path, body: str, **options: Any) -> Imported:

@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.drawings.ten import HEAD, TEN
+from touchline.drawings import importer
+from touchline.drawings.comparison import draw_comparison
+from touchline.drawings.detail import Detail
+from touchline.drawings.importer import Imported, ImportOptions, import_drawing
+from touchline.drawings.outline import Outline, bezier
+from touchline.drawings.slivers import paintable
+from touchline.drawings.strokes import StrokeKind, Strokes
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings import importer
-from touchline.services.drawings.comparison import draw_comparison
-from touchline.services.drawings.detail import Detail
-from touchline.services.drawings.importer import Imported, ImportOptions, import_drawing
-from touchline.services.drawings.outline import Outline, bezier
-from touchline.services.drawings.slivers import paintable
-from touchline.services.drawings.strokes import StrokeKind, Strokes
 from touchline.services.planner.tour import SEGMENTS_MAX
 
 LINE_M = 0.12

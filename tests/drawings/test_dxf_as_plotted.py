@@ -7,7 +7,7 @@ from typing import Any
 import ezdxf
 import pytest
 
-from touchline.services.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
+from touchline.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
 
 OWN = ImportOptions(anchor=Anchor.OWN, detail_m=0.0)
 

@@ -10,12 +10,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from touchline.drawings.deviation import apart_m, distance_m, sampled
+from touchline.drawings.fit import TOLERANCE_M, fit, fit_outline
+from touchline.drawings.outline import Outline, Smooth, bezier, ellipse
+from touchline.drawings.slivers import paintable, without_slivers
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import MIN_LENGTH_M
-from touchline.services.drawings.deviation import apart_m, distance_m, sampled
-from touchline.services.drawings.fit import TOLERANCE_M, fit, fit_outline
-from touchline.services.drawings.outline import Outline, Smooth, bezier, ellipse
-from touchline.services.drawings.slivers import paintable, without_slivers
 
 coordinates = st.floats(-20.0, 20.0, allow_nan=False).map(lambda value: round(value, 6))
 points = st.tuples(coordinates, coordinates)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Polygon, union_all
 from shapely.geometry.base import BaseGeometry
 
-from touchline.services.drawings.hatch import hatch
+from touchline.drawings.hatch import hatch
 
 WIDTH_M = 0.12
 

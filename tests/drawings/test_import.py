@@ -8,12 +8,12 @@ import ezdxf
 import numpy as np
 import pytest
 
+from touchline.drawings.deviation import distance_m
+from touchline.drawings.importer import Anchor, ImportOptions, import_drawing
+from touchline.drawings.picture import bounds, picture
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.drawings.deviation import distance_m
-from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
-from touchline.services.drawings.picture import bounds, picture
 from touchline.services.planner.plan import plan
 
 OWN = ImportOptions(anchor=Anchor.OWN, detail_m=0.0)

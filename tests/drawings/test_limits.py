@@ -6,8 +6,8 @@ from random import Random
 
 import pytest
 
+from touchline.drawings.importer import MAX_PIECES, ImportOptions, import_drawing
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings.importer import MAX_PIECES, ImportOptions, import_drawing
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="9cm" viewBox="{box}">'
 HEAD = SVG.format(box="0 0 90 90")

@@ -7,10 +7,10 @@ import ezdxf
 import pytest
 import shapely
 
+from touchline.drawings.importer import Anchor, ImportOptions, import_drawing
+from touchline.drawings.picture import bounds
 from touchline.schemas.errors import SpecError
 from touchline.schemas.template import Template
-from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
-from touchline.services.drawings.picture import bounds
 
 EAST, NORTH = 650_000.25, 6_300_000.5
 

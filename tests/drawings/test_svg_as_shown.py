@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchline.drawings.deviation import sampled
+from touchline.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings.deviation import sampled
-from touchline.services.drawings.importer import Anchor, Imported, ImportOptions, import_drawing
 
 OWN = ImportOptions(anchor=Anchor.OWN, detail_m=0.0)
 #: A page of 40 x 20 m whose user units are metres.

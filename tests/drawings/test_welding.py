@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from touchline.drawings.detail import Detail
+from touchline.drawings.repeats import Repeats
+from touchline.drawings.welding import stretched, welded
 from touchline.schemas.curves import Curve
-from touchline.services.drawings.detail import Detail
-from touchline.services.drawings.repeats import Repeats
-from touchline.services.drawings.welding import stretched, welded
 
 
 def test_an_arc_that_is_to_end_where_it_begins_is_a_full_circle():

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from touchline.drawings import arc_columns, refit
+from touchline.drawings.arc_columns import Complexes
+from touchline.drawings.detail import Detail
+from touchline.drawings.outline import Floats
 from touchline.schemas.curves import Curve
-from touchline.services.drawings import arc_columns, refit
-from touchline.services.drawings.arc_columns import Complexes
-from touchline.services.drawings.detail import Detail
-from touchline.services.drawings.outline import Floats
 
 
 def wave(count: int) -> list[Curve]:

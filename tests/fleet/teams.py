@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from benchmarks._all_at_once import stopping_segments
 from tests.fleet.unicycles import LIMITS, drive
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.hub import Hub
+from touchline.fleet.kernels.clipping import clip_all
+from touchline.fleet.tasks import GoalLists, TeamTask, swap
+from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
-from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.kernels.clipping import clip_all
-from touchline.services.fleet.tasks import GoalLists, TeamTask, swap
-from touchline.services.onboard.executive.cell_keeper import CellKeeper, Segment
 
 Floats = NDArray[np.float64]
 

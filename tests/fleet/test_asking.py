@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import pytest
 
 from tests.meeting import caught_up
+from touchline.bus import Bus, BusConfig
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.fleet import asking
-from touchline.services.fleet.asking import AskedRobots, ask_to_be_guided, reasons
-from touchline.services.fleet.invitations import MOST_PAUSE_S, Invitations
+from touchline.services.coordinator import asking
+from touchline.services.coordinator.asking import AskedRobots, ask_to_be_guided, reasons
+from touchline.services.coordinator.invitations import MOST_PAUSE_S, Invitations
 
 NAMES = ("a", "b", "c", "d")
 

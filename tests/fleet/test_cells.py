@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from benchmarks._all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import square
+from touchline.fleet.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.kernels.nearest import nearest_in, nearest_pair
 from touchline.schemas.errors import SpecError
-from touchline.services.fleet.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
-from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.kernels.nearest import nearest_in, nearest_pair
 
 L_SHAPE = FreeArea.of([(0, 0), (6, 0), (6, 2), (2, 2), (2, 6), (0, 6)])
 COURT = FreeArea.of([(0, 0), (6, 0), (6, 6), (0, 6)], [[(2.5, 2.5), (3.5, 2.5), (3.5, 3.5), (2.5, 3.5)]])

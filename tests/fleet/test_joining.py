@@ -18,10 +18,10 @@ from tests.fleet.teams import (
     swapped,
     whereabouts,
 )
+from touchline.fleet.hub import Hub
+from touchline.fleet.lloyd import deployment
+from touchline.fleet.tasks import Deploy, GoalLists
 from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
-from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.lloyd import deployment
-from touchline.services.fleet.tasks import Deploy, GoalLists
 
 APART_M = 0.4
 NEW = "tb99"

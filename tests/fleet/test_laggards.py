@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
+from touchline.fleet.laggards import NOT_WAITED_FOR, WAITED_FOR_AGAIN, Laggards
 from touchline.schemas.messages import Event
-from touchline.services.fleet.laggards import NOT_WAITED_FOR, WAITED_FOR_AGAIN, Laggards
 
 
 def line(tick):

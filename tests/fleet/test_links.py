@@ -22,11 +22,11 @@ from tests.fleet.teams import (
     swapped,
     whereabouts,
 )
+from touchline.fleet.hub import Hub
+from touchline.fleet.lloyd import deployment, settled
+from touchline.fleet.tasks import Deploy, GoalLists
+from touchline.onboard.executive.cell_keeper import CellKeeper
 from touchline.schemas.messages import Guidance
-from touchline.services.fleet.hub import Hub
-from touchline.services.fleet.lloyd import deployment, settled
-from touchline.services.fleet.tasks import Deploy, GoalLists
-from touchline.services.onboard.executive.cell_keeper import CellKeeper
 
 APART_M = 0.4
 AT_REST = (1.0, 1.0)

@@ -2,11 +2,11 @@
 
 import pytest
 
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.starts import free_area
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TeamScenario
-from touchline.services.fleet.coordination import Coordination
-from touchline.services.fleet.starts import free_area
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
 

@@ -2,11 +2,11 @@
 
 import pytest
 
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.starts import free_area
+from touchline.fleet.task_books import TaskBooks
 from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TeamScenario
-from touchline.services.fleet.coordination import Coordination
-from touchline.services.fleet.starts import free_area
-from touchline.services.fleet.task_books import TaskBooks
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.5, 1.0)}
 GOALS = {"a": [(1.0, 1.05)], "b": [(2.0, 3.0)], "c": [(3.5, 3.0)]}

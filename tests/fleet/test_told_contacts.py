@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from touchline.fleet.answers import header_at
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.told_contacts import ToldContacts
 from touchline.schemas.messages import TrueWay
-from touchline.services.fleet.answers import header_at
-from touchline.services.fleet.free_area import FreeArea
-from touchline.services.fleet.told_contacts import ToldContacts
 
 FIELD = FreeArea.of(
     ((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)), [((6.0, -1.0), (7.0, -1.0), (7.0, 1.0), (6.0, 1.0))]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.fleet.test_told_contacts import FIELD, way
-from touchline.services.fleet.told_contacts import ToldContacts
-from touchline.services.runs.team.ways_in_order import LATE_S, WaysInOrder
+from touchline.fleet.told_contacts import ToldContacts
+from touchline.jobs.team.ways_in_order import LATE_S, WaysInOrder
 
 A = {2: (0.0, 0.1), 4: (0.7, 0.5), 6: (0.5, 0.5)}
 B = {2: (1.0, 1.0), 4: (1.0, 0.85), 6: (0.95, 1.0)}

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arcs import unit
-from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
+from touchline.core.arcs import unit
+from touchline.core.jit import kernel
+from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -9,14 +9,14 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
+from touchline.checking.estimating.estimate_figures import estimate_figures
+from touchline.checking.estimating.estimator_run import run_estimator
+from touchline.checking.estimating.reference_frame import FrameFit
+from touchline.checking.importing.import_logs import import_logs
+from touchline.checking.importing.proposal import proposal
+from touchline.recordings.logs.formats import open_log
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
-from touchline.services.imports.formats import open_log
-from touchline.services.runs.estimating.estimate_figures import estimate_figures
-from touchline.services.runs.estimating.estimator_run import run_estimator
-from touchline.services.runs.estimating.reference_frame import FrameFit
-from touchline.services.runs.importing.import_logs import import_logs
-from touchline.services.runs.importing.proposal import proposal
 
 BEGIN_S = 1_700_000_000
 

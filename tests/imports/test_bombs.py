@@ -9,13 +9,13 @@ import pytest
 from lz4 import frame
 from mcap.writer import CompressionType, Writer
 
-from touchline.services.bridge.decoding import layout
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorded import RecordingKind
-from touchline.services.bridge.rosbag2 import bag_files
-from touchline.services.imports.formats import read_logs
-from touchline.services.imports.log_table import LogError
-from touchline.services.runs.importing.reading_apart import ReadingLimits, read_apart
+from touchline.checking.importing.reading_apart import ReadingLimits, read_apart
+from touchline.recordings.decoding import layout
+from touchline.recordings.logs.formats import read_logs
+from touchline.recordings.logs.log_table import LogError
+from touchline.recordings.output import RecordingError
+from touchline.recordings.recorded import RecordingKind
+from touchline.recordings.rosbag2 import bag_files
 
 CHUNK = 60_000_000
 IMU = "std_msgs/Header header\nfloat64 x\n"

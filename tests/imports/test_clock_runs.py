@@ -11,10 +11,10 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.typesys import Stores, get_typestore
 
 from tests.imports.test_bags import fix
+from touchline.checking.importing.import_logs import import_logs
+from touchline.recordings.logs.formats import read_logs
+from touchline.recordings.logs.time_order import in_order
 from touchline.schemas.log_mapping import LogMapping
-from touchline.services.imports.formats import read_logs
-from touchline.services.imports.time_order import in_order
-from touchline.services.runs.importing.import_logs import import_logs
 
 N = 1200
 

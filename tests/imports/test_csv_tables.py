@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from touchline.services.imports.formats import open_log
-from touchline.services.imports.log_table import LogError
+from touchline.recordings.logs.formats import open_log
+from touchline.recordings.logs.log_table import LogError
 
 EPOCH_S = 1_719_828_000.0  # 2024-07-01T10:00:00Z
 

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from touchline.checking.check_session import check_recording
+from touchline.checking.estimating.estimate_figures import estimate_figures
+from touchline.checking.estimating.estimator_run import EstimatorRun, run_estimator
+from touchline.checking.estimating.receiver_figures import receiver_figures
+from touchline.checking.estimating.reference_frame import FrameFit
+from touchline.checking.importing.import_logs import import_logs
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
 from touchline.schemas.setup import Setup
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.estimating.estimate_figures import estimate_figures
-from touchline.services.runs.estimating.estimator_run import EstimatorRun, run_estimator
-from touchline.services.runs.estimating.receiver_figures import receiver_figures
-from touchline.services.runs.estimating.reference_frame import FrameFit
-from touchline.services.runs.importing.import_logs import import_logs
 
 HEADING_RAD = 2.0
 

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from touchline.services.imports.formats import open_log
-from touchline.services.imports.log_table import LogError
-from touchline.services.runs.importing.import_logs import import_logs
-from touchline.services.runs.importing.proposal import proposal
+from touchline.checking.importing.import_logs import import_logs
+from touchline.checking.importing.proposal import proposal
+from touchline.recordings.logs.formats import open_log
+from touchline.recordings.logs.log_table import LogError
 
 HEAD = '<?xml version="1.0"?><gpx xmlns="http://www.topografix.com/GPX/1/1" version="1.1"><trk><trkseg>'
 END = "</trkseg></trk></gpx>"

@@ -6,7 +6,7 @@ from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
 from tests.imports.test_bags import fix
-from touchline.services.imports.formats import read_logs
+from touchline.recordings.logs.formats import read_logs
 
 FILES = {
     "sensor_msgs/msg/NavSatFix": """// generated from rosidl_adapter/resource/msg.idl.em

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pyubx2 import UBXMessage
 
-from touchline.services.imports import receiver_frames
-from touchline.services.imports.formats import open_log
-from touchline.services.imports.log_table import LogError
-from touchline.services.imports.receiver_time import ReceiverClock
-from touchline.services.imports.time_order import in_order
+from touchline.recordings.logs import receiver_frames
+from touchline.recordings.logs.formats import open_log
+from touchline.recordings.logs.log_table import LogError
+from touchline.recordings.logs.receiver_time import ReceiverClock
+from touchline.recordings.logs.time_order import in_order
 
 
 def sentence(text: str) -> bytes:

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.onboard.rig import Rig
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.interface import STANDSTILL, Command, SensorFrame
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import STANDSTILL, Command, SensorFrame
 
 
 def wander(tick: int) -> Command:

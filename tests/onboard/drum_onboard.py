@@ -12,16 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel
+from touchline.onboard.computer_state import SampleBuffer
+from touchline.onboard.drives import onboard_drive
+from touchline.onboard.drives.onboard_drive import OnboardDrive
+from touchline.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
+from touchline.onboard.interface import TICK_S
+from touchline.onboard.tracking_state import COMMAND, EFFECT
+from touchline.onboard.tracking_state import SPEED as SPEED_NOW
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.onboard.computer_state import SampleBuffer
-from touchline.services.onboard.drives import onboard_drive
-from touchline.services.onboard.drives.onboard_drive import OnboardDrive
-from touchline.services.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
-from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.tracking_state import COMMAND, EFFECT
-from touchline.services.onboard.tracking_state import SPEED as SPEED_NOW
 
 Floats = NDArray[np.float64]
 

@@ -13,6 +13,17 @@ from functools import cache
 
 import numpy as np
 
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard import Onboard
+from touchline.onboard.interface import (
+    STANDSTILL,
+    TICK_S,
+    Command,
+    GnssSample,
+    ImuSample,
+    MagSample,
+    SensorFrame,
+)
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import (
     Actuation,
@@ -26,17 +37,6 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.interface import (
-    STANDSTILL,
-    TICK_S,
-    Command,
-    GnssSample,
-    ImuSample,
-    MagSample,
-    SensorFrame,
-)
 from touchline.services.robot_sim.paint.targets import start_pose
 
 FIELD_T = 1.7e-5

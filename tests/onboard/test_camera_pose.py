@@ -10,12 +10,12 @@ import pytest
 from scipy.stats import chi2
 
 from benchmarks.positioning import OpenLoopRobot, settings
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard.estimation.filter import JUMP_RUN, Estimator
+from touchline.onboard.interface import CameraSample, ImuSample, MagSample, SensorFrame
 from touchline.schemas.faults import MessagesDuplicated, MessagesLate, MessagesReordered
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.onboard.estimation.filter import JUMP_RUN, Estimator
-from touchline.services.onboard.interface import CameraSample, ImuSample, MagSample, SensorFrame
 
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 

@@ -9,8 +9,8 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
+from touchline.onboard.estimation.filter import Estimator
 from touchline.schemas.scenario import Scenario
-from touchline.services.onboard.estimation.filter import Estimator
 
 RUNS = 15
 

@@ -2,13 +2,13 @@
 
 import pytest
 
+from touchline.onboard.executive.covered import Covered
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import PlanOptions, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Area, Polygon, Template
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.onboard.executive.covered import Covered
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner

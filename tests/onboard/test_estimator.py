@@ -12,16 +12,16 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
+from touchline.onboard import filter_model as m
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.noise import noise_figures
+from touchline.onboard.estimation.report import report
+from touchline.onboard.estimation.tail import bounded
+from touchline.onboard.filter_model import FIX_DOF
+from touchline.onboard.interface import STANDSTILL, Command
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.estimation.noise import noise_figures
-from touchline.services.onboard.estimation.report import report
-from touchline.services.onboard.estimation.tail import bounded
-from touchline.services.onboard.filter_model import FIX_DOF
-from touchline.services.onboard.interface import STANDSTILL, Command
 
 DEFAULT = Scenario()
 

@@ -11,18 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.onboard.rig import Rig, chain, trajectory
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.executive.failsafe import Failsafe
+from touchline.onboard.executive.geofence import Geofence, beyond_m
+from touchline.onboard.interface import STANDSTILL
+from touchline.onboard.trajectory.path import cut_path
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.computer_state import ComputerState
-from touchline.services.onboard.executive.failsafe import Failsafe
-from touchline.services.onboard.executive.geofence import Geofence, beyond_m
-from touchline.services.onboard.interface import STANDSTILL
-from touchline.services.onboard.trajectory.path import cut_path
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.world.world import TruePose

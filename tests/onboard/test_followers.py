@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Run, chain, clothoid, start, trajectory
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.control import MpcFollower, make_follower, mpc
+from touchline.onboard.interface import Command
+from touchline.onboard.trajectory import path_projection as projection
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.control import MpcFollower, make_follower, mpc
-from touchline.services.onboard.interface import Command
-from touchline.services.onboard.trajectory import path_projection as projection
 
 FOLLOWERS = ["mpc", "pure-pursuit"]
 VEHICLE = Vehicle()

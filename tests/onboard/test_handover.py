@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Rig, Run, chain, reversing, start, trajectory
+from touchline.onboard import Onboard
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import Onboard
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 LINE = trajectory(chain((0.0, 12.0)))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
+from touchline.onboard.interface import Command
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
-from touchline.services.onboard.interface import Command
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 ESTOPPED = TraversalStatus.ESTOPPED

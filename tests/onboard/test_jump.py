@@ -16,11 +16,11 @@ import pytest
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
+from touchline.onboard import filter_model as m
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.interface import STANDSTILL
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.interface import STANDSTILL
 
 SCENARIO = Scenario()
 WHITE_VAR_M2 = 4.0 * SCENARIO.gnss.white_m**2

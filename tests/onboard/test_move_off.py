@@ -5,16 +5,16 @@ from collections.abc import Callable
 import pytest
 
 from tests.onboard.rig import Rig, Run, chain, start, trajectory
+from touchline.onboard import Onboard
+from touchline.onboard.executive.move_off import MoveOffRules
+from touchline.onboard.executive.traversal import BY_WATCHDOG
+from touchline.onboard.interface import STANDSTILL, Pause
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import PauseStatus, TraversalStatus
 from touchline.schemas.onboard import MoveOffLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.executive.move_off import MoveOffRules
-from touchline.services.onboard.executive.traversal import BY_WATCHDOG
-from touchline.services.onboard.interface import STANDSTILL, Pause
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 LINE = trajectory(chain((0.0, 12.0)), sprays=((5.0, 10.0),))

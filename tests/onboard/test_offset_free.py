@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.onboard.test_followers import standing_inputs
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.control import MpcFollower, make_follower, mpc
+from touchline.onboard.control.lead import lead_ticks
+from touchline.onboard.drives.onboard_drive import command as drive_command
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.trajectory import path_projection as projection
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.control import MpcFollower, make_follower, mpc
-from touchline.services.onboard.control.lead import lead_ticks
-from touchline.services.onboard.drives.onboard_drive import command as drive_command
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.trajectory import path_projection as projection
 
 TICK_S = 0.01
 

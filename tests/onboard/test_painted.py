@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
+from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.executive.painted import Painted
+from touchline.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
+from touchline.onboard.interface import Checkpoint
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.computer_state import ComputerState
-from touchline.services.onboard.executive.painted import Painted
-from touchline.services.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
-from touchline.services.onboard.interface import Checkpoint
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 VEHICLE = Vehicle()

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from touchline.onboard import filter_model as m
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.drives import onboard_drive
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.interface import TICK_S
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.drives import onboard_drive
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.interface import TICK_S
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 

@@ -7,11 +7,11 @@ import math
 import pytest
 
 from tests.onboard.rig import reversing, start
+from touchline.onboard.trajectory.path import BACKWARD, FORWARD, SPIN
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus, VelocityProfile
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.path import BACKWARD, FORWARD, SPIN
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.paint.targets import start_pose
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE

@@ -10,13 +10,13 @@ from scipy.stats import chi2
 
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
+from touchline.onboard import filter_model as m
+from touchline.onboard.drives.onboard_drive import drive_of, strain
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.report import report
+from touchline.onboard.interface import STANDSTILL, Command, SensorFrame
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.drives.onboard_drive import drive_of, strain
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.estimation.report import report
-from touchline.services.onboard.interface import STANDSTILL, Command, SensorFrame
 
 DEFAULT = Scenario()
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
-from touchline.services.onboard import filter_model as m
+from touchline.onboard import filter_model as m
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 

@@ -10,16 +10,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.onboard.rig import Rig, Run, chain, start, trajectory
-from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import TraversalStatus
-from touchline.services.onboard import Onboard
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.executive.localization_monitor import (
+from touchline.onboard import Onboard
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.executive.localization_monitor import (
     MAX_HEADING_SIGMA_RAD,
     SLIP_SETTLE_S,
     LocalizationMonitor,
 )
-from touchline.services.onboard.interface import TICK_S
+from touchline.onboard.interface import TICK_S
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 LINE = trajectory(chain((0.0, 16.0)), sprays=((5.0, 14.0),))

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from touchline.services.onboard.estimation.measurements import add_shaking_noise
-from touchline.services.onboard.filter_model import SPEED, STATES, TickInputs
+from touchline.onboard.estimation.measurements import add_shaking_noise
+from touchline.onboard.filter_model import SPEED, STATES, TickInputs
 
 TICK_S = 0.01
 

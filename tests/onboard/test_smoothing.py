@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import chain, trajectory
-from touchline.schemas.curves import Curve
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.path_projection import pose_on
-from touchline.services.onboard.trajectory.smoothing import (
+from touchline.onboard.trajectory.path_projection import pose_on
+from touchline.onboard.trajectory.smoothing import (
     MAX_OFFSET_M,
     W_CURVATURE,
     W_LENGTH,
@@ -19,7 +17,9 @@ from touchline.services.onboard.trajectory.smoothing import (
     W_SHARPNESS,
     W_START,
 )
-from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
+from touchline.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.segments.fit_arcs import cut
 

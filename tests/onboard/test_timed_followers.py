@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Run, chain, clothoid, reversing, start, trajectory
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.control import make_follower
+from touchline.onboard.control.follower import BodyTwist, keeps_time
+from touchline.onboard.control.path_tracker import PathTracker
+from touchline.onboard.filter_model import EAST
+from touchline.onboard.interface import TICK_S
+from touchline.onboard.trajectory.path_projection import MAX_AHEAD_M, MODE_PROFILE, track
+from touchline.onboard.trajectory.timed_reference import Reference, by_profile, errors_against, run_on
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.computer_state import ComputerState
-from touchline.services.onboard.control import make_follower
-from touchline.services.onboard.control.follower import BodyTwist, keeps_time
-from touchline.services.onboard.control.path_tracker import PathTracker
-from touchline.services.onboard.filter_model import EAST
-from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.trajectory.path_projection import MAX_AHEAD_M, MODE_PROFILE, track
-from touchline.services.onboard.trajectory.timed_reference import Reference, by_profile, errors_against, run_on
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 TIMED = ["regularised", "nonlinear", "linear-scaled", "linear", "dynamic"]
 EVERY = [*TIMED, "frenet"]

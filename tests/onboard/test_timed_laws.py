@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from touchline.services.onboard.control.frenet_law import FrenetLaw, path_yaw_rate_radps
-from touchline.services.onboard.control.timed.dynamic import DynamicLaw
-from touchline.services.onboard.control.timed.linear import LinearLaw
-from touchline.services.onboard.control.timed.linear_scaled import ScaledLinearLaw
-from touchline.services.onboard.control.timed.nonlinear import NonlinearLaw
-from touchline.services.onboard.control.timed.regularised import RegularisedLaw
-from touchline.services.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
-from touchline.services.study.tracking.tracking_loop import (
+from touchline.onboard.control.frenet_law import FrenetLaw, path_yaw_rate_radps
+from touchline.onboard.control.timed.dynamic import DynamicLaw
+from touchline.onboard.control.timed.linear import LinearLaw
+from touchline.onboard.control.timed.linear_scaled import ScaledLinearLaw
+from touchline.onboard.control.timed.nonlinear import NonlinearLaw
+from touchline.onboard.control.timed.regularised import RegularisedLaw
+from touchline.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
+from touchline.research.tracking.tracking_loop import (
     STEP_S,
     STUDIED,
     Disturbances,

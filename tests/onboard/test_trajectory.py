@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.onboard.rig import chain, trajectory
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import (
@@ -24,7 +25,6 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.trajectories import velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 VEHICLE = Vehicle()
 GOOD = trajectory(chain((0.0, 5.0), (0.5, 3.0), (0.0, 5.0)), sprays=((2.0, 4.0), (6.0, 9.0)))

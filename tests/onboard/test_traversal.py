@@ -9,11 +9,11 @@ from collections.abc import Callable
 import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
+from touchline.onboard import Onboard
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import Onboard
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.computer_state import ComputerState
-from touchline.services.onboard.estimation.tail import CONTRADICTED
-from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
-from touchline.services.onboard.interface import GnssSample
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.estimation.tail import CONTRADICTED
+from touchline.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.onboard.interface import GnssSample
 
 NOW_S = 20.0
 TICK = 2000

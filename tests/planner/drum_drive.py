@@ -11,10 +11,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.schemas.plugins import DRIVES, KindParts
 from touchline.schemas.vehicles import Actuator, DriveSpec, GroundContact, Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 
 Floats = NDArray[np.float64]

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from tests.command import app
 from tests.planner.strategies import floats
+from touchline.jobs.single.simulation import Job, simulate
 from touchline.schemas.catalogue import parse_template, placed
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError, SpecError
@@ -23,7 +24,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.coverage.parallel import SHORTEST_M, parallel
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.paint.targets import targets
-from touchline.services.runs.simulation import Job, simulate
 
 WIDTH_M = Vehicle().tool.spray_width_m
 

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from tests.planner.coverage_fields import PAN, ROLLER
-from touchline.services.core.tool_reach import reachable
+from touchline.core.tool_reach import reachable
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.drum_sweep import body_at, body_outside_m, swept
 from touchline.services.planner.coverage.free_space import FreeSpace

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from touchline.onboard.trajectory.path import poses_along
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.onboard.trajectory.path import poses_along
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.request import answer
 

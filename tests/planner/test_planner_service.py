@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template, template_text
 from touchline.schemas.messages import (
@@ -18,15 +20,13 @@ from touchline.schemas.messages import (
     Progress,
 )
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 from touchline.services.planner.plan import plan
 from touchline.services.planner.service import RequestTally, Worker, condition
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""
 START = """
-from touchline.services.bus import BusConfig
+from touchline.bus import BusConfig
 from touchline.services.planner.service import RequestTally, Worker, condition, run_service
 run_service(BusConfig({!r}))
 """

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.plan import plan
 
 VEHICLE = Vehicle()

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.request import answer

@@ -5,6 +5,8 @@ import uuid
 
 from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import HealthReporter
+from touchline.checking.divergence import stamp_ns
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.curves import Curve
@@ -13,13 +15,11 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.services.bus import HealthReporter
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.frame import CARRIED
 from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
-from touchline.services.runs.checking.divergence import stamp_ns
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (0.8, 0)), Curve.from_line((0.8, 0), (1.4, 0)), Curve.from_line((1.4, 0), (1.9, 0))],

@@ -2,8 +2,8 @@
 
 import pytest
 
+from touchline.bus import Bus
 from touchline.schemas import topics
-from touchline.services.bus import Bus
 
 
 @pytest.fixture

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from tests.onboard.drum_onboard import OnboardDrum
 from tests.planner.drum_drive import DrumDrive, PlannedDrum
+from touchline.core.jit import kernel
+from touchline.core.records import Record
 from touchline.schemas.plugins import DRIVES, KindParts
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.effects import Effects

@@ -6,10 +6,10 @@ from typing import NamedTuple, get_args
 
 import numpy as np
 
+from touchline.onboard.interface import Command, SensorFrame
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by

@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Actuation, TraversalStatus
-from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.services.onboard.interface import (
+from touchline.onboard.interface import (
     STANDSTILL,
     Command,
     Consistency,
@@ -15,6 +12,9 @@ from touchline.services.onboard.interface import (
     SensorFrame,
     Status,
 )
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation, TraversalStatus
+from touchline.schemas.trajectories import assemble, segment, velocity
 
 
 def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from touchline.jobs.single.reports import work_report
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -16,7 +17,6 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.reports import work_report
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 

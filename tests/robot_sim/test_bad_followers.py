@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from touchline.onboard.control import MpcFollower, PurePursuitFollower
+from touchline.onboard.control.follower import BodyTwist
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PauseStatus, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS, VERBOSE
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.control import MpcFollower, PurePursuitFollower
-from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.positioning import settings
+from touchline.onboard.interface import CameraSample
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import CommandRefused, SpecError
@@ -16,7 +17,6 @@ from touchline.schemas.messages import PlanOptions, PoseGoal, PoseWithCovariance
 from touchline.schemas.scenario import CameraNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.onboard.interface import CameraSample
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from touchline.onboard.interface import Command
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles import Motor, Vehicle
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world.battery import FULL_V
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.world import World

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from touchline.onboard.interface import STANDSTILL, Command
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
@@ -33,7 +34,6 @@ from touchline.schemas.messages import (
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
 

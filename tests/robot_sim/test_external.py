@@ -10,18 +10,18 @@ from examples.external_follower import serve
 from examples.external_follower import steer as example
 from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import Bus
+from touchline.onboard.control import PurePursuitFollower
+from touchline.onboard.control.lead import lead_ticks
+from touchline.onboard.control.timed.regularised import RegularisedLaw
+from touchline.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
+from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus
-from touchline.services.onboard.control import PurePursuitFollower
-from touchline.services.onboard.control.lead import lead_ticks
-from touchline.services.onboard.control.timed.regularised import RegularisedLaw
-from touchline.services.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
-from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.robot_sim import lockstep
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import CallError
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
+from touchline.onboard.control.external import AHEAD_TICKS, ExternalFollower
+from touchline.onboard.control.guarded_follower import GuardedFollower
+from touchline.onboard.drives.onboard_drive import command as drive_command
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.trajectory import path_projection as t
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import CallError
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
-from touchline.services.onboard.control.external import AHEAD_TICKS, ExternalFollower
-from touchline.services.onboard.control.guarded_follower import GuardedFollower
-from touchline.services.onboard.drives.onboard_drive import command as drive_command
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 

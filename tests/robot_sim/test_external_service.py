@@ -9,12 +9,12 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session, turn_until
+from touchline.bus import Bus
+from touchline.onboard.control import PurePursuitFollower
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus
-from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.robot_sim import lockstep
 from touchline.services.robot_sim.lockstep import NOW_FIELDS
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
-from touchline.services.onboard.interface import Command
+from touchline.onboard.interface import Command
 
 
 def test_a_blocked_wheel_stands_and_turns_the_robot():

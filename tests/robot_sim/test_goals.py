@@ -7,6 +7,7 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import AtOnce, ask, turn_until
+from touchline.bus import Bus, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import (
@@ -22,7 +23,6 @@ from touchline.schemas.messages import (
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.bus import Bus, HealthReporter
 from touchline.services.planner.request import answer
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.robot_process import RobotProcess

@@ -8,6 +8,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
+from touchline import onboard
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import ImuBias
 from touchline.schemas.messages import Guidance, TraversalStatus
@@ -16,7 +17,6 @@ from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED, on_its_ground, with_its_own
-from touchline.services import onboard
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner

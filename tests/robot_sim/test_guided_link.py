@@ -11,9 +11,9 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import ask, process, turn_until
+from touchline.bus import Bus, BusConfig
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, Guidance, Whereabouts
-from touchline.services.bus import Bus, BusConfig
 
 ROOM = np.array([(1.0, 0.0, 9.0), (-1.0, 0.0, 9.0), (0.0, 1.0, 9.0), (0.0, -1.0, 9.0)])
 

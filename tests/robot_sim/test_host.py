@@ -10,12 +10,12 @@ import pytest
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, setup
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import Bus, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
-from touchline.services.bus import Bus, HealthReporter
 from touchline.services.robot_sim import robot_process
 from touchline.services.robot_sim.robot_process import RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together

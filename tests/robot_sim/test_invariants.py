@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._invariants import Broken, Guarded, fault
+from touchline.onboard.executive.failsafe import Failsafe
+from touchline.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.onboard.executive.mission import Mission
+from touchline.onboard.executive.sprayer import Sprayer
+from touchline.onboard.executive.traversal import Traversal
+from touchline.onboard.interface import Command
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits
-from touchline.services.onboard.executive.failsafe import Failsafe
-from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
-from touchline.services.onboard.executive.mission import Mission
-from touchline.services.onboard.executive.sprayer import Sprayer
-from touchline.services.onboard.executive.traversal import Traversal
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world.world import TruePose
 
 RUNNING = TraversalStatus.RUNNING

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.paint import record
 from touchline.services.robot_sim.recovery_state import Totals
@@ -157,7 +157,7 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from touchline.services.onboard.interface import Checkpoint
+from touchline.onboard.interface import Checkpoint
 from touchline.services.robot_sim.journal import Journal
 from tests.robot_sim.test_journal import SETUP, Paint, totals
 

@@ -3,6 +3,7 @@
 import pytest
 
 from benchmarks._data_sheets import data_sheets
+from touchline.jobs.single.simulation import Job, simulate
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
@@ -10,7 +11,6 @@ from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.runs.simulation import Job, simulate
 
 TEE = Template.model_validate(
     {

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 import pytest
 
 from tests.robot_sim.bus_rig import PLAN
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import Event, GetPaintRequest, PaintMarks, String
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
 from touchline.services.robot_sim import outbox as module
 from touchline.services.robot_sim.outbox import Outbox
 
@@ -22,7 +22,7 @@ DEAF = """
 import time, zenoh
 from zenoh import handlers
 from touchline.schemas import topics
-from touchline.services.bus import BusConfig
+from touchline.bus import BusConfig
 config = BusConfig.from_environment()
 session = zenoh.open(config.zenoh())
 deaf = session.declare_subscriber(f"{config.namespace}/{topics.EVENTS.name}", handlers.FifoChannel(1))

@@ -9,6 +9,7 @@ import pytest
 
 from tests.planner.drum_drive import DrumDrive
 from tests.robot_sim.crawler import registered
+from touchline.onboard.interface import Command
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.faults import parse_fault
@@ -16,7 +17,6 @@ from touchline.schemas.messages import ActuatorCommand, JointState
 from touchline.schemas.plugins import DRIVES
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import NoTool, Vehicle
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.samples import Samples

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import trajectory
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from touchline.core.intervals import Intervals
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.intervals import Intervals
 from touchline.services.robot_sim.paint.cell_grid import cell_of, make_grid
 from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.paint.projection import REACH_M, project

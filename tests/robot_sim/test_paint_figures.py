@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from touchline.onboard.interface import Estimate
 from touchline.schemas.curves import Curve
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Estimate
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import paint_metrics

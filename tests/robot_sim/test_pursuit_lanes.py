@@ -8,16 +8,16 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.onboard.rig import reversing, start
+from touchline.onboard.control.pursuit_lanes import LanePursuitFollower, LaneState
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.tracking_state import COMMAND, EFFECT, LATERAL, NOW, REFERENCE_SPEED
+from touchline.onboard.trajectory.path import Leg
+from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import LanePursuit, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.onboard.control.pursuit_lanes import LanePursuitFollower, LaneState
-from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.tracking_state import COMMAND, EFFECT, LATERAL, NOW, REFERENCE_SPEED
-from touchline.services.onboard.trajectory.path import Leg
-from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 

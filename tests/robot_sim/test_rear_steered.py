@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import clothoid, reversing
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard.interface import TICK_S, Command
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.onboard.interface import TICK_S, Command
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.fault_timeline import FaultTimeline

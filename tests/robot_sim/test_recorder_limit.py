@@ -7,9 +7,9 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, ask, process, turn_until
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.messages import Clock, Time
-from touchline.services.bus import Bus
 from touchline.services.robot_sim.recorder_limit import FRESH_S
 from touchline.services.robot_sim.robot_process import RobotProcess
 

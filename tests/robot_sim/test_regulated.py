@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import chain, trajectory
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.control.pure_pursuit import FAR_M, PurePursuitFollower
+from touchline.onboard.drives.onboard_drive import Aim
+from touchline.onboard.trajectory import path_projection as projection
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.control.pure_pursuit import FAR_M, PurePursuitFollower
-from touchline.services.onboard.drives.onboard_drive import Aim
-from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
 
 SPEED_MPS = 1.5

@@ -8,6 +8,8 @@ import pytest
 from benchmarks._drive_to import drive_to
 from tests.robot_sim import bus_rig
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import Bus
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
@@ -15,8 +17,6 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal

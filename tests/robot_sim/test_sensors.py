@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.open_loop import STILL, lived
+from touchline.onboard.interface import Command
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.sampling import stand_by

@@ -8,12 +8,12 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, ask, process, session, turn_until
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
 from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.scenario import Origin
-from touchline.services.bus import Bus
 from touchline.services.robot_sim.guards import LinkWatch
 
 

@@ -3,13 +3,13 @@
 import pytest
 
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, session, turn_until
+from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.messages import TraversalReport
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bus import Bus
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry

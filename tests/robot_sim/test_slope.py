@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from benchmarks._drive_to import drive_to
 from benchmarks._invariants import fault
 from benchmarks._joints import field
+from touchline.onboard import filter_model as model
+from touchline.onboard.estimation.standing import LASTING_TICKS
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as model
-from touchline.services.onboard.estimation.standing import LASTING_TICKS
 from touchline.services.robot_sim.emulator import Emulator
 
 READY, RUNNING, PAUSED, DONE = (

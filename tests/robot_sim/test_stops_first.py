@@ -6,11 +6,11 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
+from touchline.bus import Bus, CallError
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import CommandRequest, TraversalStatus
-from touchline.services.bus import Bus, CallError
 from touchline.services.robot_sim.command_handlers import REPLACING_BYTES
 from touchline.services.robot_sim.guards import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks._joints import interrupted, joints
 from tests.onboard.rig import chain, clothoid, reversing, trajectory
+from touchline.onboard.interface import TICK_S
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.scenario import Ground, Scenario
@@ -16,7 +17,6 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.trajectories import assemble, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 

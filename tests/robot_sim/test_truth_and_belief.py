@@ -3,6 +3,7 @@
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from touchline.onboard.interface import Checkpoint
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
@@ -10,7 +11,6 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry

@@ -2,9 +2,9 @@
 
 import pytest
 
+from touchline.onboard.trajectory.path_projection import piece_at
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.path_projection import piece_at
 from touchline.services.robot_sim.warm_up import warm_up
 
 SLOW = Vehicle(drive={"wheel_radius_m": 0.02, "transit_speed_mps": 0.4}, tool={"paint_speed_mps": 0.3})

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from touchline.onboard.interface import Command
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles import Motor, Vehicle
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import Effects

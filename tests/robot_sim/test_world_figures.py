@@ -9,9 +9,9 @@ import pytest
 
 from tests.robot_sim.open_loop import drive as open_loop
 from tests.robot_sim.open_loop import fault
+from touchline.onboard.interface import Command
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World

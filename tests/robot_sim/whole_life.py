@@ -15,6 +15,8 @@ from tests.late_kernels import LateKernels
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import AtOnce, ask
 from tests.robot_sim.scripted import trajectory
+from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
@@ -23,8 +25,6 @@ from touchline.schemas.messages import LoadRequest
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.bus import Bus, BusConfig, HealthReporter
-from touchline.services.bus.ports import free_port
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.warm_up import warm_up

@@ -3,11 +3,11 @@
 import pytest
 import shapely
 
+from touchline.drawings.picture import picture
 from touchline.schemas.catalogue import line_templates, load_template, shipped_templates
 from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import place
 from touchline.schemas.template import Placement, Template
-from touchline.services.drawings.picture import picture
 
 AREAS = ("salt-pan", "salt-pan-l", "salt-pan-pond", "soccer-11-grass")
 

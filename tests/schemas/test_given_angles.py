@@ -5,6 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from touchline.cli.goto_command import GoalChoice
+from touchline.cli.sweep_subject import SubjectChoice
+from touchline.jobs.sweep.combinations import cases
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError, PlanningError, SpecError
 from touchline.schemas.fleet import Fleet
@@ -15,10 +18,7 @@ from touchline.schemas.spec import parse
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles.rear_steered_drive import RearSteeredDrive
-from touchline.services.cli.goto_command import GoalChoice
-from touchline.services.cli.sweep_subject import SubjectChoice
 from touchline.services.planner.given_pose import pose_of
-from touchline.services.runs.sweep.combinations import cases
 
 HALF_TURN = r"in radians, not degrees: 3\.14159"
 ARC = '{"id": "a", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 180}}'

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from touchline.core.geodesy import FLATTENING, SEMI_MAJOR_M
 from touchline.schemas.catalogue import load_template, parse_template, placed
 from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import Transform, offset_m, place, same_place, to_map
 from touchline.schemas.scenario import Origin
 from touchline.schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
-from touchline.services.core.geodesy import FLATTENING, SEMI_MAJOR_M
 
 lengths = st.floats(-500.0, 500.0, allow_nan=False)
 placements = st.builds(Placement, x_m=lengths, y_m=lengths, rotation_deg=st.floats(-360.0, 360.0), mirror=st.booleans())

@@ -6,9 +6,9 @@ from itertools import combinations
 
 import shapely
 
+from touchline.jobs.shared.timed_path import body_disc
 from touchline.schemas.messages import NavPath
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.runs.sharing.timed_path import body_disc
 
 
 def nearest_m(told: Iterable[tuple[str, NavPath]], vehicle: Vehicle) -> float:

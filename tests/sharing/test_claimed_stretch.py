@@ -8,18 +8,18 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from touchline.schemas.curves import Curve
-from touchline.schemas.messages import LinearDirection
-from touchline.schemas.trajectories import segment, turn
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.path import cut_path
-from touchline.services.runs.sharing.claimed_stretch import (
+from touchline.jobs.shared.claimed_stretch import (
     SAGITTA_M,
     TOLD_EVERY_S,
     ClaimedStretch,
     stretch_poses,
     tell_stretches,
 )
+from touchline.onboard.trajectory.path import cut_path
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import LinearDirection
+from touchline.schemas.trajectories import segment, turn
+from touchline.schemas.vehicles import Vehicle
 
 DENSE_M = 0.01
 LENGTHS = st.floats(0.02, 30.0)

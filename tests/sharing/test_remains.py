@@ -4,15 +4,15 @@ import math
 
 import pytest
 
+from touchline.jobs.shared.remains import OVERLAP_M, Standing, left_out, shortened, unfinished
+from touchline.onboard.interface import PaintBelief
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import PaintBelief
 from touchline.services.planner.collision.clear_lines import clear_lines
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan
-from touchline.services.runs.sharing.remains import OVERLAP_M, Standing, left_out, shortened, unfinished
 
 VEHICLE = Vehicle()
 LIMITS = Limits.of(VEHICLE, PlanOptions())

@@ -7,24 +7,24 @@ import numpy as np
 import pytest
 import shapely
 
+from touchline.checking.check_session import check_recording
+from touchline.cli.choices import load_vehicle
+from touchline.jobs.recording.payload_recorder import PayloadRecorder
+from touchline.jobs.shared.errand import ErrandStatus, errands
+from touchline.jobs.shared.ground_left import GroundLeft
+from touchline.jobs.shared.remains import Standing
+from touchline.jobs.shared.rest import Mate, rest_of
+from touchline.jobs.shared.shared_areas import share_areas
+from touchline.jobs.shared.shared_job import APART_M
+from touchline.jobs.shared.shared_simulation import simulate_shared
+from touchline.jobs.shared.team_order import TeamOrder
+from touchline.jobs.shared.team_report import team_figures
+from touchline.onboard.interface import PaintBelief
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, LineSpec, Polygon, Template, TemplateSegment
-from touchline.services.cli.choices import load_vehicle
-from touchline.services.onboard.interface import PaintBelief
 from touchline.services.planner.coverage.shapes import as_area
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.payload_recorder import PayloadRecorder
-from touchline.services.runs.sharing.errand import ErrandStatus, errands
-from touchline.services.runs.sharing.ground_left import GroundLeft
-from touchline.services.runs.sharing.remains import Standing
-from touchline.services.runs.sharing.rest import Mate, rest_of
-from touchline.services.runs.sharing.shared_areas import share_areas
-from touchline.services.runs.sharing.shared_job import APART_M
-from touchline.services.runs.sharing.shared_simulation import simulate_shared
-from touchline.services.runs.sharing.team_order import TeamOrder
-from touchline.services.runs.sharing.team_report import team_figures
 
 LONG_M, WIDE_M = 30.0, 20.0
 CORNERS = ((0.0, 0.0), (LONG_M, 0.0), (LONG_M, WIDE_M), (0.0, WIDE_M))

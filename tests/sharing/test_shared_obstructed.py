@@ -2,13 +2,13 @@
 
 import pytest
 
+from touchline.jobs.shared.shared_job import SharedJob, share_reachable
+from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.runs.sharing.shared_job import SharedJob, share_reachable
-from touchline.services.runs.sharing.shared_simulation import simulate_shared
 
 POST = Polygon(id="post", corners=((7.94, 11.94), (8.06, 11.94), (8.06, 12.06), (7.94, 12.06)))
 LINES = {"south": (0.0, 16.0), "posted": (0.0, 16.0), "north": (0.0, 16.0)}

@@ -1,12 +1,12 @@
 """Two markers on a soccer pitch: little more than half of one's time, drier than one, and never near each other."""
 
+from touchline.jobs.shared.shared_job import APART_M, share_job
+from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_simulation import simulate_shared
 
 
 def test_two_markers_on_a_soccer_pitch():

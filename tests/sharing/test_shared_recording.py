@@ -3,20 +3,20 @@
 import pytest
 
 from tests.sharing.stretches import nearest_m
+from touchline.checking.check_session import check_recording
+from touchline.jobs.recording.payload_recorder import PayloadRecorder
+from touchline.jobs.shared.shared_job import APART_M, share_job
+from touchline.jobs.shared.shared_simulation import simulate_shared
+from touchline.jobs.shared.team_order import TeamOrder
+from touchline.jobs.shared.team_picture import draw_recorded
+from touchline.jobs.single.earth_map import earth_map
+from touchline.jobs.single.recorded_paint import read_all_painted, read_painted
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import NavPath, PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.earth_map import earth_map
-from touchline.services.runs.payload_recorder import PayloadRecorder
-from touchline.services.runs.recorded_paint import read_all_painted, read_painted
-from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_simulation import simulate_shared
-from touchline.services.runs.sharing.team_order import TeamOrder
-from touchline.services.runs.sharing.team_picture import draw_recorded
 
 LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
 TEMPLATE = Template(

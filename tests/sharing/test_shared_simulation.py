@@ -4,17 +4,17 @@ import random
 
 import pytest
 
+from touchline.jobs.shared import shared_simulation
+from touchline.jobs.shared.shared_job import APART_M, share_job
+from touchline.jobs.shared.shared_simulation import simulate_shared
+from touchline.jobs.shared.team_order import TeamOrder
+from touchline.jobs.single.simulation import GivenDrive, Products, carry_out
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
-from touchline.services.runs.sharing import shared_simulation
-from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_simulation import simulate_shared
-from touchline.services.runs.sharing.team_order import TeamOrder
-from touchline.services.runs.simulation import GivenDrive, Products, carry_out
 
 GRID = {
     **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from touchline.jobs.shared.body_gap import BodyGap
+from touchline.jobs.shared.sightings import PATIENCE_S, Sightings, together
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.runs.sharing.body_gap import BodyGap
-from touchline.services.runs.sharing.sightings import PATIENCE_S, Sightings, together
 
 BEGUN_S = 1.7e9
 """Of the wall clock: as large as it is, so that what is lost to rounding shows."""

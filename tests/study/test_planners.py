@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 
 from tests.planner.strategies import pose_pairs
+from touchline.core.angles import TAU
+from touchline.research.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline.research.pairs import close_pairs, joints, random_pairs, tally
+from touchline.research.pitch import Pitch
+from touchline.research.sent import CHORD_M, as_biarcs, as_chords
+from touchline.research.sent import joints as joints_of
+from touchline.research.study_ccd import CLOSEST_M, StudyContinuousDubins
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
-from touchline.services.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
-from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from touchline.services.study.pairs import close_pairs, joints, random_pairs, tally
-from touchline.services.study.pitch import Pitch
-from touchline.services.study.sent import CHORD_M, as_biarcs, as_chords
-from touchline.services.study.sent import joints as joints_of
-from touchline.services.study.study_ccd import CLOSEST_M, StudyContinuousDubins
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 KAPPA, SIGMA = STUDY_KAPPA_1PM, 1.0

@@ -8,6 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchline.research import continuity, figures
+from touchline.research.driven_template import DPP, OURS, STUDY_CCD
+from touchline.research.pitch import Pitch, length_rows
+from touchline.research.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
@@ -16,10 +20,6 @@ from touchline.services.planner.plan import plan
 from touchline.services.planner.plots.actuator_picture import plot_actuators
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.plots.plan_picture import plot_plan
-from touchline.services.study import continuity, figures
-from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD
-from touchline.services.study.pitch import Pitch, length_rows
-from touchline.services.study.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 
 ROWS = [
     Row("1", "what", ("a, b", "c", "d"), "must", True, {"x": 1.5, "n": None}, "a note"),

@@ -5,6 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from touchline.jobs.team.path_guide import BRAKING_M, RADIUS_M, Departure, StudyDriver
+from touchline.jobs.team.team_figures import team_figures
+from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import LeavingTrajectory
@@ -12,9 +15,6 @@ from touchline.schemas.team import GoalsTask, TeamScenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, TURTLEBOT2, TURTLEBOT3_WAFFLE_PI
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.poses.law4 import FAST_MPS, SLOW_MPS
-from touchline.services.runs.team.path_guide import BRAKING_M, RADIUS_M, Departure, StudyDriver
-from touchline.services.runs.team.team_figures import team_figures
-from touchline.services.runs.team.team_run import TeamRun
 
 pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
 

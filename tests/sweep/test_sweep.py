@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 
 from tests.sweep.combining import combined
+from touchline.jobs.places import here, in_processes
+from touchline.jobs.sweep.combinations import SweepCase
+from touchline.jobs.sweep.summary import statistics, summarise, write_csv
+from touchline.jobs.sweep.task import SweepRun, lost_run, perform, prepare
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.runs.places import here, in_processes
-from touchline.services.runs.sweep.combinations import SweepCase
-from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import SweepRun, lost_run, perform, prepare
 
 SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 

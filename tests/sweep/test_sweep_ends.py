@@ -16,17 +16,17 @@ from typer.testing import CliRunner
 from tests.command import app
 from tests.sweep.combining import combined
 from tests.sweep.worker_tasks import KillsTheFirst, divide, signal_itself
+from touchline.cli.options import ExitCode
+from touchline.jobs.places import here, in_processes
+from touchline.jobs.single.simulation import Job, simulate
+from touchline.jobs.sweep import task as sweep_task
+from touchline.jobs.sweep.summary import statistics, summarise, write_csv
+from touchline.jobs.sweep.task import SweepRun, Task, prepare, run_figures
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.services.cli.options import ExitCode
-from touchline.services.runs.places import here, in_processes
-from touchline.services.runs.simulation import Job, simulate
-from touchline.services.runs.sweep import task as sweep_task
-from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import SweepRun, Task, prepare, run_figures
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def sweep(monkeypatch):
             return dataclasses.replace(perform(task.scenario.seed), case=task.case, seed=task.scenario.seed)
 
         monkeypatch.setattr("touchline.services.robot_sim.warm_up.warm_up", lambda *_: None)
-        monkeypatch.setattr("touchline.services.runs.sweep.task.perform", performed)
+        monkeypatch.setattr("touchline.jobs.sweep.task.perform", performed)
         return CliRunner().invoke(app, ["sweep", "study-square", "--seeds", "4", "--workers", "1", *options])
 
     return begin

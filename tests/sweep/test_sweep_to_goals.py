@@ -8,16 +8,16 @@ import sys
 import pytest
 
 from tests.sweep.combining import combined
+from touchline.cli.commands import execute
+from touchline.jobs.goal.arrival import ReachedPose, missed
+from touchline.jobs.sweep.combinations import SweepCase
+from touchline.jobs.sweep.summary import summarise
+from touchline.jobs.sweep.task import SweepRun, perform, prepare
 from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.cli.commands import execute
-from touchline.services.runs.arrival import ReachedPose, missed
-from touchline.services.runs.sweep.combinations import SweepCase
-from touchline.services.runs.sweep.summary import summarise
-from touchline.services.runs.sweep.task import SweepRun, perform, prepare
 
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 

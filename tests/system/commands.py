@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from touchline.services.bus import BusConfig
-from touchline.services.cli.commands import execute
+from touchline.bus import BusConfig
+from touchline.cli.commands import execute
 
 
 def touchline(

@@ -13,7 +13,7 @@ from touchline.schemas.catalogue import template_text
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.messages import GetDiagnosticsRequest, PlanRequest
 from touchline.schemas.setup import Setup
-from touchline.services.system.temporary_system import LocalSystem, local_system
+from touchline.supervision.temporary_system import LocalSystem, local_system
 
 NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 ANSWER_S = 200.0

@@ -13,6 +13,10 @@ import numpy as np
 import pytest
 
 from tests.system.commands import start_touchline, touchline, touchline_here
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.ports import free_port
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     CommandRequest,
@@ -31,11 +35,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.messages.base import Message
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.bus.ports import free_port
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.system.diagnostics import read_health
+from touchline.supervision.diagnostics import read_health
 
 LONG_LINE = """{"name": "long", "title": "A line that takes longer than any test", "line_width_m": 0.12, "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [1000, 0]}, "actuation": "DISC_SPRAY"}]}"""

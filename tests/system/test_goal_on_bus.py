@@ -4,13 +4,13 @@ import threading
 
 import pytest
 
+from touchline.bus import Bus, BusConfig, ServedCall
+from touchline.jobs.goal.goal_on_bus import GoalOnBus
+from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
 from touchline.schemas.messages import Event, GotoRequest, GotoResponse, PlanOptions, PoseGoal, TraversalReport
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.standard import Header, Time
-from touchline.services.bus import Bus, BusConfig, ServedCall
-from touchline.services.runs.bus_run import JobFailed
-from touchline.services.runs.goal_on_bus import GoalOnBus
 
 GOAL_TIME = Header(stamp=Time(sec=10))
 

@@ -13,6 +13,15 @@ import pytest
 
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline_here
+from touchline.bus import Bus, BusConfig
+from touchline.bus.config import NAMESPACE_VARIABLE
+from touchline.bus.ports import free_port
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.jobs.single.simulation import Job, Products, simulate
+from touchline.recordings.channels import is_drawn, namespace_at, topic_at
+from touchline.recordings.compare import compare
+from touchline.recordings.output import RecordingError
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
@@ -27,17 +36,8 @@ from touchline.schemas.messages import (
     TraversalReport,
 )
 from touchline.schemas.setup import Setup
-from touchline.services.bridge.channels import is_drawn, namespace_at, topic_at
-from touchline.services.bridge.compare import compare
-from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.replay_service import Playback, run_replay
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.config import NAMESPACE_VARIABLE
-from touchline.services.bus.ports import free_port
 from touchline.services.robot_sim.guards import RESET_AFTER_S
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = """{"name": "two-lines", "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}, {"id": "b", "line": {"start": [1, 1], "end": [0, 1]}}]}"""

@@ -2,9 +2,9 @@
 
 import pytest
 
+from touchline.jobs.single import patience
+from touchline.jobs.single.patience import ENDS_BY_ITSELF_S, STALLED_S, Patience, waits_for_operator
 from touchline.schemas.messages import PauseStatus, TraversalStatus
-from touchline.services.runs import patience
-from touchline.services.runs.patience import ENDS_BY_ITSELF_S, STALLED_S, Patience, waits_for_operator
 
 PAUSED = TraversalStatus(state=TraversalStatus.PAUSED, reason="paused by the operator", arc_length_m=3.0)
 BY_ITSELF = PauseStatus(cause=PauseStatus.LOCALIZATION, ends_by_itself=True)

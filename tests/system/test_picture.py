@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchline.jobs.single.painted_picture import draw_painted, lateral_error
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PaintMarks
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from touchline.services.runs.painted_picture import draw_painted, lateral_error
 
 LINE = Curve.from_line((0.0, 0.0), (0.0, 10.0))
 

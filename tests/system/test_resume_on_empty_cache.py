@@ -12,8 +12,8 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.setup import Setup
-from touchline.services.system.late_compilations import KEY
-from touchline.services.system.temporary_system import ProcessOptions, local_system
+from touchline.supervision.late_compilations import KEY
+from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 ALONE = ProcessOptions(without=(topics.PLANNER, topics.BRIDGE))
 

@@ -4,7 +4,7 @@ import pytest
 
 from touchline.schemas import topics
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue
-from touchline.services.system.diagnostics import Health, read_health
+from touchline.supervision.diagnostics import Health, read_health
 
 HUGE = "9" * 5000
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from touchline.bus import Bus
+from touchline.jobs.single.recorded_paint import read_painted
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     AreaReport,
@@ -27,12 +29,10 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, Polygon, Template
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.bus import Bus
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system
+from touchline.supervision.temporary_system import LocalSystem, ProcessOptions, local_system
 
 CORNERS = ((0.0, 0.0), (18.0, 0.0), (18.0, 9.0), (0.0, 9.0))
 ROOM = ((-9.0, -9.0), (27.0, -9.0), (27.0, 18.0), (-9.0, 18.0))

@@ -13,10 +13,10 @@ import pytest
 
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline, touchline_here
-from touchline.services.bridge.channels import is_drawn, robots_among
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
+from touchline.recordings.channels import is_drawn, robots_among
+from touchline.recordings.reader import RecordingReader
 
 FLEET = {
     "robots": [

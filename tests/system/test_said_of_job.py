@@ -1,8 +1,8 @@
 """What a robot says of its job is told from what it said before."""
 
+from touchline.jobs.single.stale_reports import SaidOfJob
 from touchline.schemas.messages import TraversalReport, TraversalStatus
 from touchline.schemas.messages.standard import Header, Time
-from touchline.services.runs.said_of_job import SaidOfJob
 
 
 def at(second: int) -> Header:

@@ -8,20 +8,20 @@ from unittest.mock import ANY
 
 import pytest
 
+from touchline.cli.choices import load_vehicle
+from touchline.jobs.shared import shared_bus_run
+from touchline.jobs.shared.conduct import Conduct
+from touchline.jobs.shared.judged import judged
+from touchline.jobs.shared.shared_areas import share_areas
+from touchline.jobs.shared.shared_robot import fresh_id
+from touchline.jobs.shared.team_report import bus_figures
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
 from touchline.schemas.messages import CommandRequest, PlanOptions, SetSpeedRequest
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, Polygon, Template
-from touchline.services.cli.choices import load_vehicle
-from touchline.services.runs.bus_run import JobFailed
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.sharing import shared_bus_run
-from touchline.services.runs.sharing.conduct import Conduct
-from touchline.services.runs.sharing.judged import judged
-from touchline.services.runs.sharing.shared_areas import share_areas
-from touchline.services.runs.sharing.shared_robot import fresh_id
-from touchline.services.runs.sharing.team_report import bus_figures
-from touchline.services.system.temporary_system import ProcessOptions, local_system
+from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 STALLED_S = 1.0
 """How long a team may stand, once it is paused: at work it may be held up for as long by a busy machine."""

@@ -15,6 +15,17 @@ from tests.meeting import eventually
 from tests.sharing.stretches import nearest_m
 from tests.system.commands import start_touchline, touchline_here
 from tests.system.test_failures import wait_until
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.health import STARTING
+from touchline.bus.ports import free_port
+from touchline.jobs.shared.judged import judged
+from touchline.jobs.shared.shared_bus_run import Conduct, SharedBusRun
+from touchline.jobs.shared.shared_job import APART_M, share_job
+from touchline.jobs.shared.shared_robot import fresh_id
+from touchline.jobs.shared.team_report import bus_figures
+from touchline.jobs.single.recorded_paint import read_painted
+from touchline.jobs.watcher import JobFailed
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.messages import (
     AuthorizeRequest,
@@ -27,18 +38,7 @@ from touchline.schemas.messages import (
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.bus.health import STARTING
-from touchline.services.bus.ports import free_port
-from touchline.services.runs.bus_run import JobFailed
-from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.sharing.judged import judged
-from touchline.services.runs.sharing.shared_bus_run import Conduct, SharedBusRun
-from touchline.services.runs.sharing.shared_job import APART_M, share_job
-from touchline.services.runs.sharing.shared_robot import fresh_id
-from touchline.services.runs.sharing.team_report import bus_figures
-from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, watched
+from touchline.supervision.temporary_system import LocalSystem, ProcessOptions, local_system, watched
 
 GRID = {
     **{f"row-{k}": ((0.0, 3.0 * k), (6.0, 3.0 * k)) for k in range(4)},

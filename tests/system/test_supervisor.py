@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from touchline.bus import BusConfig
 from touchline.schemas import topics
-from touchline.services.bus import BusConfig
-from touchline.services.system.supervisor import Child, Notice, Supervisor
+from touchline.supervision.supervisor import Child, Notice, Supervisor
 
 
 @contextmanager
@@ -79,7 +79,7 @@ def test_what_a_service_has_started_ends_with_it(tmp_path: Path, bus_config: Bus
     program.write_text(f'#!/bin/sh\ntrap "" TERM\n(echo here; exec sleep 1000) > {pipe} &\n{end}\n')
     program.chmod(0o700)
     monkeypatch.setattr(sys, "executable", str(program))
-    monkeypatch.setattr("touchline.services.system.supervisor._STOP_S", 0.1)
+    monkeypatch.setattr("touchline.supervision.supervisor._STOP_S", 0.1)
     with supervised(tmp_path, bus_config, [], 10.0) as supervisor, pipe.open() as held:
         assert held.readline() == "here\n"
         if end.startswith("exit"):

@@ -11,6 +11,12 @@ from pathlib import Path
 
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline, touchline_here
+from touchline.bus import Bus, BusConfig
+from touchline.bus.ports import free_port
+from touchline.checking.check_session import check_recording
+from touchline.jobs.team.recorded_team import read_team
+from touchline.recordings.channels import robots_among
+from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import (
@@ -25,12 +31,6 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
-from touchline.services.bridge.channels import robots_among
-from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus, BusConfig
-from touchline.services.bus.ports import free_port
-from touchline.services.runs.checking.check_session import check_recording
-from touchline.services.runs.team.recorded_team import read_team
 
 RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchline.jobs.team.recorded_team import draw_team, is_team, read_team
+from touchline.recordings.recorder import Recorder
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Header, Odometry, Point, Pose, PoseWithCovariance, String, Time
 from touchline.schemas.team import TeamScenario
-from touchline.services.bridge.recorder import Recorder
-from touchline.services.runs.team.recorded_team import draw_team, is_team, read_team
 
 TEAM = TeamScenario(robots=2)
 

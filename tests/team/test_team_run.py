@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from touchline.jobs.team.random_team_faults import with_random_faults
+from touchline.jobs.team.team_figures import team_figures
+from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.errors import SpecError
 from touchline.schemas.spec import parse
 from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
-from touchline.services.runs.team.random_team_faults import with_random_faults
-from touchline.services.runs.team.team_figures import team_figures
-from touchline.services.runs.team.team_run import TeamRun
 
 pytestmark = pytest.mark.xdist_group("team")  # by one worker, which compiles or loads the kernels once
 BODY_M = 0.177

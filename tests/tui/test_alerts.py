@@ -5,10 +5,10 @@ import pytest
 from tests.tui import scenes
 from tests.tui.console import console, plain
 from tests.tui.scenes import received
+from touchline.onboard.executive import failsafe
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
-from touchline.services.onboard.executive import failsafe
 from touchline.tui import alerts, panels
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.protocol import Incoming

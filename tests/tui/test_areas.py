@@ -8,13 +8,13 @@ import pytest
 from textual.widgets import Input, Static
 
 from tests.tui.console import console
+from touchline.drawings.picture import picture
+from touchline.jobs.single.painted_picture import draw_painted
 from touchline.schemas.messages import PaintMarks, PlanOptions
 from touchline.schemas.template import Area, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.drawings.picture import picture
 from touchline.services.planner.plan import plan
-from touchline.services.runs.painted_picture import draw_painted
 from touchline.tui.dialogs import Choice, PlanDialog
 from touchline.tui.job import PathView, TemplateView
 

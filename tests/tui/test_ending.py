@@ -14,8 +14,8 @@ import pytest
 
 from tests.tui.console import console
 from tests.tui.scenes import loaded
+from touchline.bus.ports import free_port
 from touchline.schemas.errors import TouchlineError
-from touchline.services.bus.ports import free_port
 from touchline.tui.console import check_encoding, check_end
 from touchline.tui.driver import HUNG_UP, Screen
 from touchline.tui.template_dialog import TemplateDialog
@@ -38,7 +38,7 @@ def test_a_closed_terminal_ends_the_console(controlling: bool) -> None:
     begin = (
         "import fcntl, sys, termios; "
         f"{controlling} and fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
-        "sys.argv = ['touchline', 'tui']; from touchline.services.cli import main; main()"
+        "sys.argv = ['touchline', 'tui']; from touchline.cli import main; main()"
     )
     environment = os.environ | {"TOUCHLINE_ENDPOINT": f"tcp/127.0.0.1:{free_port()}", "TERM": "xterm-256color"}
     process = subprocess.Popen(

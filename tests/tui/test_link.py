@@ -10,9 +10,9 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.tui import scenes
+from touchline.bus import Bus, BusConfig
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.services.bus import Bus, BusConfig
 from touchline.tui.link import BusLink, open_links
 from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received, Rejected
 from touchline.tui.state import ConsoleState

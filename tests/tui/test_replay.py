@@ -15,6 +15,10 @@ from typing import Any
 import pytest
 
 from tests.tui.console import console, plain, until
+from touchline.bus import BusConfig
+from touchline.jobs.recording.payload_recorder import PayloadRecorder
+from touchline.jobs.team.team_run import TeamRun
+from touchline.recordings.replay.replay_source import ReplaySource
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -23,10 +27,6 @@ from touchline.schemas.replay_run import ReplayRun
 from touchline.schemas.team import TeamScenario
 from touchline.schemas.topics import Service
 from touchline.services.bridge.replay_service import Playback, run_replay
-from touchline.services.bridge.replay_source import ReplaySource
-from touchline.services.bus import BusConfig
-from touchline.services.runs.payload_recorder import PayloadRecorder
-from touchline.services.runs.team.team_run import TeamRun
 from touchline.tui.fleet_rows import fleet_rows
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.link import BusLink, open_links

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
+from touchline.bus import Bus
 from touchline.schemas.optional_packages import require
 from touchline.services.bridge.foxglove.viewer_address import DEFAULT_ADDRESS, FoxgloveConfig
-from touchline.services.bus import Bus
 
 if TYPE_CHECKING:
     from touchline.services.bridge.foxglove.robot_viewers import Viewers

@@ -9,13 +9,13 @@ from typing import Any, Final
 
 from foxglove.websocket import PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus
 
+from touchline.bus import Bus, CallError
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import CommandRequest, ReplaySeekRequest, ReplayStatus, SetSpeedRequest
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service
 from touchline.services.bridge.foxglove.viewer_server import Span
-from touchline.services.bus import Bus, CallError
 
 _TELL_EVERY_S: Final = 0.1
 _ANSWER_S: Final = 10.0

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, Final, Self
 
+from touchline.bus import Bus, CallError
+from touchline.recordings.viewing import frame_prefix
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.topics import READ_ONLY_SERVICES, REPLAY_SERVICES, SERVICES, Service
@@ -22,8 +24,6 @@ from touchline.services.bridge.foxglove.viewer_server import (
 )
 from touchline.services.bridge.robot_parameters import ToldParameters, plain_value
 from touchline.services.bridge.routes import refusal_response
-from touchline.services.bridge.viewing import frame_prefix
-from touchline.services.bus import Bus, CallError
 
 _NODE: Final = "touchline"
 #: The longest that a service may take to answer; planning takes longest.

@@ -8,19 +8,19 @@ from typing import Final, Literal
 
 import foxglove
 
+from touchline.bus import Bus, Inbox, Sample
+from touchline.recordings.channels import topic_path
+from touchline.recordings.recorder import is_stamped
+from touchline.recordings.robot_time import RobotTime
+from touchline.recordings.viewing import Drawn
+from touchline.recordings.viewing.body_frames import stamp_of
+from touchline.recordings.viewing.viewing import SOURCES_OF
 from touchline.schemas import topics
 from touchline.schemas.replay_run import Belonging, ReplayFollower
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.channels import topic_path
 from touchline.services.bridge.foxglove.viewer_server import ViewerServer
 from touchline.services.bridge.gateway import CLOCK_NAME
-from touchline.services.bridge.recorder import is_stamped
-from touchline.services.bridge.robot_time import RobotTime
-from touchline.services.bridge.viewing import Drawn
-from touchline.services.bridge.viewing.body_frames import stamp_of
-from touchline.services.bridge.viewing.live_viewing import LiveViewing
-from touchline.services.bridge.viewing.viewing import SOURCES_OF
-from touchline.services.bus import Bus, Inbox, Sample
+from touchline.services.bridge.live_viewing import LiveViewing
 
 _LOOK_EVERY_S: Final = 0.5
 #: So often what has come is passed on, and of where frames are what is the latest (wall clock).

@@ -25,10 +25,10 @@ from foxglove.websocket import (
     WebSocketServer,
 )
 
+from touchline.recordings.channels import channel_metadata, kind_of
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
-from touchline.services.bridge.channels import channel_metadata, kind_of
 from touchline.services.bridge.foxglove.origin_guard import OriginGuard
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel
+from touchline.core.polygons import apart_squared, off_squared, within
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.core.polygons import apart_squared, off_squared, within
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from pydantic import ValidationError
 
+from touchline.core.robust_overlay import buffer
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Template, TemplateSegment
-from touchline.services.core.robust_overlay import buffer
 from touchline.services.planner.coverage.area_method import AreaMethod
 
 

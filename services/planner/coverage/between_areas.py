@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import shapely
 
+from touchline.core.robust_overlay import buffer, union
 from touchline.schemas.errors import PlanningError
-from touchline.services.core.robust_overlay import buffer, union
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
 from touchline.services.planner.coverage.coverage_task import CoverageTask

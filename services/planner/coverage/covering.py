@@ -7,12 +7,12 @@ from itertools import count, groupby
 
 import shapely
 
+from touchline.core.missed_patches import patches
+from touchline.core.robust_overlay import difference, intersection
+from touchline.core.tool_reach import free_ground
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
-from touchline.services.core.missed_patches import patches
-from touchline.services.core.robust_overlay import difference, intersection
-from touchline.services.core.tool_reach import free_ground
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over, standing

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.services.core.robust_overlay import buffer, difference, intersections, union
+from touchline.core.robust_overlay import buffer, difference, intersections, union
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from touchline.core.robust_overlay import buffer, intersection, union
+from touchline.core.tool_reach import free_ground, headings_rad, places
 from touchline.schemas.errors import PlanningError
-from touchline.services.core.robust_overlay import buffer, intersection, union
-from touchline.services.core.tool_reach import free_ground, headings_rad, places
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.drum_sweep import body_at
 from touchline.services.planner.coverage.kernels.body_room import Walls

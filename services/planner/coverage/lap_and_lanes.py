@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from touchline.core.robust_overlay import buffer, intersection
+from touchline.core.tool_reach import reachable
 from touchline.schemas.errors import PlanningError
-from touchline.services.core.robust_overlay import buffer, intersection
-from touchline.services.core.tool_reach import reachable
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
 from touchline.services.planner.coverage.coverage_task import CoverageTask

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 import shapely
 
-from touchline.services.core.robust_overlay import intersection
+from touchline.core.robust_overlay import intersection
 from touchline.services.planner.coverage.shapes import Area, as_area, turned
 from touchline.services.planner.geometry.clothoid import PathPose
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.core.robust_overlay import intersections
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Area
-from touchline.services.core.robust_overlay import intersections
 from touchline.services.planner.coverage.shapes import extents, turned
 
 # What reaches into a band by less (m) is rounding at an edge along the swaths.

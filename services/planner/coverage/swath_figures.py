@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import shapely
 
+from touchline.core.missed_patches import patches
+from touchline.core.robust_overlay import buffer, difference, intersection
+from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.swath_ids import area_id_of, line_id_of
 from touchline.schemas.template import Area
-from touchline.services.core.missed_patches import patches
-from touchline.services.core.robust_overlay import buffer, difference, intersection
-from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.planner.collision.checker import MARGIN_M
 from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
 from touchline.services.planner.coverage.machine import CoverageMachine

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import shapely
 
+from touchline.core.robust_overlay import intersection
 from touchline.schemas.errors import PlanningError
-from touchline.services.core.robust_overlay import intersection
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import turned

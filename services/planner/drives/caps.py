@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.drives import planned_drive as drive
 from touchline.services.planner.geometry.clothoid import Floats
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.planner.drives.motor_power import drawn_w
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats

@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from touchline.core.jit import kernel_of_class
 from touchline.schemas.plugins import DRIVES, part_for
-from touchline.services.core.jit import kernel_of_class
 
 if TYPE_CHECKING:
     from touchline.schemas.vehicles import Vehicle

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from touchline.core.robust_overlay import difference, union
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.robust_overlay import difference, union
 from touchline.services.planner.collision.clear_lines import part_of
 from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath

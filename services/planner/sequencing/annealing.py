@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import borrowing, kernel
-from touchline.services.core.random import whole
+from touchline.core.arrays import copy
+from touchline.core.jit import borrowing, kernel
+from touchline.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
 from touchline.services.planner.sequencing.scene import Judgement, Known, Scene, all_painted, judged

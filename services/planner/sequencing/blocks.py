@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import borrowing
+from touchline.core.arrays import copy
+from touchline.core.jit import borrowing
 from touchline.services.planner.geometry.clothoid import Ints
 
 

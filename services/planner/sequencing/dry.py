@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchline.services.core.arcs import LENGTH
+from touchline.core.arcs import LENGTH
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 from touchline.services.planner.sequencing.annealing import Incumbents, anneal

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.wet import Contacts, WetLines, wet_crossings
 

@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arrays import copy, least
-from touchline.services.core.jit import borrowing, kernel
-from touchline.services.core.random import whole
+from touchline.core.arrays import copy, least
+from touchline.core.jit import borrowing, kernel
+from touchline.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
 

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.arcs import CURVATURE, HEADING, LENGTH, X, Y, abreast, beside, chord_share, unit
+from touchline.core.jit import borrowing, kernel
 from touchline.schemas.curves import Curve
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.arcs import CURVATURE, HEADING, LENGTH, X, Y, abreast, beside, chord_share, unit
-from touchline.services.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Tracks are looked at this often (m): less than half the width of a line.

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from touchline.core.robust_overlay import buffer, intersection
 from touchline.schemas.template import Area, Template
-from touchline.services.core.robust_overlay import buffer, intersection
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.shapes import as_area, turned
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps, gain, spin_time, square_cap
 from touchline.services.planner.geometry.clothoid import Floats
 

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from touchline.services.core.angles import TAU
-from touchline.services.core.jit import kernel
+from touchline.core.angles import TAU
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, spiral
 

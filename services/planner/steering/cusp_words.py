@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.arcs import unit
-from touchline.services.core.jit import kernel
+from touchline.core.arcs import unit
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import FORWARD, LIMIT, SIDE, wrapped
 from touchline.services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside

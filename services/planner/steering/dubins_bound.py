@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from touchline.services.core.angles import TAU
-from touchline.services.core.jit import kernel
+from touchline.core.angles import TAU
+from touchline.core.jit import kernel
 from touchline.services.planner.steering.circles import left_centres, other_side, same_side, three_turns, wrapped
 
 # Figures (see circles.py) of a turn that is nothing but an arc of radius 1.

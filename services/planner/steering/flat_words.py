@@ -7,7 +7,7 @@ to be longer by more than that.
 
 import math
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT
 from touchline.services.planner.steering.construct import put, put_ramp, put_turn

@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from touchline.services.core.angles import TAU
-from touchline.services.core.arcs import unit
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import borrowing, kernel
+from touchline.core.angles import TAU
+from touchline.core.arcs import unit
+from touchline.core.arrays import copy
+from touchline.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT, RADIUS, cost, shortest_word, word_table
 from touchline.services.planner.steering.newton3 import solve_three

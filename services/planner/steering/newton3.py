@@ -6,8 +6,8 @@ tables, and with each clothoid's series taken once: nearly all the time that sho
 
 import math
 
-from touchline.services.core.arcs import arc, unit
-from touchline.services.core.jit import kernel
+from touchline.core.arcs import arc, unit
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.profile import (
     FAILED,

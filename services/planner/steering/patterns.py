@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
 

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from touchline.services.core.arcs import unit
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
+from touchline.core.arcs import unit
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import ON_PATH, left_centres, word_table, wrapped
 from touchline.services.planner.steering.construct import put

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arcs import arc, unit
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import borrowing, kernel
+from touchline.core.arcs import arc, unit
+from touchline.core.arrays import copy
+from touchline.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.unit_clothoid import ramp
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.angles import TAU
-from touchline.services.core.arrays import copy_rows
-from touchline.services.core.jit import kernel
+from touchline.core.angles import TAU
+from touchline.core.arrays import copy_rows
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering import cusp_words
 from touchline.services.planner.steering.circles import LIMIT

@@ -7,8 +7,8 @@ begun from both ends. (The other symmetry, the mirror image, needs nothing: ever
 
 import numpy as np
 
-from touchline.services.core.arcs import unit
-from touchline.services.core.jit import kernel
+from touchline.core.arcs import unit
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.query import Query
 

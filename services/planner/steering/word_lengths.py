@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from touchline.services.core.arcs import unit
-from touchline.services.core.jit import kernel
+from touchline.core.arcs import unit
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import circle, shortest_word
 from touchline.services.planner.steering.unit_clothoid import steep_ramp

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from touchline.services.core.angles import TAU
+from touchline.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, joined
 from touchline.services.planner.steering.turns import Turn
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.speed.topp import path_time

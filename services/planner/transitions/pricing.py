@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from touchline.services.core.angles import wrapped_all
+from touchline.core.angles import wrapped_all
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.method import CurveEnd, carried_on
 from touchline.services.planner.steering.plain_words import plain_lengths

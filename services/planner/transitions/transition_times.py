@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.angles import nearest_turn
-from touchline.services.core.arcs import unit
-from touchline.services.core.arrays import ascending, copy
-from touchline.services.core.jit import kernel
+from touchline.core.angles import nearest_turn
+from touchline.core.arcs import unit
+from touchline.core.arrays import ascending, copy
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.speed.topp import path_time

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from touchline.core.missed_patches import Patch, patches
+from touchline.core.robust_overlay import buffer, difference, intersection, union
+from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.template import Template
-from touchline.services.core.missed_patches import Patch, patches
-from touchline.services.core.robust_overlay import buffer, difference, intersection, union
-from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
 from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record
+from touchline.core.jit import kernel
+from touchline.core.records import Record
 from touchline.services.robot_sim.paint import projection as p
 from touchline.services.robot_sim.paint.cell_grid import CellFrame
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.robust_overlay import buffer, differences, intersections
 from touchline.schemas.template import Template
-from touchline.services.core.robust_overlay import buffer, differences, intersections
 from touchline.services.robot_sim.paint.track import TRACK_EAST, TRACK_HEADING, TRACK_NORTH
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from touchline.services.core.robust_overlay import union
+from touchline.core.robust_overlay import union
 from touchline.services.robot_sim.paint.ledger import PaintStroke
 from touchline.services.robot_sim.paint.paint_areas import overlaps, passes_of, pieces_of, strip
 

@@ -9,8 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel
 from touchline.schemas.curves import Curve
-from touchline.services.core.jit import kernel
 
 SMALLEST_CELL_M: Final = 2.0
 MOST_CELLS: Final = 65536

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.robot_sim.paint.cell_grid import Grid, cell_of
 
 CELL_M: Final = 0.005

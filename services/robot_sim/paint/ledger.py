@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.intervals import Intervals
 from touchline.schemas.template import DEFAULT_TOLERANCE_M
-from touchline.services.core.intervals import Intervals
 from touchline.services.robot_sim.paint import projection as p
 from touchline.services.robot_sim.paint.cell_grid import make_grid
 from touchline.services.robot_sim.paint.targets import Target

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.robust_overlay import buffer, difference, intersection, intersections, union
 from touchline.schemas.curves import Curve
-from touchline.services.core.robust_overlay import buffer, difference, intersection, intersections, union
 from touchline.services.robot_sim.paint.ledger import PaintStroke
 
 if TYPE_CHECKING:

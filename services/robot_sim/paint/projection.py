@@ -9,8 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record
+from touchline.core.jit import kernel
+from touchline.core.records import Record
 from touchline.services.robot_sim.paint.cell_grid import Grid, cell_of
 from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 

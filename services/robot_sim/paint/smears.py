@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.robust_overlay import difference, union
+from touchline.onboard.interface import TICK_S
 from touchline.schemas.vehicles import GroundContact, Vehicle
-from touchline.services.core.robust_overlay import difference, union
-from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
 from touchline.services.robot_sim.paint.cell_grid import Grid, grid_of_boxes

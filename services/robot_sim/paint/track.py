@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 
 # Columns, one row whenever some point of the robot may have moved by `STEP_M`.
 TRACK_TICK: Final = 0

@@ -9,13 +9,13 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.angles import wrapped
+from touchline.core.jit import kernel
+from touchline.core.random import STREAM_CAMERA, normal, uniform
+from touchline.core.records import Record
+from touchline.onboard.interface import TICKS_PER_S, CameraSample
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
-from touchline.services.core.angles import wrapped
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_CAMERA, normal, uniform
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import TICKS_PER_S, CameraSample
 from touchline.services.robot_sim.sensors import position_report as r
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.world import effects as e

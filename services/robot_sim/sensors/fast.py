@@ -16,9 +16,9 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.core.random import (
+from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.core.random import (
     STREAM_ENCODER,
     STREAM_FAULT,
     STREAM_IMU,
@@ -26,8 +26,8 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
+from touchline.core.records import Record
+from touchline.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.zones import Zones, distance
 from touchline.services.robot_sim.world.body import BodyState

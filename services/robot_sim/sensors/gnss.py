@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
+from touchline.core.geodesy import local_frame
+from touchline.onboard.interface import TICKS_PER_S, GnssSample
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import GNSS, Vehicle
-from touchline.services.core.geodesy import local_frame
-from touchline.services.onboard.interface import TICKS_PER_S, GnssSample
 from touchline.services.robot_sim.sensors import receiver
 from touchline.services.robot_sim.sensors.receiver import Receiver
 

@@ -15,11 +15,11 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.geodesy import FRAME_SIZE, to_geodetic, to_local
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOOSE_FIX, STREAM_RECEIVER, normal, uniform
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
+from touchline.core.geodesy import FRAME_SIZE, to_geodetic, to_local
+from touchline.core.jit import kernel
+from touchline.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOOSE_FIX, STREAM_RECEIVER, normal, uniform
+from touchline.core.records import Record
+from touchline.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.position_report import (
     ALTITUDE,

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_CAMERA, STREAM_RECEIVER, uniform
-from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
+from touchline.core.random import STREAM_CAMERA, STREAM_RECEIVER, uniform
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.services.robot_sim.sensors import camera as overhead
 from touchline.services.robot_sim.sensors.camera import Camera
 from touchline.services.robot_sim.sensors.fast import FastSensors, measure

@@ -7,9 +7,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Final
 
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
-from touchline.services.onboard.interface import (
+from touchline.onboard.interface import (
     ANGLES,
     GYRO,
     MAG,
@@ -20,6 +18,8 @@ from touchline.services.onboard.interface import (
     MagSample,
     SensorFrame,
 )
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim.sensors import camera, fast, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.moment import Moment

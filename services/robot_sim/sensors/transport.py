@@ -13,11 +13,11 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_TRANSPORT, uniform
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
+from touchline.core.random import STREAM_TRANSPORT, uniform
+from touchline.core.records import Record
+from touchline.onboard.interface import ANGLES, GYRO, MAG, READINGS
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.position_report import COLUMNS
 

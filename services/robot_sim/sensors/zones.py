@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record
+from touchline.core.jit import kernel
+from touchline.core.records import Record
 
 Floats = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 
 EMPTY_V: Final = 33.0
 FULL_V: Final = 42.0

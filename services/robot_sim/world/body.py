@@ -7,8 +7,8 @@ from typing import Annotated, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import ACTUATORS
+from touchline.core.records import Record
+from touchline.onboard.interface import ACTUATORS
 
 STEP_S: Final = 0.001
 """Physics step [s]."""

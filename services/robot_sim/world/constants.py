@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
+from touchline.onboard.interface import TICK_S
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.world.body import BodyFigures
 
 

@@ -12,8 +12,8 @@ from typing import Annotated, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import ACTUATORS
+from touchline.core.records import Record
+from touchline.onboard.interface import ACTUATORS
 
 SENSORS: Final = ("gnss", "imu", "magnetometer", "encoder", "camera")
 FREE: Final = -1.0

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.physical_constants import GRAVITY_MPS2
+from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world.body import (
     STEP_S,
     STEPS,

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import borrowing, kernel
-from touchline.services.core.polygons import apart_squared, off_squared
+from touchline.core.jit import borrowing, kernel
+from touchline.core.polygons import apart_squared, off_squared
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, SPIN, chord
 from touchline.services.planner.geometry.clothoid import Floats, Ints

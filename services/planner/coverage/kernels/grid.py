@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import borrowing, kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
 
 # Columns of a table of pieces, as in `Piece`: the curvature is the robot's, the length is driven either way, and a turn

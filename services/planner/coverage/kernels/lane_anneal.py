@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import whole
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
+from touchline.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 # Sums of the same seconds in another order differ by less.

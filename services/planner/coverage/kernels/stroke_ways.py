@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, LENGTH, SHARPNESS
 from touchline.services.planner.coverage.kernels.turn_words import (

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.coverage.kernels.grid import (
     BEND_STEP_M,

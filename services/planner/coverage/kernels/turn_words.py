@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, SPIN
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, shortest_word, turn_length

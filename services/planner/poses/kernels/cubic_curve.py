@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from touchline.services.core.angles import wrapped
-from touchline.services.core.jit import kernel
+from touchline.core.angles import wrapped
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps, square_cap
 from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats
 

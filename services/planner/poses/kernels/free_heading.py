@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from touchline.services.core.angles import TAU
-from touchline.services.core.jit import kernel
+from touchline.core.angles import TAU
+from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 
 # An arc this close below a full turn (rad) is none, blurred by rounding.

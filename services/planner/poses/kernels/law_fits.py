@@ -1,6 +1,6 @@
 """Compiled: whether speeds along a path keep the limits."""
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps, gain
 from touchline.services.planner.geometry.clothoid import Floats
 

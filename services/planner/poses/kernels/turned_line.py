@@ -3,8 +3,8 @@
 import cmath
 import math
 
-from touchline.services.core.angles import wrapped
-from touchline.services.core.jit import kernel
+from touchline.core.angles import wrapped
+from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import spin_time
 from touchline.services.planner.poses.kernels.cubic_curve import FINE, Terms, cubic_curve, price
 

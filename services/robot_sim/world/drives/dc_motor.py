@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from touchline.core.jit import kernel
 from touchline.schemas.vehicles.differential_drive import Motor
-from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import STEP_S
 from touchline.services.robot_sim.world.lag import share_per_step
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from touchline.core.jit import kernel
+from touchline.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
 from touchline.services.robot_sim.world.drives.dc_motor import dc_motor
 from touchline.services.robot_sim.world.drives.rear_steered_actuators import actuate

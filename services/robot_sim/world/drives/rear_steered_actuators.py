@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import MotorState, drag, follow, profile

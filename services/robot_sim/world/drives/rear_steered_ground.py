@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from touchline.services.core.jit import kernel
-from touchline.services.core.physical_constants import GRAVITY_MPS2
+from touchline.core.jit import kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.true_rear_steered import RearSteeredState, TrueRearSteered

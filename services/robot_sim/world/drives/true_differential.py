@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.records import Record
+from touchline.core.records import Record
 from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from touchline.services.core.records import Record
+from touchline.core.records import Record
 from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
 

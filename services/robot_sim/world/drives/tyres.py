@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from touchline.services.core.jit import kernel
+from touchline.core.jit import kernel
 from touchline.services.robot_sim.world.body import BodyFigures, BodyState
 
 _CREEP_MPS = 0.02  # slip is taken against no less than this

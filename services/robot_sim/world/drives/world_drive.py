@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.jit import kernel_of_class
+from touchline.core.records import Record
+from touchline.onboard.interface import ACTUATORS
 from touchline.schemas.errors import SpecError
 from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel_of_class
-from touchline.services.core.records import Record
-from touchline.services.onboard.interface import ACTUATORS
 from touchline.services.robot_sim.world.body import BodyFigures, BodyState
 from touchline.services.robot_sim.world.effects import Effects
 

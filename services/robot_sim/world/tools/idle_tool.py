@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from touchline.core.jit import kernel
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.kernel_class import KernelClass

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from touchline.core.jit import kernel
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import STEP_S, BodyState
 from touchline.services.robot_sim.world.effects import FREE, Effects
 from touchline.services.robot_sim.world.lag import travel_per_step

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from touchline.core.jit import kernel_of_class
 from touchline.schemas.plugins import TOOLS, part_for
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel_of_class
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
 

@@ -1,0 +1,130 @@
+"""The study's table as measured: rows of requirements with every planner's result, and how it is written down."""
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+
+from touchline.research.driven_template import CONTESTANTS
+from touchline.research.judged_table import markdown_lines
+
+NAMES = tuple(contestant.name for contestant in CONTESTANTS)
+HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One requirement.
+
+    Attributes:
+        number: Of the reference table, with a letter where it has several targets.
+        requirement: What is asked.
+        results: The planners' results as text, in the order of `NAMES`.
+        must: What ours must reach; empty if the row is for information.
+        met: Whether it does; None if the row is for information.
+        figures: The figures behind the texts, by name.
+        note: What a reader has to know.
+    """
+
+    number: str
+    requirement: str
+    results: tuple[str, str, str]
+    must: str
+    met: bool | None
+    figures: Mapping[str, float | int | bool | None] = field(default_factory=dict)
+    note: str = ""
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row as texts under `HEADINGS`."""
+        return (self.number, self.requirement, *self.results, self.must, verdict(self.met))
+
+
+CAUSE_HEADINGS = ("exchanged", "before", "after", "gain", "of DPP's time")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What one difference between DPP and ours is worth: seconds before and after it is exchanged.
+
+    Attributes:
+        exchanged: What, in words.
+        before_s, after_s: Seconds.
+        first_s: Seconds before anything was exchanged.
+    """
+
+    exchanged: str
+    before_s: float
+    after_s: float
+    first_s: float
+
+    @property
+    def share(self) -> float:
+        """The gain as a share of the time before anything was exchanged; the shares of all causes add up."""
+        return (self.after_s - self.before_s) / self.first_s
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cause as texts under `CAUSE_HEADINGS`."""
+        gain = self.after_s - self.before_s
+        return (
+            self.exchanged,
+            f"{self.before_s:.1f} s",
+            f"{self.after_s:.1f} s",
+            f"{gain:+.1f} s",
+            f"{self.share:+.1%}",
+        )
+
+
+def with_total(causes: Sequence[Cause]) -> list[Cause]:
+    """The causes, and all together."""
+    first, last = causes[0].before_s, causes[-1].after_s
+    return [*causes, Cause("all together", first, last, first)]
+
+
+def of_each(texts: Iterable[str]) -> tuple[str, str, str]:
+    """The planners' results, one for each of `NAMES`."""
+    first, second, third = texts
+    return first, second, third
+
+
+def verdict(met: bool | None) -> str:
+    """Pass, FAIL, or a dash for a row without a target."""
+    return "–" if met is None else "pass" if met else "FAIL"
+
+
+def as_markdown(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
+    """The gain by its causes, the table of all rows, and the notes below it."""
+    parts = [markdown_lines(CAUSE_HEADINGS, [cause.cells for cause in with_total(causes)])]
+    parts.append(markdown_lines(HEADINGS, [row.cells for row in rows]))
+    parts.append([f"- **{row.number}**: {row.note}" for row in rows if row.note])
+    return "\n\n".join("\n".join(part) for part in parts) + "\n"
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """The texts of the rows."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADINGS)
+    writer.writerows(row.cells for row in rows)
+    return text.getvalue()
+
+
+def as_json(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
+    """Everything, figures included."""
+    whole = {"causes": [asdict(cause) for cause in causes], "rows": [as_object(row) for row in rows]}
+    return json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def as_object(row: Row) -> dict[str, object]:
+    """One row as a JSON object."""
+    return {
+        "row": row.number,
+        "requirement": row.requirement,
+        **dict(zip(NAMES, row.results, strict=True)),
+        "ours must": row.must,
+        "met": row.met,
+        "figures": dict(row.figures),
+        "note": row.note,
+    }

@@ -1,0 +1,89 @@
+"""From which starts each tracking law comes to its reference, looking ahead."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from touchline.research.judged_table import JudgedRow, JudgedTable, judged
+from touchline.research.tracking.tracker_runs import LAWS, SETTLED_M, looks_ahead, settled_after_s
+from touchline.research.tracking.tracking_loop import (
+    STUDIED,
+    TimedReference,
+    by_law,
+    reference_of,
+    track_reference,
+)
+from touchline.services.planner.geometry.clothoid import Floats
+
+DURATION_S: Final = 40.0
+SPEED_MPS: Final = 0.15
+FURTHEST_M: Final = 2.0
+QUIET: Final = STUDIED._replace(position_m=0.0, heading_rad=0.0)
+NEAR_M: Final = 0.05
+OURS: Final = "regularised"
+
+
+@dataclass(frozen=True)
+class Domain:
+    """How it ends from a grid of starts.
+
+    Attributes:
+        turned_rad: (m,) initial headings against the reference's.
+        across_m: (n,) initial distances to its left.
+        settled_s: (n, m) after how long it is within 2 cm for good; NaN: it never looks ahead near the reference.
+        reversed_there: (n, m) whether it ends near the reference, but looking back.
+    """
+
+    turned_rad: Floats
+    across_m: Floats
+    settled_s: Floats
+    reversed_there: np.ndarray[Any, np.dtype[np.bool_]]
+
+
+def winding_reference() -> TimedReference:
+    """At constant speed, bending to either side."""
+    return reference_of(lambda t: 0.0 * t + SPEED_MPS, lambda t: 0.06 * np.cos(0.5 * t), DURATION_S)
+
+
+def domain_of(law: Any, headings: int, offsets: int) -> Domain:
+    """Of a law, from initial headings all round and distances up to FURTHEST_M to either side."""
+    reference = winding_reference()
+    turned, across = np.linspace(-math.pi, math.pi, headings), np.linspace(-FURTHEST_M, FURTHEST_M, offsets)
+    settled, back = np.full((offsets, headings), math.nan), np.zeros((offsets, headings), dtype=np.bool_)
+    for i, left in enumerate(across.tolist()):
+        for k, turn in enumerate(turned.tolist()):
+            run = track_reference(by_law(law), reference, (0.0, left, turn), QUIET)
+            there, ahead = run.distance_m[-1] <= NEAR_M, looks_ahead(run)
+            back[i, k] = there and not ahead
+            if there and ahead:
+                settled[i, k] = settled_after_s(run)
+    return Domain(turned, across, settled, back)
+
+
+def domains(headings: int, offsets: int) -> dict[str, Domain]:
+    """Of every law."""
+    return {name: domain_of(law, headings, offsets) for name, law in LAWS.items()}
+
+
+def attraction(found: Mapping[str, Domain]) -> JudgedTable:
+    """The table."""
+    count = next(iter(found.values())).settled_s.size
+    title = f"Domain of attraction: {count} starts, headings all round, up to {FURTHEST_M:g} m to either side"
+    note = (
+        f"A reference at {SPEED_MPS} m/s that bends to either side, {DURATION_S:g} s, the disturbances but for noise. "
+        f"There is within {1e2 * NEAR_M:g} cm at the end; the mean time is that until {1e2 * SETTLED_M:g} cm are kept."
+    )
+    columns = ("tracker", "there, looking ahead", "there, looking back", "mean time")
+    return JudgedTable(title, columns, tuple(_row(name, domain) for name, domain in found.items()), note)
+
+
+def _row(name: str, domain: Domain) -> JudgedRow:
+    count = domain.settled_s.size
+    ahead, back = int(np.isfinite(domain.settled_s).sum()), int(domain.reversed_there.sum())
+    seconds = float(np.nanmean(domain.settled_s)) if ahead else math.nan
+    cells = (name, f"{ahead / count:.0%}", f"{back / count:.0%}", f"{seconds:.1f} s" if ahead else "")
+    figures = {"ahead": ahead, "back": back, "starts": count}
+    return JudgedRow(cells, *judged([("from everywhere", ahead == count)] if name == OURS else []), figures)

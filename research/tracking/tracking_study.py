@@ -1,0 +1,69 @@
+"""The study of cubic paths and trajectory tracking, run: every table, on many goals or on few."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from touchline.research.judged_table import JudgedTable
+from touchline.research.tracking.attraction import Domain, attraction, domains
+from touchline.research.tracking.dubins_speeds import dubins_speeds
+from touchline.research.tracking.least_times import least_times
+from touchline.research.tracking.tracker_runs import disturbed, set_up_of_the_study
+from touchline.research.tracking.winding import winding
+
+Progress = Callable[[str, float], None]
+
+
+class Counts(NamedTuple):
+    """On how much each table is measured.
+
+    Attributes:
+        anywhere: Goals for the least times.
+        ahead: Goals for the turning.
+        tracked: Goals for the trackers.
+        paths: Dubins paths for the speed laws.
+        headings: Initial headings for the domains of attraction.
+        offsets: And distances.
+    """
+
+    anywhere: int = 600
+    ahead: int = 300
+    tracked: int = 25
+    paths: int = 800
+    headings: int = 25
+    offsets: int = 9
+
+
+FULL: Final = Counts()
+QUICK: Final = Counts(60, 60, 5, 80, 9, 3)
+
+
+@dataclass(frozen=True)
+class TrackingStudy:
+    """Every table, and what the plots need."""
+
+    tables: tuple[JudgedTable, ...]
+    domains: Mapping[str, Domain]
+
+
+def run_tracking_study(counts: Counts = FULL, progress: Progress = lambda what, done: None) -> TrackingStudy:
+    """All of it.
+
+    Args:
+        counts: On how much.
+        progress: Told what is being measured, and the fraction of it that is done.
+    """
+    progress("least times", 0.0)
+    tables = [least_times(counts.anywhere)]
+    progress("turning", 0.15)
+    tables.append(winding(counts.ahead))
+    progress("the study's set-up", 0.2)
+    tables.append(set_up_of_the_study(counts.tracked))
+    progress("trackers", 0.35)
+    tables.append(disturbed(counts.tracked))
+    progress("domains of attraction", 0.6)
+    found = domains(counts.headings, counts.offsets)
+    tables.append(attraction(found))
+    progress("speed laws", 0.9)
+    tables.append(dubins_speeds(counts.paths))
+    return TrackingStudy(tuple(tables), found)

@@ -1,0 +1,1 @@
+"""The coordinator of a team of robots, as a process."""

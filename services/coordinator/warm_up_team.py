@@ -1,0 +1,41 @@
+"""Compiles every kernel of the coordinator, or loads it from the cache, before any robot waits for it."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.exchange import Exchange
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.team_status import team_status
+from touchline.schemas.messages import Whereabouts
+from touchline.schemas.team import TaskSpec, TeamScenario
+
+_SILENT_TICKS: Final = 1000
+"""Who has said nothing for so long is at rest."""
+
+
+def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
+    """Exchanges of a throw-away team of two, one of which falls silent, by the team's task if they can have it.
+
+    Args:
+        team: That will be coordinated.
+        area: Where.
+    """
+    task: TaskSpec = team.task if team.task.kind == "deploy" else TeamScenario().task
+    low, high = area.hull.min(axis=0), area.hull.max(axis=0)
+    x, y = area.pieces[0][: area.sizes[0]].mean(axis=0).tolist()
+    off = 1e-3 * float((high - low).min())
+    pair = team.model_copy(update={"robots": 2, "places": {}, "task": task})
+    coordination = Coordination(pair, area)
+    exchange = Exchange(pair, coordination)
+    silent = exchange.update_ticks * math.ceil(_SILENT_TICKS / exchange.update_ticks)
+    for tick in (exchange.update_ticks, 2 * exchange.update_ticks, silent):
+        said = {
+            name: Whereabouts(stamp_s=tick / 100.0, x_m=x + k * off, y_m=y, stop_x_m=x + k * off, stop_y_m=y)
+            for k, name in enumerate(pair.names[:1] if tick == silent else pair.names)
+        }
+        exchange.at(tick, said)
+    coordination.cells()
+    team_status(coordination, area)

@@ -1,6 +1,0 @@
-"""The robot's own computer: estimation, control, execution and safety, from sensor frames and nothing else."""
-
-from touchline.services.onboard.computer import Onboard
-from touchline.services.onboard.warm_up_drive import straight, warm_up
-
-__all__ = ["Onboard", "straight", "warm_up"]

@@ -1,0 +1,27 @@
+"""The bus: typed topics and services over Eclipse Zenoh. The only package that imports zenoh."""
+
+from touchline.bus.bus import Bus
+from touchline.bus.calls import Answer, CallError, ServedCall, Server
+from touchline.bus.config import BusConfig
+from touchline.bus.health import HealthReporter
+from touchline.bus.inbox import Inbox, Sample
+from touchline.bus.insist import UrgentOrder, insist
+from touchline.bus.publisher import Publisher
+from touchline.bus.stop_proof import StopProof, proves
+
+__all__ = [
+    "Answer",
+    "Bus",
+    "BusConfig",
+    "CallError",
+    "HealthReporter",
+    "Inbox",
+    "Publisher",
+    "Sample",
+    "ServedCall",
+    "Server",
+    "StopProof",
+    "UrgentOrder",
+    "insist",
+    "proves",
+]

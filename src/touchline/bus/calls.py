@@ -1,0 +1,414 @@
+"""Acknowledged commands: typed queries that are always answered; an answer is believed from its server only."""
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from itertools import repeat
+from typing import Final, Generic, NamedTuple
+
+import zenoh
+from zenoh import handlers
+
+from touchline.bus.counters import Counters
+from touchline.bus.replies import Lane, Replies
+from touchline.schemas.cdr import decode, encode, first_string
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.topics import Request, Response, Service
+
+#: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
+#: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
+_WAITING_CALLS: Final = 64
+_WAITING_LARGE_CALLS: Final = 8
+#: Of a service that stops the robot: room for what a flood brings between two polls, so that no stop gives way to it.
+_WAITING_URGENT_CALLS: Final = 1024
+_LARGE_BYTES: Final = 1024 * 1024
+#: Requests that are looked at in one poll at most, so that neither junk nor repeats can hold up the loop that polls.
+_LOOKED_AT: Final = 16
+#: Of a service that stops the robot; this many take 3 ms.
+_LOOKED_AT_URGENT: Final = 128
+#: For how long an answer is remembered: no caller repeats a request after its own time-out, of which planning's is the
+#: longest.
+_REMEMBERED_S: Final = 600.0
+_REMEMBERED_BYTES: Final = 32 * 1024 * 1024
+_FIRST_POLL_S: Final = 0.00005
+_POLL_GROWTH: Final = 1.1
+_POLL_S: Final = 0.002
+_RETRY_S: Final = 0.05
+#: How long a call looks for its service before it says that nobody answers.
+_DISCOVERY_S: Final = 1.5
+#: An answer may be here before its sender's liveliness token is; for so long it is kept.
+_TOKEN_S: Final = 0.5
+_ANSWERS: Final = 64
+
+
+class CallError(TouchlineError):
+    """A call that was not answered, or answered with an error; the text is the reason."""
+
+
+class ServedCall(Generic[Request, Response]):
+    """One request, and the place to answer it.
+
+    Attributes:
+        payload: CDR of the request.
+        request_id: Of the request; empty if its type has none.
+    """
+
+    def __init__(
+        self, server: "Server[Request, Response]", query: zenoh.Query, payload: bytes, request_id: str
+    ) -> None:
+        """Made by :class:`Server`."""
+        self._server = server
+        self.payload = payload
+        self.request_id = request_id
+        self.queries = [query]
+        self._request: Request | None = None
+
+    @property
+    def request(self) -> Request:
+        """The request, decoded when it is first looked at; in any thread.
+
+        Raises:
+            PayloadError: The payload is not a request of this service.
+        """
+        if self._request is None:
+            self._request = decode(self._server.service.request, self.payload)
+        return self._request
+
+    def reply(self, response: Response) -> None:
+        """Answer; repeats of the same request id get this answer too."""
+        self.reply_bytes(encode(response))
+
+    def reply_bytes(self, payload: bytes) -> None:
+        """As :meth:`reply`, with CDR of the response."""
+        self._server.finish(self, payload)
+
+    def fail(self, reason: str) -> None:
+        """Answer with an error, for what goes wrong outside the request's own meaning."""
+        self._server.abandon(self, reason)
+
+    def reject(self, error: PayloadError) -> None:
+        """Answer a payload that is no request of this service, and count it."""
+        self._server.reject(self, error)
+
+
+class Server(Generic[Request, Response]):
+    """The serving end of one service.
+
+    Requests that are not what they should be are answered with an error and counted; a request id that was answered
+    already gets the same answer again and does nothing.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        service: Service[Request, Response],
+        counters: Counters,
+        replies: Replies,
+    ) -> None:
+        """Declare the queryable; use :meth:`touchline.bus.Bus.serve`."""
+        self.service = service
+        self._replies = replies
+        self._key = key
+        self._counters = counters
+        self._answers = Answers()
+        self._open: dict[str, ServedCall[Request, Response]] = {}
+        room = _WAITING_LARGE_CALLS if service.most_bytes > _LARGE_BYTES else _WAITING_CALLS
+        self._looked_at = _LOOKED_AT
+        if service.urgent:
+            room, self._looked_at = _WAITING_URGENT_CALLS, _LOOKED_AT_URGENT
+        self._room = room
+        self._pauses_s: Iterator[float] = repeat(_POLL_S)
+        self._queryables: list[zenoh.Queryable[handlers.Handler[zenoh.Query]]] = []
+        self.declare(session)
+
+    def declare(self, session: zenoh.Session) -> None:
+        """Serve by this session, and answer what comes by the one before as long as that is open."""
+        new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
+        self._queryables = [*self._queryables[-1:], new]
+
+    def close(self) -> None:
+        """Serve no longer; what has not been looked at yet is not answered."""
+        for queryable in self._queryables:
+            with suppress(zenoh.ZError):  # its session is closed
+                queryable.undeclare()  # type: ignore[no-untyped-call]
+        self._queryables = []
+
+    def _received(self) -> zenoh.Query | None:
+        for queryable in self._queryables:
+            try:
+                query = queryable.try_recv()
+            except zenoh.ZError:  # its session is closed
+                continue
+            if query is not None:
+                return query
+        return None
+
+    def poll(self) -> ServedCall[Request, Response] | None:
+        """The next request, if one waits."""
+        looks = iter(range(self._looked_at))
+        while (call := self._unread(looks)) is not None:
+            try:
+                assert call.request is not None
+            except PayloadError as error:
+                call.reject(error)
+                continue
+            return call
+        return None
+
+    def poll_unread(self) -> ServedCall[Request, Response] | None:
+        """The next request, if one waits, its payload not decoded yet; it may turn out to be none."""
+        return self._unread(iter(range(self._looked_at)))
+
+    def _unread(self, looks: Iterator[int]) -> ServedCall[Request, Response] | None:
+        """The next request, looking at no more than there are `looks`."""
+        for _ in looks:
+            query = self._received()
+            if query is None:
+                return None
+            if (call := self._admit(query)) is not None:
+                self._counters.received += 1
+                return call
+        return None
+
+    def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
+        """As :meth:`poll`, but waits up to ``timeout_s`` for a request: more closely for a while after each."""
+        deadline = time.monotonic() + timeout_s
+        while (call := self.poll()) is None and time.monotonic() < deadline:
+            time.sleep(next(self._pauses_s))
+        if call is not None:
+            self._pauses_s = _pauses_s()
+        return call
+
+    def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
+        problem = self._problem(query)
+        if problem:
+            self._counters.reject(f"{self.service.name}: {problem}")
+            self._refuse(query, problem)
+            return None
+        payload = query.payload.to_bytes() if query.payload is not None else b""
+        request_id = first_string(payload) if "request_id" in self.service.request.model_fields else ""
+        if (answer := self._answers.find(request_id, time.monotonic())) is not None:
+            self._answer(query, answer, Lane.OTHER)
+            return None
+        if request_id in self._open:
+            self._open[request_id].queries = [*self._open[request_id].queries[-_WAITING_CALLS:], query]
+            return None
+        call = ServedCall(self, query, payload, request_id)
+        if request_id:
+            self._open[request_id] = call
+        return call
+
+    def _problem(self, query: zenoh.Query) -> str:
+        """Why a query is refused unread; empty if it may be a request."""
+        if str(query.key_expr) != self._key:
+            return f"asked for by {query.key_expr}; a service is asked by its own key, {self._key}"
+        size = len(query.payload) if query.payload is not None else 0
+        if size > self.service.most_bytes:
+            return f"a request of {size:,} bytes; at most {self.service.most_bytes:,} are read"
+        return ""
+
+    def finish(self, call: ServedCall[Request, Response], payload: bytes) -> None:
+        """Send ``payload`` to whoever asked with this call's id, and remember it."""
+        if call.request_id:
+            self._open.pop(call.request_id, None)
+            self._answers.remember(call.request_id, payload, time.monotonic())
+        first, *others = call.queries
+        self._answer(first, payload, Lane.STOP if self.service.urgent else Lane.FIRST)
+        for query in others:
+            self._answer(query, payload, Lane.OTHER)
+
+    def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
+        """Send an error to whoever asked with this call's id; the same id may be tried again."""
+        self._open.pop(call.request_id, None)
+        for query in call.queries:
+            self._refuse(query, reason)
+
+    def reject(self, call: ServedCall[Request, Response], error: PayloadError) -> None:
+        """Count a payload that is no request, and say so to whoever sent it."""
+        self._counters.received -= 1
+        self._counters.reject(f"{self.service.name}: {error}")
+        self.abandon(call, str(error))
+
+    def _answer(self, query: zenoh.Query, payload: bytes, lane: Lane) -> None:
+        self._replies.send(lane, partial(_reply, query, self._key, payload))
+        self._counters.published += 1
+
+    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        self._replies.send(Lane.OTHER, partial(_reply_error, query, reason))
+
+
+class Answers:
+    """Answers by request id, for as long as a repeat of the request can come."""
+
+    def __init__(self) -> None:
+        """None yet."""
+        self._kept: OrderedDict[str, tuple[bytes, float]] = OrderedDict()
+        self._bytes = 0
+
+    def find(self, request_id: str, now_s: float) -> bytes | None:
+        """The answer to a request of this id."""
+        while self._kept and next(iter(self._kept.values()))[1] < now_s - _REMEMBERED_S:
+            self._forget_oldest()
+        found = self._kept.get(request_id)
+        return found[0] if found is not None else None
+
+    def remember(self, request_id: str, answer: bytes, now_s: float) -> None:
+        """Keep an answer; where there is no room, the oldest go first."""
+        self._kept[request_id] = (answer, now_s)
+        self._bytes += len(request_id) + len(answer)
+        while self._bytes > _REMEMBERED_BYTES and len(self._kept) > 1:
+            self._forget_oldest()
+
+    def _forget_oldest(self) -> None:
+        request_id, (answer, _) = self._kept.popitem(last=False)
+        self._bytes -= len(request_id) + len(answer)
+
+
+def _pauses_s() -> Iterator[float]:
+    """Between two looks for an answer or the next request: short at first, since most come at once, then longer."""
+    pause_s = _FIRST_POLL_S
+    while True:
+        yield pause_s
+        pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
+
+
+def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
+    with query:
+        query.reply(key, payload, encoding=zenoh.Encoding("application/cdr"))
+
+
+def _reply_error(query: zenoh.Query, reason: str) -> None:
+    with query:
+        query.reply_err(reason.encode(), encoding=zenoh.Encoding.TEXT_PLAIN)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a question; neither of the first two is set when there was nobody to answer.
+
+    Attributes:
+        payload: CDR of the response.
+        refusal: Why there is none.
+        disbelieved: Whether somebody answered who is not the service's server.
+    """
+
+    payload: bytes | None = None
+    refusal: str | None = None
+    disbelieved: bool = False
+
+
+class _Reply(NamedTuple):
+    """A reply, and the session that it came from."""
+
+    answer: Answer
+    session: str
+
+
+Believed = Callable[[str], bool]
+"""Whether a session is one of the service's server."""
+
+
+class Question:
+    """One query under way; poll it for its answer."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        service: Service[Request, Response],
+        payload: bytes,
+        timeout_s: float,
+        believed: Believed,
+    ) -> None:
+        """Ask; use :meth:`touchline.bus.Bus.ask`."""
+        self._believed = believed
+        self._doubted: list[_Reply] = []
+        self._closed_at: float | None = None
+        self._replies = session.get(
+            key,
+            handlers.FifoChannel(_ANSWERS),
+            payload=payload,
+            encoding=zenoh.Encoding("application/cdr"),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.REAL_TIME if service.urgent else zenoh.Priority.DATA,
+            express=service.urgent,
+            timeout=max(0.01, timeout_s),
+        )
+
+    def poll(self) -> Answer | None:
+        """The answer; ``None`` while it is still to come."""
+        while self._closed_at is None:
+            try:
+                reply = self._replies.try_recv()
+            except zenoh.ZError:  # the channel is closed: every queryable has had its say
+                self._closed_at = time.monotonic()
+                break
+            if reply is None:
+                break
+            self._doubted = [*self._doubted[-_ANSWERS:], _Reply(_answer_of(reply), _session_of(reply))]
+        for doubted in self._doubted:
+            if self._believed(doubted.session):
+                return doubted.answer
+        if self._closed_at is None or (self._doubted and time.monotonic() < self._closed_at + _TOKEN_S):
+            return None
+        return Answer(disbelieved=bool(self._doubted))
+
+
+def _answer_of(reply: zenoh.Reply) -> Answer:
+    if reply.ok is not None:
+        return Answer(payload=reply.ok.payload.to_bytes())
+    return Answer(refusal=reply.err.payload.to_bytes().decode(errors="replace") if reply.err else "")
+
+
+def _session_of(reply: zenoh.Reply) -> str:
+    """Id of the session that replied; Zenoh notes it, not the one who replies."""
+    return str(reply.replier_id.zid) if reply.replier_id is not None else ""
+
+
+def call(
+    ask: Callable[[Service[Request, Response], bytes, float], Question],
+    service: Service[Request, Response],
+    request: Request,
+    timeout_s: float,
+    while_waiting: Callable[[], None] | None = None,
+    why: Callable[[], str] = lambda: "is the service running?",
+) -> Response:
+    """Ask ``service`` and wait for its answer; see :meth:`touchline.bus.Bus.call`.
+
+    ``why`` is asked for what to say when nobody answers.
+    """
+    if type(request) is not service.request:
+        raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")
+    payload = encode(request)
+    if len(payload) > service.most_bytes:
+        raise CallError(f"{service.name}: a request of {len(payload):,} bytes; at most {service.most_bytes:,} are read")
+    begun = time.monotonic()
+    while True:
+        answer = _wait(ask(service, payload, begun + timeout_s - time.monotonic()), while_waiting)
+        if answer.refusal is not None:
+            raise CallError(f"{service.name}: {answer.refusal}")
+        if answer.payload is not None:
+            return decode(service.response, answer.payload)
+        waited = time.monotonic() - begun
+        if waited >= min(timeout_s, _DISCOVERY_S) and answer.disbelieved:
+            raise CallError(f"{service.name}: only somebody who is not {service.server} answers; that is not believed")
+        if waited >= timeout_s:
+            raise CallError(f"{service.name}: no answer within {timeout_s:.1f} s")
+        if waited >= _DISCOVERY_S:
+            raise CallError(f"{service.name}: nobody answers; {why()}")
+        time.sleep(_RETRY_S)  # the service may have been started this moment
+
+
+def _wait(question: Question, while_waiting: Callable[[], None] | None) -> Answer:
+    pauses = _pauses_s()
+    while (answer := question.poll()) is None:
+        if while_waiting:
+            while_waiting()
+        time.sleep(next(pauses))
+    return answer

@@ -1,0 +1,170 @@
+"""Opens and closes Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
+
+import errno
+import resource
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+import zenoh
+
+from touchline.bus.config import ENDPOINT_VARIABLE, BusConfig
+from touchline.bus.reach import beyond_loopback, endpoints, is_loopback, split
+from touchline.schemas.errors import TouchlineError
+
+#: Whoever keeps the meeting point answers within this, or it is said; a busy machine takes longer now and then.
+_TELL_S: Final = 2.0
+#: Whoever has not answered by then is none of ours.
+_GIVE_UP_S: Final = 10.0
+_POLL_S: Final = 0.01
+_LEAVE_S: Final = 2.0
+#: What a service has open besides its links: event queues, listeners, files, and links that are just being opened.
+_OTHER_DESCRIPTORS: Final = 40
+#: Fewer peers than this are soon there: three services, consoles, orders, strangers.
+_FEW_PEERS: Final = 100
+
+
+def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: float) -> zenoh.Session:
+    """A session on the bus; use :meth:`touchline.bus.Bus.open`.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+        TouchlineError: The endpoint cannot be used, or another program listens there.
+        KeyboardInterrupt: ``stop()`` said so first.
+    """
+    settings = config.zenoh(node, patience_s)
+    if ways := beyond_loopback(settings):
+        sys.stderr.write(f"warning: this bus can be reached from other machines: {'; '.join(ways)}\n")
+    _make_room()
+    occupied = config.endpoint in endpoints(settings, "connect") and _occupied(config.endpoint)
+    begun = time.monotonic()
+    session = _opened(settings, config, stop)
+    if occupied:
+        try:
+            _meet(session, config, begun, stop)
+        except BaseException:
+            leave(session, 0.0)
+            raise
+    return session
+
+
+def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
+    """Close a session; what takes longer than `wait_s` goes on in the background.
+
+    Zenoh waits for connections that are being opened, ten seconds for one that keeps silent, and raises after that.
+    """
+
+    def close() -> None:
+        with suppress(zenoh.ZError):
+            session.close()  # type: ignore[no-untyped-call]
+
+    thread = threading.Thread(target=close, name="leave-bus", daemon=True)
+    thread.start()
+    thread.join(wait_s)
+
+
+def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
+    """A session with the robot alone; use :meth:`touchline.bus.Bus.open_at_door`.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+        TouchlineError: The robot has no such door, or nobody answers there.
+        KeyboardInterrupt: ``stop()`` said so first.
+    """
+    settings = config.at_door()
+    if settings is None:
+        raise TouchlineError(f"a robot of the bus at {config.endpoint} has no door of its own")
+    return _opened(settings, config, stop)
+
+
+def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
+    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be heard."""
+    zenoh.init_log_from_env_or("off")
+    sessions: list[zenoh.Session] = []
+    errors: list[Exception] = []
+
+    def work() -> None:
+        try:
+            sessions.append(zenoh.open(settings))
+        except Exception as error:  # noqa: BLE001, raised again by who waits
+            errors.append(error)
+
+    thread = threading.Thread(target=work, name="join-bus", daemon=True)
+    thread.start()
+    tell_at: float | None = time.monotonic() + _TELL_S
+    while thread.is_alive():
+        thread.join(_POLL_S)
+        if stop():
+            raise KeyboardInterrupt
+        if tell_at is not None and time.monotonic() > tell_at:
+            tell_at = None
+            whom = ", ".join(endpoints(settings, "connect")) or "the bus"
+            sys.stderr.write(f"warning: {whom} does not answer; still trying\n")
+    if errors:
+        reason = str(errors[0]).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+        raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
+    return sessions[0]
+
+
+def _occupied(endpoint: str) -> bool:
+    """Whether somebody listens at the meeting point, if that is on this machine and can be known."""
+    protocol, host, port = split(endpoint)
+    if protocol != "tcp" or not is_loopback(endpoint) or not port.isdigit():
+        return False
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, int(port)))
+        except OSError as error:
+            return error.errno == errno.EADDRINUSE
+    return False
+
+
+def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Callable[[], bool]) -> None:
+    """Meet whoever keeps the meeting point.
+
+    Raises:
+        TouchlineError: It does not answer as one of ours.
+    """
+    who = f"what listens on {config.endpoint} does not answer; if it is another program, or frozen,"
+    remedy = f"{who} stop it, or choose another {ENDPOINT_VARIABLE}"
+    told = False
+    while not session.info.peers_zid() and not session.info.routers_zid():
+        waited_s = time.monotonic() - begun_s
+        if stop():
+            raise KeyboardInterrupt
+        if not told and waited_s > _TELL_S:
+            told = True
+            if not _occupied(config.endpoint):
+                return  # it left meanwhile, and we take its place
+            sys.stderr.write(f"warning: {remedy}\n")
+        if waited_s > _GIVE_UP_S:
+            raise TouchlineError(remedy)
+        time.sleep(_POLL_S)
+
+
+def _make_room() -> None:
+    """Allow as many open files as this process may have: every peer takes one, or two while both sides connect."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard == resource.RLIM_INFINITY or soft < hard:
+        try:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+            soft = hard
+        except (OSError, ValueError):  # macOS has a limit of its own below an infinite one
+            pass
+    if soft == resource.RLIM_INFINITY:
+        return
+    room = max(0, (soft - _OTHER_DESCRIPTORS - _open_files()) // 2)
+    if room < _FEW_PEERS:
+        sys.stderr.write(f"warning: room for about {room} peers; raise the limit of open files with ulimit -n\n")
+
+
+def _open_files() -> int:
+    folder = Path("/proc/self/fd")
+    return sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0

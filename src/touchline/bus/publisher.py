@@ -1,0 +1,77 @@
+"""Typed, numbered publishing of one topic."""
+
+import time
+import uuid
+
+import zenoh
+from zenoh import ext
+
+from touchline.bus import attachment
+from touchline.bus.counters import Counters
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Topic
+
+_CDR = zenoh.Encoding("application/cdr")
+
+
+class Publisher:
+    """Sends the messages of one topic, each with the next sequence number.
+
+    Attributes:
+        sequence: That of the last message.
+        id: By which receivers tell it from others of the topic.
+    """
+
+    def __init__(
+        self, session: zenoh.Session, key: str, topic: Topic, counters: Counters, publisher_id: bytes | None = None
+    ) -> None:
+        """Declare the publisher; use :meth:`touchline.bus.Bus.publisher`."""
+        self.topic = topic
+        self.sequence = 0
+        self._counters = counters
+        self._key = key
+        self.id = publisher_id or uuid.uuid4().bytes
+        self.declare(session)
+
+    def declare(self, session: zenoh.Session) -> None:
+        """Publish by this session from now on."""
+        self._put = self._declare(session).put
+
+    def begin_anew(self, session: zenoh.Session, publisher_id: bytes) -> None:
+        """Go on as another publisher: what the former one sent last is kept for late joiners no more."""
+        self.id, self.sequence = publisher_id, 0
+        if self.topic.latched:
+            self.declare(session)
+
+    def _declare(self, session: zenoh.Session) -> zenoh.Publisher | ext.AdvancedPublisher:
+        control = zenoh.CongestionControl.BLOCK if self.topic.block else zenoh.CongestionControl.DROP
+        if not self.topic.latched:
+            return session.declare_publisher(self._key, encoding=_CDR, congestion_control=control)
+        return ext.declare_advanced_publisher(
+            session,
+            self._key,
+            encoding=_CDR,
+            congestion_control=control,
+            cache=ext.CacheConfig(max_samples=1),
+            sample_miss_detection=ext.MissDetectionConfig(
+                heartbeat=None, sporadic_heartbeat=None
+            ),  # numbers the cached samples
+            publisher_detection=True,
+        )
+
+    def send(self, message: Message) -> None:
+        """Publish ``message``."""
+        if type(message) is not self.topic.type:
+            raise TypeError(f"{self.topic.name} carries {self.topic.type.__name__}, not {type(message).__name__}")
+        self.send_bytes(encode(message))
+
+    def send_bytes(self, payload: bytes) -> None:
+        """Publish a payload that is already CDR of the topic's type."""
+        self.send_numbered(payload, self.sequence + 1)
+
+    def send_numbered(self, payload: bytes, sequence: int) -> None:
+        """As :meth:`send_bytes`, with a sequence number of the caller's, larger than the last one."""
+        self.sequence = sequence
+        self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self.id))
+        self._counters.published += 1

@@ -1,0 +1,138 @@
+"""Figures of an estimator that was run on a session: is it consistent, what did it reject, how far off was it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from touchline.checking.estimating.estimator_run import EstimatorRun
+from touchline.checking.estimating.reference_frame import FrameFit, aligned
+from touchline.core.angles import wrapped_all
+from touchline.onboard.estimation.tail import OUTLYING
+from touchline.onboard.filter_model import FIX_DOF
+
+Floats = NDArray[np.float64]
+
+LEAST_ACCEPTED_PCT: Final = 90.0
+"""With fewer the estimator is outside of what it was made for."""
+SIGMA_FACTOR: Final = 10.0
+"""Fixes that report so many times the data sheet's σ are those of another kind of receiver."""
+CHI2_95: Final = float(chi2.ppf(0.95, 2))
+
+
+def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
+    """The figures, as JSON."""
+    return {
+        "duration_s": run.duration_s,
+        "started_at_s": run.starts_s[-1] if run.starts_s else None,
+        "fixes": _fixes(run),
+        "jumps": {
+            "accepted": len(run.jumps),
+            "largest_m": max((jump.moved_m for jump in run.jumps), default=0.0),
+            "contradicted_s": run.contradicted_s,
+        },
+        "consistency": _consistency(run),
+        "error": error_figures(run, alignment),
+        "verdict": verdict(run),
+    }
+
+
+def _fixes(run: EstimatorRun) -> dict[str, Any]:
+    kinds, used = run.receiver[:, 4], run.fixes[:, 6]
+    with_place = kinds > 0
+    counted = run.consistency
+    return {
+        "received": len(kinds),
+        "fixed_pct": _pct(kinds == 3),
+        "reported_sigma_median_m": float(np.median(run.receiver[with_place, 3])) if with_place.any() else None,
+        "judged": len(used),
+        "accepted": int(used.sum()),
+        "accepted_pct": _pct(used > 0),
+        "rejected": int((used == 0).sum()),
+        "too_late": counted.fixes_too_late,
+        "duplicate": counted.fixes_duplicate,
+    }
+
+
+def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
+    """NIS of fixes, of those that were used and of all, against χ² and against the distribution that is assumed."""
+    if not len(run.fixes):
+        return None
+    nis, used = run.nis, run.fixes[:, 6] > 0
+    share = (1.0 + nis / (FIX_DOF - 2.0)) ** (-0.5 * FIX_DOF)
+    counted = run.consistency
+    return {
+        "fix_nis_mean": float(run.fixes[used, 5].mean()) if used.any() else None,
+        "fix_nis_mean_expected": 2.0,
+        "fix_nis_median": float(np.median(nis)),
+        "beyond_chi2_95_pct": _pct(nis > CHI2_95),
+        "outlying_pct": _pct(share < OUTLYING),
+        "outlying_expected_pct": 100.0 * OUTLYING,
+        "innovation_rms_m": float(np.sqrt((run.fixes[used, 3:5] ** 2).sum(axis=1).mean())) if used.any() else None,
+        "wheel_nis_mean": counted.encoder_nis_mean,
+        "wheel_nis_mean_expected": 2.0,
+        "wheels_rejected": counted.encoders_rejected,
+        "position_sigma_m": counted.position_sigma_m,
+        "heading_sigma_rad": counted.heading_sigma_rad,
+    }
+
+
+def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | None:
+    """How far the estimate is from the reference; None if there is none."""
+    if not len(run.reference) or not run.starts_s:
+        return None
+    compared = aligned(run, alignment)
+    if not len(compared.time_s):
+        return None
+    off_m = np.hypot(*compared.error_m.T)
+    turn = compared.heading_error_rad[np.isfinite(compared.heading_error_rad)]
+    return {
+        "against": "truth" if run.emulated else "reference",
+        "alignment": alignment.value,
+        "points": len(off_m),
+        "mean_m": float(off_m.mean()),
+        "p95_m": float(np.percentile(off_m, 95)),
+        "max_m": float(off_m.max()),
+        "heading_rms_rad": float(np.sqrt((wrapped_all(turn) ** 2).mean())) if len(turn) else None,
+    }
+
+
+def verdict(run: EstimatorRun) -> list[str]:
+    """What speaks against the estimate, a line each; none if nothing does."""
+    if run.problem:
+        return [run.problem]
+    if not run.starts_s:
+        return [f"the estimator never started: {_why_not(run)}"]
+    against = []
+    accepted = _pct(run.fixes[:, 6] > 0)
+    if accepted is not None and accepted < LEAST_ACCEPTED_PCT:
+        against.append(
+            f"outside of its design: of the fixes {accepted:.0f} % are accepted, the others contradict the estimate "
+            f"({run.contradicted_s:,.0f} s in all); a robot would stand still meanwhile"
+        )
+    sheet = run.setup.onboard.gnss
+    told_m = math.sqrt(sheet.white_m**2 + sheet.gauss_markov_1_m**2 + sheet.gauss_markov_2_m**2)
+    reported_m = float(np.median(run.receiver[run.receiver[:, 4] > 0, 3]))
+    if reported_m > SIGMA_FACTOR * told_m:
+        against.append(
+            f"outside of its design: fixes report σ {reported_m:.2g} m (median), the receiver's data sheet says "
+            f"{told_m:.2g} m; set gnss.white_m and gnss.gauss_markov_… of the mapping's onboard to what it is"
+        )
+    return against
+
+
+def _why_not(run: EstimatorRun) -> str:
+    kinds = run.receiver[:, 4]
+    if not len(kinds):
+        return "there are no fixes"
+    if not (kinds == 3).any():
+        return "none of the fixes is RTK-fixed (fixes.taken_as of the mapping takes them for it)"
+    return "it needs a fixed position while the robot stands for 0.25 s"
+
+
+def _pct(flags: NDArray[np.bool_]) -> float | None:
+    return 100.0 * float(flags.mean()) if len(flags) else None

@@ -1,0 +1,99 @@
+"""Today's estimator on recorded sensors: no world, no follower, and many ticks in one kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.checking.estimator_ticks import COUNTED, EstimatedTicks, EstimatorTicks
+from touchline.checking.recorded_session import RecordedSession
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.frame_series import SIGMAS, FrameSeries
+from touchline.onboard.estimation.report import report
+from touchline.onboard.filter_model import FilterCounters
+from touchline.onboard.interface import Checkpoint
+from touchline.onboard.trajectory.trajectory import resume_pose
+from touchline.schemas import topics
+from touchline.schemas.layout import Payloads
+from touchline.schemas.topics import Topic
+from touchline.services.robot_sim import layouts, tick_log
+from touchline.services.robot_sim.odometry_packer import OdometryPacker
+from touchline.services.robot_sim.packing import stamp
+from touchline.services.robot_sim.tick_log import period
+
+Said = tuple[Topic, Payloads]
+"""Some messages of a topic, in their order."""
+_AT_ONCE: Final = 6000
+"""Ticks, so that memory is bounded."""
+_ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
+_BEGINNING: Final = Checkpoint(0, 0.0, None)
+
+
+def estimates_again(
+    session: RecordedSession, frames: FrameSeries, accepted: Collection[int] = ()
+) -> Iterator[list[Said]]:
+    """What today's estimator says of itself and of where the robot is, on both of its topics.
+
+    Args:
+        session: When the robot was carried to a start, and told to go on.
+        frames: That its computer got.
+        accepted: Ticks at whose ends the position was moved to where the receiver had jumped.
+    """
+    run = _SaidAgain(session, frames)
+    jobs = iter(session.jobs)
+    for order in session.orders:
+        yield from run.until(order.tick)
+        if order.name == "load":
+            job = next(jobs)
+            if order.details.get("taking", "carried") == "carried":
+                run.estimator.restart(resume_pose(job.trajectory, session.setup.vehicle, _BEGINNING))
+        elif order.name == "resume" and order.tick in accepted:
+            run.estimator.accept_jump()
+    yield from run.until(session.last_tick)
+
+
+class _SaidAgain:
+    """An estimator, and what it says of itself."""
+
+    def __init__(self, session: RecordedSession, frames: FrameSeries) -> None:
+        self._first_tick = frames.first_tick
+        self._ticks = EstimatorTicks(session.setup, frames, _AT_ONCE, Estimator)
+        if session.initial is not None:
+            self._ticks.restore(session.initial)
+        self._packer = OdometryPacker(_AT_ONCE)
+
+    @property
+    def estimator(self) -> Estimator:
+        """As it is now."""
+        return self._ticks.estimator
+
+    def until(self, tick: int) -> Iterator[list[Said]]:
+        """Run up to the end of a tick."""
+        end = tick - self._first_tick + 1
+        while self._ticks.done < end:
+            yield self._said(self._ticks.run(min(end - self._ticks.done, _AT_ONCE)))
+
+    def _said(self, ticks: EstimatedTicks) -> list[Said]:
+        """What is due on both topics."""
+        first_tick, n = ticks.first_tick, len(ticks.rows)
+        at = np.arange(-first_tick % tick_log.ODOMETRY_TICKS, n, tick_log.ODOMETRY_TICKS)
+        rows = np.zeros((len(at), tick_log.COLUMNS))
+        rows[:, tick_log.TICK] = first_tick + at
+        rows[:, tick_log.ESTIMATE : tick_log.TRUTH] = ticks.rows[at, :SIGMAS]
+        estimates = self._packer.estimates(rows)
+        at = np.arange(-first_tick % _ESTIMATOR_TICKS, n, _ESTIMATOR_TICKS)
+        return [(topics.ODOMETRY, estimates), (topics.ESTIMATOR, Payloads.of(_consistency(ticks, at)))]
+
+
+def _consistency(ticks: EstimatedTicks, at: NDArray[np.int64]) -> list[bytes]:
+    columns = [ticks.counters[name][at].tolist() for name in COUNTED]
+    found = []
+    for tick, sigmas, *counted in zip(
+        (ticks.first_tick + at).tolist(), ticks.rows[at, SIGMAS:].tolist(), *columns, strict=True
+    ):
+        counters = FilterCounters(**dict(zip(COUNTED, counted, strict=True)))
+        found.append(layouts.ESTIMATOR.pack(*stamp(tick), *report(counters, *sigmas)))
+    return found

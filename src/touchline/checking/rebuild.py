@@ -1,0 +1,148 @@
+"""A session done again by the code of today: the same robot, given and told the same at the same ticks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+from touchline.checking.recorded_session import GivenJob, NotRebuilt, RecordedSession, TimedOrder
+from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import Guidance
+from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
+from touchline.services.robot_sim.onboard_computer import OnboardComputer
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.recovery_state import restored_from
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
+
+SLICE_TICKS: Final = 1000
+"""Between two looks at what has been said."""
+MOST_LONGER_TICKS: Final = 360_000
+"""A session that goes on for so long after what was recorded is ended."""
+
+
+class Rebuild:
+    """A session in progress once more.
+
+    Args:
+        session: What is to be done again.
+        onboard: The robot's computer; Touchline's own if it is None.
+        sensors: What it senses with; the emulated ones if it is None.
+
+    Attributes:
+        refused: Orders that the robot of today does not obey, with its reasons.
+
+    Raises:
+        NotRebuilt: The state that it is to begin in is none of today's.
+    """
+
+    def __init__(
+        self, session: RecordedSession, onboard: OnboardComputer | None = None, sensors: Sensors | None = None
+    ) -> None:
+        setup = session.setup
+        self._session = session
+        self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
+        if sensors is not None:
+            self._emulator.sensors = sensors
+        self._telemetry = Telemetry(self._emulator)
+        if session.initial is not None:
+            self._restore(session.initial)
+        self._runner = FastRunner(self._emulator) if onboard is None else None
+        self._jobs = iter(session.jobs)
+        self.refused: list[str] = []
+        emulator = self._emulator
+        self._orders: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
+            "begin-guided": lambda _: emulator.begin_guided(),
+            "guidance": lambda details: emulator.take_guidance(Guidance.model_validate(details)),
+            "start": lambda _: emulator.start(),
+            "pause": lambda _: emulator.pause(),
+            "watchdog": lambda details: emulator.fail_safe(float(details["missed_s"])),
+            "shut-down": lambda _: emulator.shut_down(),
+            "resume": lambda _: emulator.resume(),
+            "abort": lambda details: emulator.abort(details["reason"]),
+            "estop": lambda details: emulator.estop(details["reason"]),
+            "reset": lambda _: emulator.reset(),
+            "authorize": lambda details: emulator.authorize(_until_m(details)),
+            "refill-tank": lambda _: emulator.refill_tank(),
+            "replace-battery": lambda _: emulator.replace_battery(),
+            "link-lost": lambda _: emulator.link_lost(),
+            "inject-fault": lambda details: emulator.inject_fault(parse_fault(_json(details["fault"]))),
+        }
+
+    def _restore(self, initial: InitialState) -> None:
+        try:
+            self._emulator.restore(initial)
+        except (DamagedState, SpecError) as error:
+            raise NotRebuilt(f"the robot's state at the job's begin is not one of today's: {error}") from error
+        self._telemetry.go_on()
+
+    @property
+    def tick(self) -> int:
+        """To which it has come."""
+        return self._emulator.tick_count
+
+    def said(self) -> Iterator[list[Payload]]:
+        """What the robot says, in order, a slice at a time."""
+        for order in self._session.orders:
+            yield from self._until(order.tick)
+            yield self._obey(order)
+        yield from self._until(self._session.last_tick)
+
+    def whole(self) -> Iterator[list[Payload]]:
+        """As `said`, with the setup before, and on until the robot is at rest, unless it has refused an order."""
+        yield [self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()]
+        yield from self.said()
+        most = self._session.last_tick + MOST_LONGER_TICKS
+        while self._emulator.active and self.tick < most and not self.refused:
+            yield from self._until(self.tick + MOST_TICKS)
+
+    def _until(self, tick: int) -> Iterator[list[Payload]]:
+        """Let sim time pass."""
+        emulator, telemetry = self._emulator, self._telemetry
+        while emulator.tick_count < tick:
+            most = telemetry.until_due(min(SLICE_TICKS, tick - emulator.tick_count))
+            if self._runner is None:
+                emulator.tick()
+                yield telemetry.after_tick()
+                continue
+            telemetry.hold(self._runner.step(most, telemetry.rows))
+            if telemetry.full or emulator.tick_count >= tick or emulator.settled:
+                yield telemetry.told()
+
+    def _obey(self, order: TimedOrder) -> list[Payload]:
+        try:
+            if order.name == "load":
+                return self._load(next(self._jobs), order)
+            self._orders[order.name](order.details)
+        except CommandRefused as error:
+            self.refused.append(f"at {order.tick / 100:.2f} s the robot refuses to {order.name}: {error}")
+            return []
+        except KeyError:
+            self.refused.append(f"at {order.tick / 100:.2f} s there is an order {order.name} that nobody knows today")
+            return []
+        if order.name in ("refill-tank", "replace-battery"):
+            return self._telemetry.supplies()
+        if order.name == "begin-guided":
+            return self._telemetry.begin([])
+        return [] if order.name in ("authorize", "guidance") else self._telemetry.news()
+
+    def _load(self, job: GivenJob, order: TimedOrder) -> list[Payload]:
+        taking = Taking[str(order.details.get("taking", "carried")).upper()]
+        resume, remains = restored_from(order.details)
+        self._emulator.take(self._emulator.prepare(job.trajectory, job.template, resume, remains, taking, job.cause))
+        told = self._telemetry.awake() + self._telemetry.loaded(job.trajectory, job.template)
+        return told + (self._telemetry.restored_paint() if remains is not None else [])
+
+
+def _until_m(details: Mapping[str, Any]) -> float:
+    until_m = details["until_m"]
+    return float("inf") if until_m is None else float(until_m)
+
+
+def _json(value: object) -> str:
+    import json
+
+    return json.dumps(value)

@@ -1,0 +1,94 @@
+"""The sensors of a recording: in each tick the computer gets what it got then."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.onboard.estimation.frame_series import FrameSeries
+from touchline.onboard.interface import (
+    ACCEL,
+    ANGLES,
+    MAG,
+    TICKS_PER_S,
+    CameraSample,
+    GnssSample,
+    ImuSample,
+    MagSample,
+    SensorFrame,
+)
+from touchline.schemas.setup import Setup
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world.body import BodyState
+from touchline.services.robot_sim.world.effects import Effects
+
+_GNSS_FIELDS = len(GnssSample._fields)
+
+
+def frame_at(frames: FrameSeries, row: int) -> SensorFrame:
+    """A tick of a series; bumper, battery, tank and operator are as in a robot at rest."""
+    readings, tick = frames.readings[row].tolist(), frames.first_tick + row
+    imu_tick, mag_tick, encoder_tick = frames.measured[row].tolist()
+    fixes = cast("NDArray[Any]", frames.fixes)[frames.arrived[row] : frames.arrived[row + 1]]
+    return SensorFrame(
+        tick,
+        tick / TICKS_PER_S,
+        ImuSample(*readings[: ACCEL + 3]),
+        MagSample(*readings[MAG:ANGLES]),
+        tuple(readings[ANGLES:]),
+        tuple(GnssSample(*fix[:_GNSS_FIELDS]) for fix in fixes[np.isnan(fixes["heading_rad"])].tolist()),
+        tick - imu_tick,
+        tick - mag_tick,
+        tick - encoder_tick,
+        camera=tuple(map(_pose, fixes[~np.isnan(fixes["heading_rad"])])),
+    )
+
+
+def _pose(told: np.void) -> CameraSample:
+    """A camera's pose; the roots of squares that are told give the very figures that were squared."""
+    sigma_m, sigma_rad = math.sqrt(told["variance_m2"]), math.sqrt(told["heading_variance_rad2"])
+    stamp_s, east_m, north_m = (float(told[name]) for name in ("stamp_s", "east_m", "north_m"))
+    return CameraSample(
+        stamp_s=stamp_s,
+        east_m=east_m,
+        north_m=north_m,
+        heading_rad=float(told["heading_rad"]),
+        sigma_m=sigma_m,
+        sigma_rad=sigma_rad,
+    )
+
+
+class RecordedSensors(Sensors):
+    """See the module; what the computer learns of bumper, battery and tank is as in the world.
+
+    Args:
+        setup: The robot and its world.
+        frames: What arrived.
+    """
+
+    def __init__(self, setup: Setup, frames: FrameSeries) -> None:
+        """See the class."""
+        super().__init__(setup.vehicle, setup.scenario)
+        self._frames, self._full_wh = frames, setup.vehicle.body.battery_wh
+
+    def read(self, tick: int, state: BodyState, effects: Effects | None = None) -> SensorFrame:
+        """What arrived in a tick; see `Sensors`. After the last one nothing new does."""
+        last = len(self._frames.readings) - 1
+        frame = frame_at(self._frames, min(tick - self._frames.first_tick, last))
+        late = tick - frame.tick
+        return frame._replace(
+            tick=tick,
+            time_s=tick / TICKS_PER_S,
+            gnss=() if late else frame.gnss,
+            camera=() if late else frame.camera,
+            imu_age_ticks=frame.imu_age_ticks + late,
+            mag_age_ticks=frame.mag_age_ticks + late,
+            encoder_age_ticks=frame.encoder_age_ticks + late,
+            bumper=effects is not None and effects.bumper,
+            battery_fraction=state.battery_wh / self._full_wh,
+            tank_l=state.tank_l,
+            operator_alive=effects is None or not effects.operator_lost,
+        )

@@ -1,0 +1,303 @@
+"""What a recording says of the cause of one robot's session: who it was, what it was given and told, and when."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.onboard.interface import ACTUATORS, TICKS_PER_S
+from touchline.recordings.channels import topic_at
+from touchline.recordings.recorded import Recorded
+from touchline.recordings.recorder import is_stamped
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError, SpecError, TouchlineError
+from touchline.schemas.messages import ActuatorCommand, Header, RobotOrder, String, Trajectory
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
+from touchline.services.robot_sim.initial_state import DamagedState, InitialState
+
+TICK_NS = 10_000_000
+_BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
+"""Orders that a robot may have obeyed before it was given anything to do."""
+_GIVES_A_JOB: Final = ("load", "begin-guided")
+_CLOCK_TICKS: Final = int(TICKS_PER_S / topics.CLOCK.rate_hz)
+"""A robot tells its clock so often."""
+
+
+class NotRebuilt(TouchlineError):
+    """A session that cannot be rebuilt from its recording; it says why."""
+
+
+class NothingTold(NotRebuilt):
+    """The robot was told nothing."""
+
+
+class GivenJob(NamedTuple):
+    """What the robot was given to drive.
+
+    Attributes:
+        trajectory: The plan.
+        template: By which its paint is judged, if there is one.
+        cause: What the plan was made from; None if the recording does not say.
+    """
+
+    trajectory: Trajectory
+    template: Template | None
+    cause: PlanCause | None
+
+
+class TimedOrder(NamedTuple):
+    """A command that the robot obeyed.
+
+    Attributes:
+        tick: The last one before it.
+        name: Of the command.
+        details: What belongs to it.
+    """
+
+    tick: int
+    name: str
+    details: Mapping[str, Any]
+
+
+@dataclass
+class RecordedSession:
+    """The cause of a session, and how long it took.
+
+    Attributes:
+        setup: The robot and its world.
+        orders: What it was told.
+        jobs: One for each order to load, in their order.
+        last_tick: The last one of which anything is recorded.
+        from_ns: Sim time of the first stamp that is recorded.
+        initial: The robot's state when its first job here was given; None if it had just been switched on.
+        since: Number of the message with that state among its kind, from 1: what comes before it is no part of the
+            session; 0 if all is.
+        amid: Whether the recording begins amid an earlier job.
+        shifted: Whether log times are no sim times, as an earlier process of the robot is in the recording.
+        commands: (last_tick + 1, ACTUATORS) what the actuators were told in each tick; NaN where nothing is recorded.
+    """
+
+    setup: Setup = field(default_factory=Setup)
+    orders: list[TimedOrder] = field(default_factory=list)
+    jobs: list[GivenJob] = field(default_factory=list)
+    last_tick: int = 0
+    from_ns: int = 0
+    initial: InitialState | None = None
+    since: int = 0
+    amid: bool = False
+    shifted: bool = False
+    commands: NDArray[np.float64] = field(default_factory=lambda: np.full((1, ACTUATORS), np.nan))
+
+    @property
+    def loaded_ns(self) -> frozenset[int]:
+        """Sim times at which a job was loaded; one that goes on does so at that of the process before."""
+        loads = [order for order in self.orders if order.name == "load"]
+        resumed = [int(order.details["checkpoint"]["tick"]) for order in loads if "checkpoint" in order.details]
+        return frozenset(TICK_NS * tick for tick in (*(order.tick for order in loads), *resumed))
+
+    @classmethod
+    def of(cls, messages: Iterable[Recorded]) -> Self:
+        """From all messages of one robot, as they were recorded.
+
+        Raises:
+            NotRebuilt: Something is missing, or cannot be done again.
+        """
+        found = _Finder()
+        for message in messages:
+            found.take(message)
+        if found.setup is None:
+            raise NotRebuilt("its setup is not in the recording: begin to record before the robot is told anything")
+        if not found.orders:
+            raise NothingTold("no order is in the recording: it is older than these, or begins after them")
+        since, amid = _beginning(found)
+        initial = found.states[since - 1].state if since else None
+        found.forget_before(since)
+        jobs, orders = found.jobs(), found.orders
+        if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
+            raise NotRebuilt(
+                "the session goes on from that of a process that died, "
+                "and the recording is older than those that say from where"
+            )
+        guided = any(order.name == "begin-guided" for order in orders)
+        if guided and not any(order.name == "guidance" for order in orders):
+            raise NotRebuilt(
+                "the robot was guided by a team's coordinator, and what that told it is not among its orders: "
+                "the recording is older than those that have it, or it was told nothing"
+            )
+        if len(jobs) != sum(order.name == "load" for order in orders):
+            raise NotRebuilt("the recording lacks a plan that was loaded")
+        from_ns = found.from_ns or 0 if initial is None else initial.tick * TICK_NS
+        return cls(
+            found.setup,
+            orders,
+            jobs,
+            found.last_tick,
+            from_ns,
+            initial,
+            since,
+            amid,
+            found.shifted,
+            found.commands(),
+        )
+
+
+@dataclass(frozen=True)
+class _StatePlace:
+    """A state in the recording, and how many orders, plans and templates come before it."""
+
+    text: str
+    orders: int
+    plans: int
+    templates: int
+
+    @cached_property
+    def state(self) -> InitialState:
+        """It.
+
+        Raises:
+            NotRebuilt: It cannot be read.
+        """
+        try:
+            return InitialState.from_text(self.text)
+        except DamagedState as error:
+            raise NotRebuilt(str(error)) from error
+
+    def begins(self, orders: Sequence[TimedOrder]) -> bool:
+        """Whether the next order is the one that was given in this state."""
+        following = orders[self.orders : self.orders + 1]
+        return any(each.name in _GIVES_A_JOB and each.tick == self.state.tick for each in following)
+
+
+def _beginning(found: _Finder) -> tuple[int, bool]:
+    """The number of the state that a session begins with, 0 for switched on; and whether that is amid a recording.
+
+    Raises:
+        NotRebuilt: It begins with nothing that can be done again.
+    """
+    problem = _lack_of_beginning(found)
+    if not problem and not (found.states and _lacks_orders(found.states[0], found.orders)):
+        return 0, False
+    for number, each in enumerate(found.states, 1):
+        if each.begins(found.orders):
+            return number, bool(each.orders) or found.drove_before
+    raise NotRebuilt(problem or "orders that the robot obeyed before its first job are not in the recording")
+
+
+def _lack_of_beginning(found: _Finder) -> str:
+    """Why the session cannot have begun with a robot that was just switched on; "" if it may."""
+    first = next((order for order in found.orders if order.name not in _BEFORE_ALL or order.tick), found.orders[0])
+    if first.name not in _GIVES_A_JOB:
+        return f"the recording begins amid a session, with the order {first.name}, and no other job follows"
+    if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
+        return (
+            f"the robot had been under way for {found.first_tick // TICKS_PER_S} s of sim time before the "
+            "recording begins, and how its sensors and its place were by then is not in it: the recording is older "
+            "than those that have the robot's state at the begin of each job"
+        )
+    return ""
+
+
+def _lacks_orders(first: _StatePlace, orders: Sequence[TimedOrder]) -> bool:
+    """Whether the robot had obeyed orders before that are not in the recording."""
+    return first.begins(orders) and first.state.orders != first.orders
+
+
+class _Finder:
+    """Collects what matters as the messages come."""
+
+    def __init__(self) -> None:
+        self.setup: Setup | None = None
+        self.orders: list[TimedOrder] = []
+        self.states: list[_StatePlace] = []
+        self.drove_before = self.shifted = False
+        self.first_tick = self.last_tick = 0
+        self.from_ns: int | None = None
+        self._plans: list[Trajectory] = []
+        self._templates: list[Template | None] = []
+        self._commands: list[tuple[int, tuple[float, ...]]] = []
+        self._takers = {
+            topics.SETUP.name: self._take_setup,
+            topics.PLAN.name: lambda payload: self._plans.append(decode(Trajectory, payload)),
+            topics.TEMPLATE.name: self._take_template,
+            topics.ORDERS.name: self._take_order,
+            topics.INITIAL_STATE.name: self._take_state,
+            topics.ACTUATOR_COMMAND.name: self._take_command,
+        }
+
+    def take(self, message: Recorded) -> None:
+        """Take what is of interest."""
+        topic = topic_at(message.topic)
+        if topic is None:
+            return
+        if self.from_ns is None and is_stamped(topic):
+            self.from_ns = message.publish_time_ns
+        if topic is topics.CLOCK:
+            tick = message.publish_time_ns // TICK_NS
+            if not self.first_tick:
+                self.first_tick, self.shifted = tick, message.log_time_ns != message.publish_time_ns
+            self.last_tick = max(self.last_tick, tick)
+            self.drove_before |= not self.states
+        if (taker := self._takers.get(topic.name)) is None:
+            return
+        try:
+            taker(message.payload)
+        except (PayloadError, SpecError, json.JSONDecodeError) as error:
+            raise NotRebuilt(f"{message.topic} cannot be read today: {error}") from error
+
+    def forget_before(self, since: int) -> None:
+        """Forget what was told before a state, by its number from 1; nothing for 0."""
+        if since:
+            begin = self.states[since - 1]
+            self.orders = self.orders[begin.orders :]
+            self._plans, self._templates = self._plans[begin.plans :], self._templates[begin.templates :]
+
+    def jobs(self) -> list[GivenJob]:
+        """What was loaded, each with its cause."""
+        causes = [order.details.get("plan") for order in self.orders if order.name == "load"]
+        made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
+        return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
+
+    def commands(self) -> NDArray[np.float64]:
+        """See `RecordedSession`."""
+        found = np.full((self.last_tick + 1, ACTUATORS), np.nan)
+        for tick, values in self._commands:
+            if 0 <= tick <= self.last_tick:
+                found[tick] = 0.0
+                found[tick, : len(values)] = values
+        return found
+
+    def _take_setup(self, payload: bytes) -> None:
+        self.setup = parse(Setup, decode(String, payload).data, "the recording's setup")
+
+    def _take_template(self, payload: bytes) -> None:
+        text = decode(String, payload).data
+        self._templates.append(parse(Template, text, "the recording's template") if text else None)
+
+    def _take_state(self, payload: bytes) -> None:
+        text = decode(String, payload).data
+        self.states.append(_StatePlace(text, len(self.orders), len(self._plans), len(self._templates)))
+
+    def _take_order(self, payload: bytes) -> None:
+        order = decode(RobotOrder, payload)
+        self.orders.append(TimedOrder(tick_of(order.header), order.name, json.loads(order.details_json or "{}")))
+
+    def _take_command(self, payload: bytes) -> None:
+        told = decode(ActuatorCommand, payload)
+        tick = tick_of(told.header)
+        self.last_tick = max(self.last_tick, tick)
+        self._commands.append((tick, tuple(told.values.tolist())))
+
+
+def tick_of(header: Header) -> int:
+    """The tick after which something was said."""
+    return int(header.stamp.sec * 100 + header.stamp.nanosec // TICK_NS)

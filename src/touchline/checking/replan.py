@@ -1,0 +1,26 @@
+"""A recorded plan made again."""
+
+from __future__ import annotations
+
+from touchline.checking.recorded_session import GivenJob
+from touchline.schemas.messages import Trajectory
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plan import plan
+
+
+def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
+    """Today's plan from what a recorded one was made from; None if the recording does not say.
+
+    Args:
+        job: What was driven.
+        vehicle: The robot.
+
+    Raises:
+        PlanningError: There is none any more.
+    """
+    if job.cause is None:
+        return None
+    if job.cause.goal is not None:
+        return plan_to_goal(job.cause.goal, vehicle, job.cause.options).trajectory
+    return plan(job.template, vehicle, job.cause.options).trajectory if job.template is not None else None

@@ -1,0 +1,171 @@
+"""The frames that a recording's sensor messages were, tick by tick, decoded many at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.checking.recorded_session import TICK_NS, NotRebuilt
+from touchline.core.geodesy import local_frame, to_local
+from touchline.onboard.computer_state import ReceivedFix
+from touchline.onboard.estimation.frame_series import FrameSeries
+from touchline.onboard.estimation.received import FIX_FIXED
+from touchline.onboard.interface import ANGLES, MAG, READINGS
+from touchline.recordings.message_table import MessageTable
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.layout import FixedLayout
+from touchline.schemas.setup import Setup
+from touchline.services.robot_sim import layouts
+from touchline.services.robot_sim.initial_state import InitialState
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+OfTopic = Mapping[str, MessageTable]
+
+SENSED: Final = frozenset(
+    each.name
+    for each in (
+        topics.IMU,
+        topics.MAGNETIC_FIELD,
+        topics.JOINT_STATES,
+        topics.GNSS_FIX,
+        topics.GNSS_STATUS,
+        topics.CAMERA_POSE,
+    )
+)
+"""Topics from which frames are made."""
+_FIRST_TICK: Final = 1
+
+
+def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialState | None = None) -> FrameSeries:
+    """What the computer got in each tick, from the first to the last.
+
+    Args:
+        setup: The robot and its world.
+        came: The messages of each topic in `SENSED`, as far as there are any.
+        last_tick: Of the session.
+        initial: The state that it begins in; None if that is switched on.
+
+    Raises:
+        NotRebuilt: What the estimator needs was not recorded.
+    """
+    first_tick = _FIRST_TICK if initial is None else initial.tick + 1
+    n = max(last_tick - first_tick + 1, 1)
+    ticks = np.arange(first_tick, first_tick + n)
+    readings: Floats = np.zeros((n, READINGS))
+    measured: Integers = np.zeros((n, 3), np.int64)
+    if initial is not None:
+        readings[:], measured[:] = initial.arrived
+    joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
+    vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
+    angles = {"position[0]": len(joints)}
+    for sensor, (topic, layout, places, column) in enumerate(
+        (
+            (topics.IMU, layouts.IMU, vectors, 0),
+            (topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD, {"magnetic_field.x": 3}, MAG),
+            (topics.JOINT_STATES, layouts.joint_states(joints), angles, ANGLES),
+        )
+    ):
+        messages = came.get(topic.name)
+        if messages is None:
+            raise NotRebuilt("IMU, magnetometer or wheels were not recorded, so nothing can be run on them")
+        values = np.hstack(_numbers(layout, messages, places))
+        # The newest that has arrived by each tick; before the first one what had arrived before, or rest.
+        newest = np.searchsorted(messages.log_time_ns // TICK_NS, ticks, side="right") - 1
+        has = newest >= 0
+        readings[has, column : column + values.shape[1]] = values[newest[has]]
+        measured[has, sensor] = messages.publish_time_ns[newest[has]] // TICK_NS
+    poses = came.get(topics.CAMERA_POSE.name)
+    fixes, arrivals = _fixes(setup, came) if poses is None else _poses(poses)
+    arrived = np.searchsorted(arrivals, np.append(ticks, ticks[-1] + 1), side="left")
+    return FrameSeries(first_tick, readings, measured, cast("Sequence[ReceivedFix]", fixes), arrived)
+
+
+def _numbers(layout: FixedLayout, messages: MessageTable, places: Mapping[str, int]) -> list[NDArray[Any]]:
+    """Numbers of messages; those of other frames or names are decoded one by one.
+
+    Raises:
+        NotRebuilt: One cannot be read.
+    """
+    try:
+        return layout.columns(messages.payloads, places)
+    except PayloadError:
+        pass
+    try:
+        whole = [decode(layout.kind, payload) for payload in messages.payloads.each()]
+    except PayloadError as error:
+        raise NotRebuilt(f"{messages.topic} cannot be read today: {error}") from error
+    return [np.array([_at(path, count)(each) for each in whole]) for path, count in places.items()]
+
+
+def _at(path: str, count: int) -> Callable[[Any], list[float]]:
+    """Reads from a message the numbers that `FixedLayout` has at a place."""
+    *above, last = path.partition("[")[0].split(".")
+
+    def read(message: Any) -> list[float]:
+        for name in above:
+            message = getattr(message, name)
+        value = getattr(message, last)
+        if "[" in path:
+            return [float(each) for each in value[:count]]
+        names = list(type(message).model_fields)
+        return [getattr(message, name) for name in names[names.index(last) :][:count]]
+
+    return read
+
+
+def _fixes(setup: Setup, came: OfTopic) -> tuple[NDArray[Any], Integers]:
+    """The fixes that arrived (k,), and in which ticks: each when its status did, which comes behind it."""
+    statuses, told = came.get(topics.GNSS_STATUS.name), came.get(topics.GNSS_FIX.name)
+    if statuses is None or told is None:
+        return np.zeros(0, ReceivedFix.dtype), np.zeros(0, np.int64)
+    place_of = {time_ns: i for i, time_ns in enumerate(told.publish_time_ns.tolist())}
+    at = np.array([place_of.get(time_ns, -1) for time_ns in statuses.publish_time_ns.tolist()])
+    paired = at >= 0
+    at = at[paired]
+    found = np.zeros(len(at), ReceivedFix.dtype)
+    where = {"header.stamp.sec": 1, "header.stamp.nanosec": 1, "latitude": 3, "position_covariance[0]": 1}
+    sec, nanosec, places, variance_m2 = (column[at] for column in _numbers(layouts.GNSS_FIX, told, where))
+    state = {"fix": 1, "satellites": 1, "correction_age_s": 1}
+    fix, satellites, age_s = (column[paired] for column in _numbers(layouts.GNSS_STATUS, statuses, state))
+    origin = setup.scenario.origin
+    frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
+    local = np.array([to_local(frame, *place) for place in places.tolist()]).reshape(-1, 3)
+    found["stamp_s"] = _stamps_s(sec, nanosec)
+    found["east_m"], found["north_m"] = local[:, 0], local[:, 1]
+    found["variance_m2"], found["fix"] = variance_m2[:, 0], fix[:, 0]
+    found["satellites"], found["correction_age_s"] = satellites[:, 0], age_s[:, 0]
+    found["heading_rad"] = found["heading_variance_rad2"] = math.nan
+    return found, statuses.log_time_ns[paired] // TICK_NS
+
+
+def _stamps_s(sec: NDArray[Any], nanosec: NDArray[Any]) -> Floats:
+    """(n,) times as the robot's computer has them, of (n, 1) seconds and nanoseconds: whole ticks are exact."""
+    ticks, rest_ns = np.divmod(nanosec.astype(np.int64), TICK_NS)
+    found: Floats = ((100 * sec.astype(np.int64) + ticks) / 100 + rest_ns / 1e9)[:, 0]
+    return found
+
+
+def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
+    """The poses of a camera that arrived (k,), and in which ticks; a heading's last bit is lost in its quaternion."""
+    where = {
+        "header.stamp.sec": 1,
+        "header.stamp.nanosec": 1,
+        "pose.pose.position.x": 2,
+        "pose.pose.orientation.z": 2,
+        "pose.covariance[0]": 1,
+        "pose.covariance[35]": 1,
+    }
+    sec, nanosec, places, turned, variance_m2, variance_rad2 = _numbers(layouts.CAMERA_POSE, told, where)
+    found = np.zeros(len(sec), ReceivedFix.dtype)
+    found["stamp_s"], found["fix"] = _stamps_s(sec, nanosec), FIX_FIXED
+    found["east_m"], found["north_m"] = places[:, 0], places[:, 1]
+    found["variance_m2"], found["heading_variance_rad2"] = variance_m2[:, 0], variance_rad2[:, 0]
+    found["heading_rad"] = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
+    return found, told.log_time_ns // TICK_NS

@@ -1,0 +1,303 @@
+"""Groups of options: how to plan, and with which robot in which world."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Literal, TypeVar
+
+import numpy as np
+import typer
+
+from touchline.cli.plugin_option import PluginOption
+from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plugins import AREA_METHODS, ASKED, FOLLOWERS, METHODS
+from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import Spec, parse, read_text
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+
+Order = Literal["optimised", "given"]
+
+
+@dataclass(frozen=True)
+class PlanChoice:
+    """How to plan."""
+
+    order: Annotated[
+        Order,
+        typer.Option(
+            "--order",
+            metavar="ORDER",
+            help="Mark lines in an order that takes least time (optimised), or as given (given).",
+        ),
+    ] = "optimised"
+    method: Annotated[
+        str,
+        PluginOption("--method", METHODS, "METHOD", "How lines are joined, or an area method", also=AREA_METHODS),
+    ] = METHODS.default
+    area_method: Annotated[
+        str | None,
+        PluginOption(
+            "--area-method",
+            AREA_METHODS,
+            "METHOD",
+            "How areas are covered",
+            "parallel for a sprayer, lap-and-lanes for a roller",
+        ),
+    ] = None
+    kappa_max: Annotated[
+        float,
+        typer.Option(
+            "--kappa-max",
+            metavar="1/M",
+            help="Largest curvature of a turn, 1/m; 0: as the method has it.",
+            show_default=False,
+        ),
+    ] = 0.0
+    sigma_max: Annotated[
+        float,
+        typer.Option(
+            "--sigma-max",
+            metavar="1/M²",
+            help="Largest sharpness dκ/ds, 1/m²; 0: as the method has it.",
+            show_default=False,
+        ),
+    ] = 0.0
+    paint_speed: Annotated[
+        float,
+        typer.Option(
+            "--paint-speed",
+            metavar="M/S",
+            help="Speed while marking or covering, m/s; 0: the vehicle's.",
+            show_default=False,
+        ),
+    ] = 0.0
+    transit_speed: Annotated[
+        float,
+        typer.Option(
+            "--transit-speed", metavar="M/S", help="Speed in between, m/s; 0: the vehicle's.", show_default=False
+        ),
+    ] = 0.0
+    forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
+    drying_time: Annotated[
+        float,
+        typer.Option(
+            "--drying-time", metavar="S", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False
+        ),
+    ] = 0.0
+    hard_drying: Annotated[
+        bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
+    ] = False
+    obstructed: Annotated[
+        str,
+        typer.Option(
+            "--obstructed",
+            metavar="leave-out|refuse",
+            help="Where something is in the way of a line: leave that out and report it (default), or give no plan.",
+            show_default=False,
+        ),
+    ] = ""
+    return_to_start: Annotated[bool, typer.Option("--return", help="End where it began, not behind the last line.")] = (
+        False
+    )
+
+    overlap: Annotated[
+        float, typer.Option("--overlap", metavar="M", help="Areas: least overlap of neighbouring lanes, m.")
+    ] = 0.03
+    margin: Annotated[
+        float,
+        typer.Option("--margin", metavar="M", help="Areas: room from the body to outlines, m; 2/5 less in bends."),
+    ] = 0.05
+    laps: Annotated[
+        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline, 0: none; -1: as it needs.")
+    ] = -1
+    swath_angle: Annotated[
+        float | None,
+        typer.Option(
+            "--swath-angle",
+            metavar="DEGREES",
+            help="Areas: direction of the lanes, degrees counter-clockwise from +x; default: which suits best.",
+            show_default=False,
+        ),
+    ] = None
+    coverage: Annotated[
+        float,
+        typer.Option(
+            "--coverage",
+            metavar="PERCENT",
+            help="Areas: touch up until so much of what can be reached is covered; 0: what is cheap.",
+            show_default=False,
+        ),
+    ] = 0.0
+
+    def options(self) -> PlanOptions:
+        """The plan request's options.
+
+        Raises:
+            SpecError: One cannot be meant; it is named as on the command line.
+        """
+        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time", "overlap", "margin"):
+            value = getattr(self, name)
+            if not 0 <= value < float("inf"):
+                option = "--" + name.replace("_", "-")
+                raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
+        return PlanOptions(
+            method=self.method,
+            area_method=self.area_method or "",
+            kappa_max_1pm=self.kappa_max,
+            sigma_max_1pm2=self.sigma_max,
+            paint_speed_mps=self.paint_speed,
+            transit_speed_mps=self.transit_speed,
+            order=self.order,
+            forward_only=self.forward_only,
+            drying_time_s=self.drying_time,
+            hard_drying=self.hard_drying,
+            obstructed=self.obstructed,
+            return_to_start=self.return_to_start,
+            overlap_m=self.overlap,
+            margin_m=self.margin,
+            laps=self.laps,
+            swath_angle_deg=np.array([] if self.swath_angle is None else [self.swath_angle]),
+            coverage_pct=self.coverage,
+        )
+
+
+def check_follower(config: OnboardConfig) -> None:
+    """Refuse an external follower where there is no bus by which it could be asked.
+
+    Raises:
+        SpecError: The robot's computer is told to ask one.
+    """
+    if config.follower in ASKED:
+        remedy = "use `touchline run` or `up`, whose bus it can join"
+        raise SpecError("onboard", "follower", f"is {config.follower!r}", remedy)
+
+
+VehicleOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--vehicle",
+        metavar="NAME|FILE",
+        help=f"A shipped robot ({', '.join(SHIPPED)}), or a JSON file: one of your own; default: the first.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class VehicleChoice:
+    """The robot itself: its dimensions and limits."""
+
+    vehicle: VehicleOption = None
+
+    def chosen(self) -> Vehicle:
+        """The vehicle of that name or in that file, or the default one.
+
+        Raises:
+            SpecError: There is none, or the file is not a vehicle.
+        """
+        return load_vehicle(self.vehicle) if self.vehicle else Vehicle()
+
+
+@dataclass(frozen=True)
+class SetupChoice:
+    """The robot's world, its computer and itself: three files, and what is said instead of their own."""
+
+    scenario: Annotated[
+        Path | None,
+        typer.Option(
+            "--scenario",
+            metavar="FILE",
+            help="Scenario JSON file: the robot's world; --seed and --noise take precedence over it.",
+            show_default=False,
+        ),
+    ] = None
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Seed of every noise: the same seed gives the same session; default 1.",
+            min=0,
+            max=MAX_SEED,
+        ),
+    ] = None
+    noise: Annotated[
+        Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
+    ] = None
+    onboard: Annotated[
+        Path | None,
+        typer.Option(
+            "--onboard",
+            metavar="FILE",
+            help="JSON file for the robot's computer: data sheets, limits; --follower takes precedence over it.",
+            show_default=False,
+        ),
+    ] = None
+    follower: Annotated[
+        str | None, PluginOption("--follower", FOLLOWERS, "NAME", "What steers the robot along the path")
+    ] = None
+    vehicle: VehicleOption = None
+
+    def chosen(self) -> Setup:
+        """What the files say, or the defaults, changed as the other options say.
+
+        Raises:
+            SpecError: A file is not what it should be.
+        """
+        return Setup(
+            vehicle=VehicleChoice(self.vehicle).chosen(),
+            onboard=_changed(
+                with_its_own(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
+            ),
+            scenario=_changed(
+                on_its_ground(str(self.vehicle), _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
+            ),
+        )
+
+    def refuse_with(self, other: str, remedy: str) -> None:
+        """Refuse these options beside ``other``, which says the same.
+
+        Raises:
+            SpecError: One of them is given.
+        """
+        self.refuse(f"and {other} is given, too", remedy)
+
+    def refuse(self, problem: str, remedy: str) -> None:
+        """Refuse these options, with what is wrong about them.
+
+        Raises:
+            SpecError: One of them is given.
+        """
+        for field in fields(self):
+            if (value := getattr(self, field.name)) is not None:
+                raise SpecError("command line", f"--{field.name}", f"is {value!s}, {problem}", remedy)
+
+    def chosen_robots(self, fleet: Path | None, namespaces: Sequence[str]) -> dict[str, Setup]:
+        """The robots in the file ``fleet``; without it, those of these names as the other options say.
+
+        Of several that differ in nothing else, the seeds count up from the one given.
+
+        Raises:
+            SpecError: A file is not what it should be, or an option says of all what the file says of each.
+        """
+        if fleet is not None:
+            self.refuse_with("--robots", f"say it of each robot in {fleet.name}")
+            return Fleet.read(fleet).setups()
+        setup = self.chosen()
+        return {name: setup.with_seed(setup.scenario.seed + number) for number, name in enumerate(namespaces)}
+
+
+S = TypeVar("S", bound=Spec)
+
+
+def _read(kind: type[S], path: Path | None) -> S:
+    return parse(kind, read_text(path), path.name) if path else kind()
+
+
+def _changed(spec: S, **changes: object) -> S:
+    return spec.model_copy(update={name: value for name, value in changes.items() if value is not None})

@@ -1,0 +1,50 @@
+"""``touchline compare``: whether two recordings are the same session."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from touchline.cli.display import print_json, print_line
+from touchline.cli.options import ExitCode, JsonOption
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("compare")(compare)
+
+
+def compare(
+    left: Annotated[
+        Path, typer.Argument(metavar="FIRST", help="Recording to compare with (docs/recording.md).", show_default=False)
+    ],
+    right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
+    topics: Annotated[
+        list[str] | None,
+        typer.Option("--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare two recordings message by message; exit code 1 if they differ by more than the topics' tolerances."""
+    from touchline.recordings.compare import compare as compared
+
+    comparison = compared(left, right, topics or None)
+    if as_json:
+        found = {name: asdict(topic) for name, topic in comparison.topics.items()}
+        verdict = {
+            "same": comparison.same,
+            "identical": comparison.identical,
+            "names": comparison.names,
+            "problems": comparison.problems,
+            "notes": comparison.notes,
+        }
+        print_json(verdict | {"topics": found})
+    else:
+        for line in comparison.lines():
+            print_line(line)
+        alike = "the same within the tolerances" if comparison.same else "different"
+        print_line(f"the sessions are {'identical' if comparison.identical else alike}")
+    if not comparison.same:
+        sys.exit(ExitCode.FAILED)

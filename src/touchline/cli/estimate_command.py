@@ -1,0 +1,70 @@
+"""``touchline estimate``: the estimator alone on the sensors of a session."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from touchline.checking.estimating.reference_frame import FrameFit
+from touchline.cli.display import print_event, print_figures, print_json, progress_bar
+from touchline.cli.groups import with_groups
+from touchline.cli.options import ExitCode, JsonOption, RecordingArgument, check_plot
+from touchline.schemas.messages import Event
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("estimate")(with_groups(estimate))
+
+
+@dataclass(frozen=True)
+class EstimateChoice:
+    """Of what robot, against what, and with what picture."""
+
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="NAME", help="Of a recording of several robots, whose.", show_default=False),
+    ] = None
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw track, innovations and NIS: an .svg or .png file.", show_default=False),
+    ] = None
+    align: Annotated[
+        FrameFit,
+        typer.Option(help="What the reference's frame may differ by: nothing, an offset, or offset and rotation."),
+    ] = FrameFit.NONE
+
+
+def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOption = False) -> None:
+    """Run today's estimator on a session's sensors; exit code 1 if it is outside of what it was made for.
+
+    Tells fixes accepted and rejected, NIS against what is expected, jumps, and the error against the truth or a
+    reference track; of a receiver that stood, also how its fixes scatter and wander.
+    """
+    from touchline.checking.estimating.estimate_figures import estimate_figures
+    from touchline.checking.estimating.estimate_picture import draw_estimate
+    from touchline.checking.estimating.estimator_run import run_estimator
+    from touchline.checking.estimating.receiver_figures import receiver_figures
+    from touchline.recordings.writing import check_writable
+
+    check_plot(choice.plot)
+    check_writable(choice.plot)
+    with progress_bar("Estimate") as advance:
+        run = run_estimator(file, choice.robot, lambda done: advance(done, ""))
+    figures = {**estimate_figures(run, choice.align), "receiver": receiver_figures(run)}
+    if choice.plot is not None:
+        draw_estimate(run, choice.align, choice.plot)
+    if as_json:
+        print_json({**figures, "told": run.told})
+    else:
+        against = figures.pop("verdict")
+        print_figures(f"Estimator on {file}", {name: value for name, value in figures.items() if value is not None})
+        figures["verdict"] = against
+    for line in run.told:
+        print_event(Event.WARN, line)
+    for line in figures["verdict"]:
+        print_event(Event.WARN, line)
+    if figures["verdict"]:
+        sys.exit(ExitCode.FAILED)

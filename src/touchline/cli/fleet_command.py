@@ -1,0 +1,273 @@
+"""``touchline fleet``: teams of robots that share an area."""
+
+import json
+import tempfile
+import time
+import uuid
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from touchline.bus import Bus
+from touchline.cli.display import print_json, print_line, progress_bar, say
+from touchline.cli.garbage import without_collecting
+from touchline.cli.groups import with_groups
+from touchline.cli.job_bus import job_bus
+from touchline.cli.job_terminal import Terminal, watch_system
+from touchline.cli.number_list import numbers_of
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, config_of, speed_factor
+from touchline.cli.output_choice import deliver
+from touchline.cli.sweep_command import collect
+from touchline.cli.sweep_output import SweepOutput
+from touchline.cli.team_choice import RobotsCountOption, SeedOption, TeamChoice
+from touchline.cli.workers_choice import WorkersChoice
+from touchline.recordings.writing import check_recordable
+from touchline.schemas import topics
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import (
+    CommandRequest,
+    CommandResponse,
+    TeamRobotRequest,
+    TeamRobotResponse,
+    TeamTaskRequest,
+    TeamTaskResponse,
+)
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import EVERY_FIELD, read_text
+from touchline.schemas.team import MOST_ROBOTS, TeamScenario
+from touchline.schemas.topics import TEAM_NAMESPACE
+from touchline.supervision.running_system import only_one
+from touchline.supervision.temporary_system import ProcessOptions, local_system
+
+_TASK_S: Final = 120.0
+"""Robots that have never been guided compile what they need for that."""
+_ROBOT_S: Final = 10.0
+
+TeamNameOption = Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")]
+RecordAllOption = Annotated[
+    Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
+]
+RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Its name.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand with its own."""
+    fleet = typer.Typer(no_args_is_help=True, help="Teams of robots that share an area and never touch.")
+    fleet.command("team")(team)
+    fleet.command("robots")(with_groups(robots_of))
+    fleet.command("simulate")(with_groups(simulate))
+    fleet.command("run")(with_groups(run))
+    fleet.command("sweep")(with_groups(sweep))
+    fleet.command("task")(task)
+    fleet.command("stop")(stop)
+    fleet.command("remove")(remove)
+    fleet.command("admit")(admit)
+    app.add_typer(fleet, name="fleet")
+
+
+def team() -> None:
+    """Print a team as JSON, every field: what `--team` takes, to be changed."""
+    typer.echo(TeamScenario().model_dump_json(indent=1, context=EVERY_FIELD))
+
+
+def robots_of(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", help="This robot; may be repeated. Default: all.", show_default=False),
+    ] = None,
+    *,
+    choice: TeamChoice,
+) -> None:
+    """Print a team's emulated robots as JSON: what `robot-sim --robots` takes, on this machine or another."""
+    from touchline.fleet.starts import free_area, starts
+
+    chosen = choice.chosen(robots, seed)
+    for name in only or ():
+        if name not in chosen.names:
+            raise SpecError("command line", "--only", f"is {name!r}", f"use {', '.join(chosen.names)}")
+    places = starts(chosen, free_area(chosen))
+    setups = {name: chosen.setup(name, places[name]) for name in only or chosen.names}
+    typer.echo(Fleet.of(setups).model_dump_json())
+
+
+def simulate(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
+    record: RecordAllOption = None,
+    *,
+    choice: TeamChoice,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
+    from touchline.jobs.places import cores
+    from touchline.jobs.recording.payload_recorder import PayloadRecorder
+    from touchline.jobs.team.team_figures import team_figures
+    from touchline.jobs.team.team_run import TeamRun
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    check_recordable(record)
+    chosen = choice.chosen(robots, seed)
+    with progress_bar("Team") as advance:
+        warm_up(say, Setup(vehicle=chosen.vehicle, onboard=chosen.onboard))
+        begun = time.perf_counter()
+        with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
+            listener = recorder.hear if record is not None else None
+            run = TeamRun(chosen, hashed=hashed, listener=listener, threads=cores())
+            run.run(advance)
+        figures = team_figures(run, time.perf_counter() - begun) | recorder.as_figure()
+    deliver(f"Team of {len(run.names)}", figures, report, as_json)
+    if not figures["success"]:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def run(
+    robots: RobotsCountOption = None,
+    seed: SeedOption = None,
+    speed: SpeedOption = "max",
+    apart: Annotated[bool, typer.Option("--processes", help="A process for each robot, not one for all.")] = False,
+    record: RecordAllOption = None,
+    *,
+    choice: TeamChoice,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive a team over Zenoh: coordinator, emulated robots and, to record, bridge as processes, in lockstep.
+
+    They are on a bus of their own, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
+    """
+    from touchline.fleet.starts import free_area, starts
+    from touchline.jobs.team.team_on_bus import TeamOnBus
+
+    check_recordable(record)
+    chosen = choice.chosen(robots, seed)
+    places = starts(chosen, free_area(chosen))
+    setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
+    with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
+        file = Path(folder) / "team.json"
+        file.write_text(chosen.model_dump_json(), encoding="utf-8")
+        options = ProcessOptions(
+            apart=apart,
+            without=(topics.PLANNER,) if record else (topics.PLANNER, topics.BRIDGE),
+            recordings=record.parent if record else None,
+            coordinator=["--team", str(file), "--lockstep"],
+        )
+        config = job_bus(list(setups))
+        with only_one(config), local_system(setups, config, options) as system:
+            advance(0.0, "Starting")
+            system.wait_until_ready(say)
+            buses = {bus.namespace: bus for bus in system.buses}
+            watcher = Terminal(advance, partial(watch_system, system))
+            figures = TeamOnBus(buses, chosen, watcher, speed_factor(speed), record).run()
+    deliver(f"Team of {len(setups)}", figures, report, as_json)
+    if not figures["success"]:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def sweep(
+    robots: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N,N…",
+            help="How many robots: teams of all these sizes; default: as the team says, 10.",
+            show_default=False,
+        ),
+    ] = None,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each, with seeds that count up.", min=1)] = 20,
+    seed: SeedOption = None,
+    random_faults: Annotated[
+        bool, typer.Option("--random-faults", help="Each seed has a timeline of faults: robots, computers, radio.")
+    ] = False,
+    *,
+    choice: TeamChoice,
+    processes: WorkersChoice,
+    results: SweepOutput,
+) -> None:
+    """Simulate teams of several sizes with many seeds on all cores; exit code 1 if any two robots touch."""
+    from touchline.jobs.sweep.combinations import team_cases
+    from touchline.jobs.sweep.task import lost_run, perform, prepare
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    teams = [choice.chosen(size, seed) for size in _sizes(robots)]
+    cases = team_cases(teams, random_faults=random_faults)
+    with progress_bar("Touchline") as advance:
+        jobs, tasks = prepare(cases, seeds)
+        warm_up(say, Setup(vehicle=teams[0].vehicle, onboard=teams[0].onboard))  # so that not every process compiles
+        swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
+    results.conclude(swept, cases)
+
+
+def _sizes(text: str | None) -> list[int | None]:
+    """The sizes of teams that are asked for; None: what the team says.
+
+    Raises:
+        SpecError: They are none.
+    """
+    if text is None:
+        return [None]
+    sizes = numbers_of("--robots", text, range(1, 33), "10,20,50")
+    for size in sizes:
+        if size != int(size) or not 1 <= size <= MOST_ROBOTS:
+            raise SpecError("command line", "--robots", f"has {size:g}", f"give whole numbers from 1 to {MOST_ROBOTS}")
+    return [int(size) for size in sizes]
+
+
+def task(
+    what: Annotated[str, typer.Argument(metavar="KIND|FILE", help="deploy, swap, or a JSON file of a task.")],
+    robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
+) -> None:
+    """Give a team on the bus a task: its coordinator sets it in motion, or has it go on with that."""
+    text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text)
+        response = bus.call(topics.TEAM_TASK, request, _TASK_S)
+    _report(response, as_json)
+
+
+def stop(
+    robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
+) -> None:
+    """Pause every robot of a team on the bus; `touchline order resume` lets them go on."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
+    _report(response, as_json)
+
+
+def remove(
+    name: RobotArgument,
+    force: Annotated[
+        bool, typer.Option("--force", help="Though it may still drive: you answer for it that it does not.")
+    ] = False,
+    robot: TeamNameOption = TEAM_NAMESPACE,
+    as_json: JsonOption = False,
+) -> None:
+    """Take a robot that has been carried away out of a team on the bus: nobody keeps off it any more."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
+        response = bus.call(topics.TEAM_REMOVE, request, _ROBOT_S)
+    _report(response, as_json)
+
+
+def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE, as_json: JsonOption = False) -> None:
+    """Have a robot join a team on the bus again that was taken out; it may stand elsewhere."""
+    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
+        response = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S)
+    _report(response, as_json)
+
+
+def _report(response: CommandResponse | TeamTaskResponse | TeamRobotResponse, as_json: bool) -> None:
+    """Print an answer; the exit code says whether it is a success."""
+    if as_json:
+        print_json({"success": response.success, "message": response.message})
+    else:
+        print_line(response.message)
+    if not response.success:
+        raise typer.Exit(ExitCode.FAILED)

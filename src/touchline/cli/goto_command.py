@@ -1,0 +1,196 @@
+"""``touchline goto``: a robot drives to a pose, an emulated one in this process or the one on the bus."""
+
+import math
+import sys
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from pydantic import ValidationError
+
+from touchline.bus import Bus, BusConfig
+from touchline.cli.choices import SetupChoice, check_follower
+from touchline.cli.display import print_event, progress_bar, say
+from touchline.cli.groups import with_groups
+from touchline.cli.job_terminal import Terminal
+from touchline.cli.number_list import numbers_of
+from touchline.cli.options import ExitCode, JsonOption, ReportOption, RobotOption, config_of
+from touchline.cli.output_choice import deliver
+from touchline.cli.plugin_option import PluginOption
+from touchline.cli.run_command import watch_robot
+from touchline.jobs.goal.goal_on_bus import GoalOnBus
+from touchline.jobs.watcher import JobFailed
+from touchline.recordings.writing import check_recordable, check_writable
+from touchline.schemas import topics
+from touchline.schemas.errors import SpecError
+from touchline.schemas.given_angles import given_angle
+from touchline.schemas.messages import Event, PlanOptions, PoseGoal
+from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
+from touchline.schemas.scenario import Pose2
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import problems_of
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand; what looks like an unknown option is a negative number."""
+    app.command("goto", context_settings={"ignore_unknown_options": True})(with_groups(goto))
+
+
+@dataclass(frozen=True)
+class GoalChoice:
+    """Where to, and how."""
+
+    x: Annotated[float, typer.Argument(metavar="X", help="Of the goal, m, map frame.", show_default=False)]
+    y: Annotated[float, typer.Argument(metavar="Y", help="Of the goal, m, map frame.", show_default=False)]
+    heading: Annotated[
+        float | None,
+        typer.Argument(
+            metavar="HEADING",
+            help="At the goal, rad, counter-clockwise from +x; left out: any.",
+            show_default=False,
+        ),
+    ] = None
+    method: Annotated[str | None, PluginOption("--method", POSE_METHODS, "METHOD", "By which way")] = None
+    law: Annotated[str | None, PluginOption("--law", SPEED_LAWS, "LAW", "When it is where along the way")] = None
+    duration: Annotated[
+        float, typer.Option("--duration", metavar="S", help="Drive so long, s; 0: as fast as the law allows.")
+    ] = 0.0
+    tangents: Annotated[
+        str | None,
+        typer.Option(
+            "--k",
+            metavar="M[,M]",
+            help="Method cubic: tangent lengths at start and goal, m, negative backward; default: chosen.",
+            show_default=False,
+        ),
+    ] = None
+    forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
+
+    def goal(self) -> PoseGoal:
+        """The pose to drive to.
+
+        Raises:
+            SpecError: The heading is no angle, or a tangent length no number.
+        """
+        return PoseGoal(
+            x_m=self.x,
+            y_m=self.y,
+            heading_rad=math.nan if self.heading is None else given_angle("HEADING", self.heading),
+            method=self.method or "",
+            law=self.law or "",
+            duration_s=self.duration,
+            tangents_m=np.array(numbers_of("--k", self.tangents, (1, 2), "1.5 or 1.5,2") if self.tangents else []),
+        )
+
+    def options(self) -> PlanOptions:
+        """How to plan."""
+        return PlanOptions(forward_only=self.forward_only)
+
+
+def goto(
+    goal: GoalChoice,
+    robot: SetupChoice,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start",
+            metavar="X,Y,HEADING",
+            help="With --vehicle: where the robot stands (m, m, rad); default: the scenario's start, or 0,0,0.",
+            show_default=False,
+        ),
+    ] = None,
+    name: RobotOption = None,
+    hashed: Annotated[bool, typer.Option("--hash", help="With --vehicle: work out the session hash.")] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.mcap", help="With --vehicle: record the session to this file.", show_default=False),
+    ] = None,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive to a pose: with --vehicle an emulated robot in this process, without it the robot on the bus.
+
+    Tells where and when it arrived; exit code 1 if it did not come to rest within 5 cm and 2° of the goal. The robot on
+    the bus goes there from where it stands, or from amid another drive; Ctrl-C has it brake and give the goal up.
+    """
+    check_recordable(record)
+    check_writable(report)
+    goal.goal()  # which refuses what is none before anything starts
+    if robot.vehicle is not None:
+        if name is not None:
+            raise SpecError("command line", "--robot", f"is {name}, and --vehicle is given, too", "give one of both")
+        figures = emulated(_standing_at(robot.chosen(), start), goal, hashed, record)
+    else:
+        _refuse_for_bus(robot, {"--start": start, "--hash": hashed or None, "--record": record})
+        figures = on_bus(config_of(name), goal)
+    deliver("Drive to the goal", figures, report, as_json)
+    if not figures["success"]:
+        sys.exit(ExitCode.FAILED)
+
+
+def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) -> dict[str, Any]:
+    """Have a robot of this setup drive there in this process; its figures."""
+    from touchline.jobs.goal.goal_simulation import drive_to_goal
+    from touchline.jobs.single.simulation import Products
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    check_follower(setup.onboard)
+    with progress_bar("Touchline") as advance:
+        warm_up(say, setup)
+        done = drive_to_goal(setup, goal.goal(), goal.options(), Products(hashed, record), advance)
+    return {
+        **done.figures(),
+        "vehicle": setup.vehicle.name,
+        "seed": setup.scenario.seed,
+        "follower": setup.onboard.follower,
+        "noise": setup.scenario.noise,
+    }
+
+
+def on_bus(config: BusConfig, goal: GoalChoice) -> dict[str, Any]:
+    """Have the robot on the bus drive there; whether it arrived, or why not.
+
+    Raises:
+        CallError: There is no such robot.
+    """
+    with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
+        terminal = Terminal(advance, partial(watch_robot, bus.presence(), config.namespace))
+        try:
+            return GoalOnBus(bus, goal.goal(), goal.options(), terminal).run()
+        except JobFailed as error:
+            print_event(Event.ERROR, str(error))
+            return {"success": False, "reason": str(error)}
+
+
+def _standing_at(setup: Setup, start: str | None) -> Setup:
+    """The setup with the robot where --start says, or else its scenario, or else at 0,0,0.
+
+    Raises:
+        SpecError: That is no pose.
+    """
+    if start is None:
+        pose = setup.scenario.standing()
+    else:
+        x_m, y_m, heading_rad = numbers_of("--start", start, (3,), "0,0,0")
+        data = {"x_m": x_m, "y_m": y_m, "heading_rad": given_angle("--start", heading_rad)}
+        try:
+            pose = Pose2.model_validate(data)
+        except ValidationError as error:
+            raise problems_of(error, "--start", data, Pose2) from error
+    return setup.model_copy(update={"scenario": setup.scenario.model_copy(update={"start": pose})})
+
+
+def _refuse_for_bus(robot: SetupChoice, others: dict[str, object]) -> None:
+    """Refuse what only an emulated robot can be told.
+
+    Raises:
+        SpecError: Some of it is given.
+    """
+    problem, remedy = "but the robot on the bus is what and where it is", "leave it out, or give --vehicle"
+    robot.refuse(problem, remedy)
+    for option, value in others.items():
+        if value is not None:
+            raise SpecError("command line", option, f"is {value}, {problem}", remedy)

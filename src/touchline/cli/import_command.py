@@ -1,0 +1,101 @@
+"""``touchline import``: logs of other robots and receivers made into sessions."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from touchline.cli.display import print_event, print_figures, print_json, print_table, progress_bar
+from touchline.cli.groups import with_groups
+from touchline.cli.options import ExitCode, JsonOption
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import Event
+from touchline.schemas.plain_text import plain
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("import")(with_groups(import_))
+
+
+@dataclass(frozen=True)
+class LogChoice:
+    """What is made of the logs."""
+
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            "--map", metavar="FILE", help="JSON mapping of streams to sensors (docs/logs.md).", show_default=False
+        ),
+    ] = None
+    out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.", show_default=False)] = None
+    listed: Annotated[bool, typer.Option("--list", help="Only tell what is in the logs, and propose a mapping.")] = (
+        False
+    )
+
+    def check(self) -> None:
+        """Raises `SpecError` if they do not fit together."""
+        if not self.listed and self.out is None:
+            raise SpecError("command line", "--out", "is missing", "name the session to write, or use --list")
+
+
+def import_(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="LOG…", help="Logs that belong together, of one robot.", show_default=False),
+    ],
+    *,
+    choice: LogChoice,
+    as_json: JsonOption = False,
+) -> None:
+    """Make a session of a ROS 1 or 2 bag, NMEA, UBX, RTKLIB solutions or tables, for `touchline estimate`.
+
+    Without a mapping, what is in the logs is taken as its standard types say.
+    """
+    from touchline.checking.importing.import_logs import import_logs, load_mapping
+    from touchline.checking.importing.proposal import log_list, proposal
+    from touchline.recordings.writing import check_recordable
+
+    choice.check()
+    if choice.listed:
+        streams, proposed = log_list(logs)
+        if as_json:
+            print_json({"streams": streams, "mapping": proposed})
+            return
+        _print_streams(streams)
+        print_json(proposed)
+        return
+    assert choice.out is not None
+    check_recordable(choice.out)
+    mapping = load_mapping(choice.mapping) if choice.mapping is not None else proposal(logs)
+    folder = choice.mapping.parent if choice.mapping is not None else Path()
+    with progress_bar("Import") as advance:
+        done = import_logs(logs, mapping, choice.out, folder, advance)
+    if as_json:
+        print_json({**done.figures, "told": done.told, "problem": done.problem})
+    else:
+        print_figures(f"Session {choice.out}", done.figures)
+    for line in done.told:
+        print_event(Event.WARN, line)
+    if done.problem:
+        print_event(Event.ERROR, f"the session is not whole: {done.problem}")
+        sys.exit(ExitCode.FAILED)
+
+
+def _print_streams(streams: list[dict[str, object]]) -> None:
+    table = Table(box=None, padding=(0, 2))
+    for name in ("stream", "type"):
+        table.add_column(name)
+    for name in ("messages", "rate Hz", "from s", "to s"):
+        table.add_column(name, justify="right")
+    table.add_column("note")
+    for stream in streams:
+        numbers = (f"{stream[name]:,.3f}" if stream[name] is not None else "–" for name in ("from_s", "to_s"))
+        rate = "–" if stream["rate_hz"] is None else f"{stream['rate_hz']:.4g}"
+        texts = (escape(plain(str(stream[name]), 200)) for name in ("stream", "type"))
+        table.add_row(*texts, f"{stream['messages']:,}", rate, *numbers, escape(plain(str(stream["note"]), 200)))
+    print_table(table)

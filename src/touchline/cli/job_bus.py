@@ -1,0 +1,15 @@
+"""On which bus a job of several robots is done."""
+
+import os
+from collections.abc import Sequence
+
+from touchline.bus import BusConfig
+from touchline.bus.config import CONFIG_VARIABLE, ENDPOINT_VARIABLE
+from touchline.bus.ports import free_port
+
+
+def job_bus(robots: Sequence[str]) -> BusConfig:
+    """The bus that the environment names, or else a private one, so that any number of jobs can run at once."""
+    if ENDPOINT_VARIABLE in os.environ or CONFIG_VARIABLE in os.environ:
+        return BusConfig.from_environment(robots)
+    return BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of(*robots)

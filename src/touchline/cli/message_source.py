@@ -1,0 +1,59 @@
+"""Where ``echo`` and ``hz`` take messages from: a recording, or a robot on the bus."""
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from touchline.bus import Bus
+from touchline.cli.display import print_event
+from touchline.cli.options import config_of
+from touchline.schemas import topics
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import Event
+from touchline.supervision.shutdown import until_stopped
+
+if TYPE_CHECKING:
+    from touchline.recordings.recorded import Recorded
+
+LiveOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        metavar="NAME",
+        help="Listen to this robot on the bus, until Ctrl-C; then no recording is given.",
+        show_default=False,
+    ),
+]
+SecondsOption = Annotated[
+    float, typer.Option("--seconds", metavar="S", help="With --robot: stop after this long; 0: at Ctrl-C.", min=0.0)
+]
+
+
+@contextmanager
+def message_source(given: Sequence[str], robot: str | None, seconds: float) -> Iterator["Iterator[Recorded]"]:
+    """The messages of a recording, which is given first, or of a robot; of the topics that are given, or of all.
+
+    Raises:
+        SpecError: No recording is given.
+        RecordingError: It cannot be read, or has no such topic.
+    """
+    if robot is None:
+        from touchline.recordings.asked_topics import RecordedTopics
+
+        if not given:
+            raise SpecError("command line", "RECORDING", "is missing", "give a recording, or --robot for a live one")
+        recorded = RecordedTopics(Path(given[0]), given[1:])
+        with closing(recorded.messages()) as messages:
+            yield messages
+        if recorded.summary.problem:
+            print_event(Event.WARN, f"{given[0]}: {recorded.summary.problem}")
+        return
+    from touchline.cli.live_messages import live_messages
+
+    end_s = time.monotonic() + seconds if seconds else float("inf")
+    with until_stopped() as stop, Bus.open(topics.OBSERVER, config_of(robot), lambda: bool(stop)) as bus:
+        yield live_messages(bus, given, lambda: bool(stop) or time.monotonic() > end_s)

@@ -1,0 +1,231 @@
+"""``touchline order|fault|topics``: the robot's services from a shell, and the list of all there are."""
+
+import sys
+import uuid
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich import box
+from rich.table import Column, Table
+
+from touchline.bus import Bus, BusConfig, UrgentOrder, insist
+from touchline.bus.config import named_robots
+from touchline.cli.display import print_json, print_table
+from touchline.cli.options import ExitCode, JsonOption, RobotOption, config_of
+from touchline.schemas import topics
+from touchline.schemas.cdr import typestore
+from touchline.schemas.definition_folder import write_definitions
+from touchline.schemas.errors import SpecError
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import (
+    CommandRequest,
+    CommandResponse,
+    InjectFaultRequest,
+    InjectFaultResponse,
+    LoadRequest,
+)
+from touchline.schemas.plain_text import plain
+from touchline.schemas.spec import read_text
+from touchline.schemas.topics import Service
+from touchline.supervision.priority import FIRST, run_at
+
+OrderName = Literal[
+    "start", "pause", "resume", "go-on", "abort", "estop", "reset", "refill", "replace-battery", "take-over", "remove"
+]
+_SERVICES = {
+    "start": topics.START,
+    "pause": topics.PAUSE,
+    "resume": topics.RESUME,
+    "abort": topics.ABORT,
+    "estop": topics.ESTOP,
+    "reset": topics.RESET,
+    "refill": topics.REFILL_TANK,
+    "replace-battery": topics.REPLACE_BATTERY,
+    "take-over": topics.TAKE_OVER,
+    "remove": topics.REMOVE,
+}
+_GO_ON = "go-on"
+_ORDERS = (*_SERVICES, _GO_ON)
+_LOAD_TIMEOUT_S = 30.0
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("order")(order)
+    app.command("fault")(fault)
+    app.command("topics")(list_topics)
+
+
+def order(
+    what: Annotated[
+        OrderName,
+        typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_ORDERS)}.", show_default=False),
+    ],
+    patience_s: Annotated[
+        float,
+        typer.Option(
+            "--patience",
+            metavar="SECONDS",
+            min=0.1,
+            help="For how long estop, pause and abort are repeated until they are acknowledged.",
+        ),
+    ] = 30.0,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Namespace of a robot; may be repeated. Default: $TOUCHLINE_NAMESPACE; without that, estop, pause and "
+            "abort go to every robot on the bus, other orders to tt2.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
+
+    resume ends a pause. go-on continues the job that was aborted, or cut short by a restart of the robot, from its
+    journal.
+
+    take-over and remove are for a robot that has failed in `touchline run --robots`: the others do what is left, and it
+    is said that it was carried away. What stops a robot is repeated until it is acknowledged, and says on standard
+    error while it is not.
+    """
+    config = BusConfig.from_environment(robot or ())
+    if what == _GO_ON:
+        _tell(_gone_on(config), what, config, as_json)
+        return
+    service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
+    if service.urgent:
+        run_at(FIRST)
+        typestore()  # takes a tenth of a second, which the order itself need not wait for
+        urgent = UrgentOrder(service, request, patience_s, everyone=not (robot or named_robots()))
+        answers = insist(urgent, topics.OPERATOR, config, partial(_tell_unacknowledged, what))
+    else:
+        answers = _asked(service, request, config)
+    _tell(answers, what, config, as_json)
+
+
+def _asked(
+    service: Service[CommandRequest, CommandResponse], request: CommandRequest, config: BusConfig
+) -> Iterator[tuple[str, CommandResponse]]:
+    with Bus.open_all(topics.OPERATOR, config) as buses:
+        for bus in buses:
+            yield bus.namespace, bus.call(service, request)
+
+
+def _gone_on(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
+    """Load the job that each robot's journal keeps, and start it."""
+    with Bus.open_all(topics.OPERATOR, config) as buses:
+        for bus in buses:
+            loaded = bus.call(topics.LOAD, LoadRequest(request_id=uuid.uuid4().hex, resume=True), _LOAD_TIMEOUT_S)
+            answer = CommandResponse(success=loaded.success, message=loaded.message)
+            if loaded.success:
+                started = bus.call(topics.START, CommandRequest(request_id=uuid.uuid4().hex))
+                answer = started.model_copy(update={"message": answer.message}) if started.success else started
+            yield bus.namespace, answer
+
+
+def fault(
+    what: Annotated[
+        str,
+        typer.Argument(
+            help='The fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
+            "or a file of it. start_s counts from now.",
+            show_default=False,
+        ),
+    ],
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Let something go wrong with the robot on the bus (docs/robot-sim.md lists the faults)."""
+    config = config_of(robot)
+    text = what if what.lstrip().startswith("{") else read_text(Path(what))
+    parse_fault(text)  # told here, whether or not a robot is there
+    with Bus.open(topics.OPERATOR, config) as bus:
+        answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
+    _tell([(config.namespace, answer)], "fault", config, as_json)
+
+
+def _tell_unacknowledged(what: str, problem: str) -> None:
+    typer.echo(f"{what}: NOT ACKNOWLEDGED ({plain(problem)}); repeating, Ctrl-C gives up", err=True)
+
+
+def _tell(
+    answers: Iterable[tuple[str, CommandResponse | InjectFaultResponse]], what: str, config: BusConfig, as_json: bool
+) -> None:
+    """Print each answer as it comes."""
+    refused = False
+    for robot, answer in answers:
+        said = plain(answer.message)
+        shown = what if (robot,) == config.namespaces else f"{robot}: {what}"
+        refused |= not answer.success
+        if as_json:
+            told = {"robot": robot, "order": what, "success": answer.success, "message": said}
+            print_json(told)
+        elif answer.success:
+            typer.echo(f"{shown}: {said}")
+        else:
+            typer.echo(f"{shown} refused: {said}", err=True)
+    if refused:
+        sys.exit(ExitCode.FAILED)
+
+
+def list_topics(
+    as_json: JsonOption = False,
+    msg_dir: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write the .msg and .srv files of all their types into this folder instead, standard ones, too.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """List every topic and service with its type; names are under the robot's namespace (tt2)."""
+    if msg_dir is not None:
+        _write_definitions(msg_dir)
+        return
+    if as_json:
+        rows = [
+            {
+                "name": topic.name,
+                "type": topic.type.ros_type,
+                "rate_hz": topic.rate_hz,
+                "units": topic.units,
+                "recorded": topic.recorded,
+                "latched": topic.latched,
+                "reliable": topic.reliable,
+                "tolerance": topic.tolerance,
+            }
+            for topic in topics.TOPICS
+        ]
+        services = [{"name": service.name, "type": service.ros_type} for service in topics.SERVICES]
+        print_json({"topics": rows, "services": services})
+        return
+    table = Table(Column("topic", no_wrap=True), Column("type", no_wrap=True), "Hz", "units", "", box=box.SIMPLE_HEAD)
+    table.caption, table.caption_justify = "R: recorded; L: late joiners get the last one", "left"
+    for topic in topics.TOPICS:
+        rate = f"{topic.rate_hz:g}" if topic.rate_hz else "on event"
+        marks = " ".join(mark for mark, on in (("R", topic.recorded), ("L", topic.latched)) if on)
+        table.add_row(topic.name, topic.type.ros_type.replace("/msg/", "/"), rate, topic.units, marks)
+    offered = Table(Column("service", no_wrap=True), "type", box=box.SIMPLE_HEAD)
+    for service in topics.SERVICES:
+        offered.add_row(service.name, service.ros_type.replace("/srv/", "/"))
+    print_table(table)
+    print_table(offered)
+
+
+def _write_definitions(folder: Path) -> None:
+    try:
+        packages = write_definitions(folder)
+    except FileExistsError as error:
+        remedy = "give an empty folder, or a new one"
+        raise SpecError("command line", "--msg-dir", f"is {str(folder)!r}, where {error} is already", remedy) from error
+    except OSError as error:
+        problem, remedy = f"is {str(folder)!r}, which cannot be written: {error.strerror}", "give another folder"
+        raise SpecError("command line", "--msg-dir", problem, remedy) from error
+    typer.echo(f"{folder}: {', '.join(packages)}")

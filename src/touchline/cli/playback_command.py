@@ -1,0 +1,180 @@
+"""``touchline playback``: controls a replay on the bus."""
+
+import math
+import sys
+import time
+import uuid
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import typer
+
+from touchline.bus import Bus
+from touchline.bus.config import named_robots
+from touchline.cli.display import print_figures, print_json
+from touchline.cli.options import ExitCode, JsonOption, RobotOption, config_of, speed_factor
+from touchline.schemas import topics
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.messages import (
+    CommandRequest,
+    ReplaySeekRequest,
+    ReplaySetLoopsRequest,
+    ReplayStatus,
+    ReplayStepRequest,
+    SetSpeedRequest,
+)
+from touchline.schemas.messages.base import Message
+from touchline.schemas.plain_text import plain
+from touchline.schemas.replay_steps import STEP_S
+from touchline.schemas.topics import Service
+
+_LOOK_S = 0.5
+_TOLD_S = 2.0
+#: A seek in a long recording without an index reads it from the beginning.
+_PATIENCE_S = 120.0
+
+TimeArgument = Annotated[
+    str, typer.Argument(metavar="TIME", help="Time of the recording in s; +S or -S from where it is.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand with its own."""
+    playback = typer.Typer(no_args_is_help=True, help="Control a replay on the bus: pause, seek, step, speed, loops.")
+    for command in (status, pause, resume, step, speed, loop):
+        playback.command()(command)
+    playback.command(context_settings={"ignore_unknown_options": True})(seek)  # a time may begin with a minus
+    app.add_typer(playback, name="playback")
+
+
+def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Tell where the replay is."""
+    with Bus.open(topics.OBSERVER, config_of(robot)) as bus:
+        told = _status_of(_replaying(bus, robot))
+    figures = told.model_dump()
+    if as_json:
+        finite = {
+            key: None if isinstance(value, float) and math.isnan(value) else value for key, value in figures.items()
+        }
+        print_json(finite)
+    else:
+        print_figures("Replay", {**figures, "robots": ", ".join(told.robots)})
+
+
+def pause(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Pause the replay."""
+    _order("pause", topics.REPLAY_PAUSE, CommandRequest(request_id=uuid.uuid4().hex), robot, as_json)
+
+
+def resume(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Let the replay go on."""
+    _order("resume", topics.REPLAY_RESUME, CommandRequest(request_id=uuid.uuid4().hex), robot, as_json)
+
+
+def seek(time_s: TimeArgument, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Go to a time: what held then is sent again."""
+    try:
+        value = float(time_s)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise SpecError(
+            "command line", "TIME", f"is {time_s!r}", "give a time of the recording in s, such as 120 or +10"
+        )
+    with Bus.open(topics.OPERATOR, config_of(robot)) as first:
+        bus = _replaying(first, robot)
+        if time_s.lstrip().startswith(("+", "-")):
+            value += _status_of(bus).now_s
+        request = ReplaySeekRequest(request_id=uuid.uuid4().hex, time_s=value)
+        _tell(_Told(bus.namespace, "seek", bus.call(topics.REPLAY_SEEK, request, _PATIENCE_S)), as_json)
+
+
+def step(
+    messages: Annotated[int, typer.Option("--messages", metavar="N", help="So many messages.", min=0)] = 0,
+    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="So much sim time.", min=0.0)] = 0.0,
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Send what comes next, by default of 0.1 s, and pause."""
+    if messages and seconds:
+        raise SpecError("command line", "--seconds", "stands beside --messages", "give one of both")
+    request_id = uuid.uuid4().hex
+    if messages:
+        request = ReplayStepRequest(request_id=request_id, messages=messages)
+    else:
+        request = ReplayStepRequest(request_id=request_id, seconds=seconds or STEP_S)
+    _order("step", topics.REPLAY_STEP, request, robot, as_json)
+
+
+def speed(
+    factor: Annotated[str, typer.Argument(metavar="FACTOR", help="Times real time, or max.", show_default=False)],
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Set how fast it plays: times real time, or `max` for as fast as it goes."""
+    request = SetSpeedRequest(request_id=uuid.uuid4().hex, factor=speed_factor(factor, "FACTOR"))
+    _order("speed", topics.REPLAY_SET_SPEED, request, robot, as_json)
+
+
+def loop(
+    times: Annotated[int, typer.Argument(metavar="N", help="Passes in all; 0: without end.", min=0)],
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Set how many times it is played in all."""
+    request = ReplaySetLoopsRequest(request_id=uuid.uuid4().hex, loops=times)
+    _order("loop", topics.REPLAY_SET_LOOPS, request, robot, as_json)
+
+
+@dataclass(frozen=True)
+class _Told:
+    robot: str
+    order: str
+    answer: Any
+
+
+def _order(what: str, service: Service[Any, Any], request: Message, robot: str | None, as_json: bool) -> None:
+    with Bus.open(topics.OPERATOR, config_of(robot)) as first:
+        bus = _replaying(first, robot)
+        _tell(_Told(bus.namespace, what, bus.call(service, request, _PATIENCE_S)), as_json)
+
+
+def _replaying(bus: Bus, robot: str | None) -> Bus:
+    """That of the robot that is named, or of the first one that is replayed.
+
+    Raises:
+        TouchlineError: There is no replay.
+    """
+    there = bus.roster().look({topics.REPLAY}, _LOOK_S)
+    if robot is not None or named_robots():
+        if bus.namespace not in there:
+            others = f", but one of {', '.join(there)}" if there else ""
+            raise TouchlineError(f"there is no replay of {bus.namespace} on the bus{others}")
+        return bus
+    if not there:
+        raise TouchlineError("there is no replay on the bus; begin one with `touchline replay FILE`")
+    return bus if bus.namespace in there else bus.of(there[0])
+
+
+def _status_of(bus: Bus) -> ReplayStatus:
+    inbox = bus.inbox([topics.REPLAY_STATUS], keep="latest")
+    deadline = time.monotonic() + _TOLD_S
+    while time.monotonic() < deadline:
+        for _, message in inbox.messages():
+            if isinstance(message, ReplayStatus):
+                return message
+        time.sleep(0.01)
+    raise TouchlineError(f"the replay of {bus.namespace} does not tell where it is")
+
+
+def _tell(told: _Told, as_json: bool) -> None:
+    success, said = told.answer.success, plain(told.answer.message)
+    if as_json:
+        figures = {"robot": told.robot, "order": told.order, "success": success, "message": said}
+        print_json(figures)
+    elif success:
+        typer.echo(f"{told.order}: {said}")
+    else:
+        typer.echo(f"{told.order} refused: {said}", err=True)
+    if not success:
+        sys.exit(ExitCode.FAILED)

@@ -1,0 +1,85 @@
+"""The options of the ROS 2 gateway, which ``touchline bridge`` and ``touchline up`` share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from touchline.schemas.errors import SpecError
+
+if TYPE_CHECKING:  # every process starts through this command line, and few need the gateway
+    from touchline.services.bridge.gateway import GatewayConfig
+
+
+@dataclass(frozen=True)
+class Ros2Choice:
+    """Whether and where ROS 2 nodes see the robots."""
+
+    ros2: Annotated[
+        bool,
+        typer.Option("--ros2", help="Show topics and services to ROS 2 nodes that use rmw_zenoh (Jazzy and later)."),
+    ] = False
+    ros_domain: Annotated[
+        int, typer.Option(metavar="N", help="ROS domain id.", envvar="ROS_DOMAIN_ID", min=0, max=232)
+    ] = 0
+    ros_namespace: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="ROS namespace of all names; `/` for none; default: the robot's.", show_default=False
+        ),
+    ] = ""
+    ros2_listen: Annotated[
+        str,
+        typer.Option(
+            metavar="LOCATOR",
+            help="Be the Zenoh router that ROS 2 nodes connect to, at this locator; default tcp/127.0.0.1:7447.",
+            show_default=False,
+        ),
+    ] = ""
+    ros2_connect: Annotated[
+        str,
+        typer.Option(
+            metavar="LOCATOR", help="Join the Zenoh router (rmw_zenohd) at this locator instead.", show_default=False
+        ),
+    ] = ""
+
+    def told(self, robots: Sequence[str]) -> str:
+        """Where ROS 2 nodes find the robots, for who starts them; empty without the gateway.
+
+        Args:
+            robots: Their namespaces.
+        """
+        gateway = self.gateway()
+        if gateway is None:
+            return ""
+        names = [gateway.of(robot, alone=len(robots) == 1).namespace.strip("/") for robot in robots]
+        shown = f"{'it' if len(robots) == 1 else 'them'} under {', '.join(f'/{name}' for name in names)}"
+        lines = [
+            f"ROS 2 nodes find {shown}, through the Zenoh router at {gateway.endpoint.locator}:",
+            "  export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
+            f"  export ROS_DOMAIN_ID={gateway.domain}",
+            f"  export ZENOH_CONFIG_OVERRIDE='connect/endpoints=[\"{gateway.endpoint.locator}\"]'",
+        ]
+        return "\n".join(lines)
+
+    def gateway(self) -> "GatewayConfig | None":
+        """The gateway that is asked for, if one is.
+
+        Raises:
+            SpecError: An option contradicts another, or cannot be used.
+        """
+        listen, connect = self.ros2_listen, self.ros2_connect
+        if not self.ros2:
+            given = {"--ros2-listen": listen, "--ros2-connect": connect, "--ros-namespace": self.ros_namespace}
+            for name, value in given.items():
+                if value:
+                    raise SpecError("command line", name, f"is {value!r}", "give --ros2, too")
+            return None
+        if listen and connect:
+            raise SpecError("command line", "--ros2-connect", f"is {connect!r}", "give it or --ros2-listen, not both")
+        from touchline.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint
+        from touchline.services.bridge.gateway import GatewayConfig
+
+        endpoint = Ros2Endpoint(connect, listen=False) if connect else Ros2Endpoint(listen or DEFAULT_ENDPOINT)
+        return GatewayConfig(endpoint, self.ros_domain, self.ros_namespace)

@@ -1,0 +1,202 @@
+"""``touchline run``: one job from template to report, with real service processes."""
+
+import time
+from collections.abc import Iterator
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from touchline.bus import Bus, BusConfig, Inbox, Sample
+from touchline.bus.presence import Presence
+from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
+from touchline.cli.display import print_event, progress_bar, say
+from touchline.cli.drawing import DrawingChoice
+from touchline.cli.groups import with_groups
+from touchline.cli.job_terminal import Terminal, watch_system
+from touchline.cli.options import SpeedOption, speed_factor
+from touchline.cli.output_choice import OutputChoice
+from touchline.cli.shared_options import TakeOverOption, TeamOption, TeamPace, check_team, run_team
+from touchline.jobs.single.bus_run import BusRun, JobOptions
+from touchline.jobs.watcher import JobFailed
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.digest import scenario_hash
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, PlanOptions, String
+from touchline.schemas.messages.base import Message
+from touchline.schemas.plugins import ASKED
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
+from touchline.schemas.topics import DEFAULT_NAMESPACE
+from touchline.supervision.running_system import only_one
+from touchline.supervision.temporary_system import ProcessOptions, local_system
+
+#: A robot that answers has told its setup long before.
+_SETUP_S: Final = 5.0
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("run")(with_groups(run))
+
+
+def run(
+    drawing: DrawingChoice,
+    robot: SetupChoice,
+    planning: PlanChoice,
+    speed: SpeedOption = "max",
+    name: Annotated[
+        str | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Do the job with this robot of the system that runs on the bus (see `touchline status`), instead of "
+            "starting one for it.",
+            show_default=False,
+        ),
+    ] = None,
+    robots: TeamOption = 1,
+    take_over_after: TakeOverOption = None,
+    *,
+    output: OutputChoice,
+) -> None:
+    """Carry out a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    template = drawing.chosen()
+    if robots > 1:
+        if name is not None:
+            raise SpecError("command line", "--robot", "is given with --robots", "leave one of both out")
+        setup = robot.chosen().at(template.origin)
+        check_follower(setup.onboard)
+        check_team(setup.vehicle)
+        pace = TeamPace(speed_factor(speed), take_over_after, output.plot, output.record)
+        figures = run_team(template, setup, planning.options(), robots, pace)
+        output.conclude("Run", drawing.template, setup, figures)
+        return
+    if take_over_after is not None:
+        problem = "is given without --robots"
+        raise SpecError("command line", "--take-over-after", problem, "give --robots 2 or more, too")
+    if name is not None:
+        robot.refuse_with("--robot", "leave it out: the robot on the bus is what it is")
+        config = BusConfig.from_environment([name])
+        setup, figures = run_on_bus(template, config, speed_factor(speed), planning.options(), output)
+    else:
+        setup = robot.chosen()
+        figures = run_job(
+            template,
+            speed=speed_factor(speed),
+            setup=setup,
+            options=planning.options(),
+            record=output.record,
+            plot=output.plot,
+        )
+    output.conclude("Run", drawing.template, setup, figures)
+
+
+def run_job(
+    template: Template,
+    *,
+    speed: float,
+    setup: Setup,
+    options: PlanOptions,
+    record: Path | None,
+    plot: Path | None = None,
+) -> dict[str, Any]:
+    """Start a system of its own, do one job, stop it.
+
+    The robot's map frame is the template's: its origin on the earth, if it has one, becomes the scenario's.
+
+    Returns:
+        The run report; when the job ended early, ``success`` false and the reason.
+    """
+    begun = time.monotonic()
+    setup = setup.at(template.origin)
+    cause = scenario_hash(setup, template, options)
+    job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
+    # A private bus, so that any number can run at once; but an external follower could not find that.
+    config = BusConfig.from_environment() if setup.onboard.follower in ASKED else None
+    namespace = config.namespace if config else DEFAULT_NAMESPACE
+    with (
+        only_one(config) if config else nullcontext(),
+        local_system(
+            {namespace: setup}, config, ProcessOptions(recordings=record.parent if record else None)
+        ) as system,
+        progress_bar("Touchline") as advance,
+    ):
+        advance(0.0, "Starting the services")
+        system.wait_until_ready(say)
+        return _do(BusRun(system.bus, job_options, Terminal(advance, partial(watch_system, system))), begun, plot)
+
+
+def run_on_bus(
+    template: Template, config: BusConfig, speed: float, options: PlanOptions, output: OutputChoice
+) -> tuple[Setup, dict[str, Any]]:
+    """Do one job with the robot of ``config`` on the bus, and leave it there.
+
+    Returns:
+        The robot's setup, as it tells it, and the run report.
+
+    Raises:
+        CallError: There is no such robot.
+    """
+    with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
+        begun = time.monotonic()
+        presence = bus.presence()
+        # Only a robot that answers is waited for: whoever names one that is not there is told so, and which are.
+        bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest())
+        setup = _setup_of(bus)
+        cause = scenario_hash(setup, template, options)
+        job_options = JobOptions(template.to_json(), options, speed, output.record, cause, setup.vehicle)
+        job = BusRun(bus, job_options, Terminal(advance, partial(watch_robot, presence, config.namespace)))
+        return setup, _do(job, begun, output.plot)
+
+
+def _setup_of(bus: Bus) -> Setup:
+    """The robot's setup, which it tells whoever asks late, too."""
+    for _, message in _told(bus.inbox([topics.SETUP], keep="latest")):
+        if isinstance(message, String):
+            return parse(Setup, message.data, f"the setup of {bus.namespace}", recorded=True)
+    raise TouchlineError(f"robot {bus.namespace} does not tell its setup within {_SETUP_S:.0f} s")
+
+
+def _told(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
+    deadline = time.monotonic() + _SETUP_S
+    while time.monotonic() < deadline:
+        yield from inbox.messages()
+        time.sleep(0.005)
+
+
+def watch_robot(presence: Presence, name: str) -> None:
+    """Look whether the robot of that name is still there.
+
+    Raises:
+        JobFailed: It has left the bus.
+    """
+    for change in presence.poll():
+        if change.node == topics.ROBOT_SIM and not change.alive:
+            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (touchline order go-on)")
+
+
+def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
+    """Do the job and draw it; the run report, or why the job ended early."""
+    try:
+        figures = job.run()
+    except JobFailed as error:
+        print_event(2, str(error))
+        return {"success": False, "reason": str(error)}
+    first_motion_s = job.started_at - begun_s
+    if plot is not None:
+        job.watcher.stage("Drawing")
+        _draw(job, plot)
+    return {**figures, "first_motion_s": first_motion_s}
+
+
+def _draw(job: BusRun, path: Path) -> None:
+    from touchline.jobs.single.work_picture import draw_work
+
+    strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
+    template = parse_template(job.options.template_json)
+    draw_work(template, strokes, path, job.report, job.area)

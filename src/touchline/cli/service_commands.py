@@ -1,0 +1,129 @@
+"""``touchline planner|robot-sim|bridge|tui``: each process alone."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from touchline.bus import BusConfig
+from touchline.bus.config import named_robots
+from touchline.cli.choices import SetupChoice, VehicleChoice
+from touchline.cli.display import print_json
+from touchline.cli.drawing import OriginOption, parse_origin
+from touchline.cli.foxglove_choice import FoxgloveChoice
+from touchline.cli.groups import with_groups
+from touchline.cli.options import (
+    RecordingsOption,
+    RobotsOption,
+    SomeRobotsOption,
+    SupervisorOption,
+    speed_factor,
+)
+from touchline.cli.ros2_choice import Ros2Choice
+from touchline.recordings.writing import check_recordable
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.team import TeamScenario
+from touchline.supervision.priority import SOON, run_at, switch_threads_soon
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("planner")(with_groups(planner))
+    app.command("robot-sim")(with_groups(robot_sim))
+    app.command("bridge")(with_groups(bridge))
+    app.command("coordinator")(coordinator)
+    app.command("tui")(tui)
+
+
+def planner(body: VehicleChoice, fleet: RobotsOption = None, supervisor: SupervisorOption = None) -> None:
+    """Run the planner: answers plan requests on the bus until Ctrl-C."""
+    from touchline.services.planner.service import run_service
+
+    if fleet is None:
+        vehicles = [body.chosen()]
+    elif body.vehicle is not None:
+        raise SpecError("command line", "--vehicle", "is given with --robots", f"say it of each robot in {fleet.name}")
+    else:
+        vehicles = [setup.vehicle for setup in Fleet.read(fleet).setups().values()]
+    run_service(vehicles=vehicles, supervisor=supervisor)
+
+
+def robot_sim(
+    robot: SetupChoice,
+    fleet: RobotsOption = None,
+    origin: OriginOption = None,
+    speed: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
+    ] = "1",
+    journal: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PLACE",
+            help="File, or folder for several robots, of what a restart goes on from; default: the user's state.",
+        ),
+    ] = None,
+    supervisor: SupervisorOption = None,
+) -> None:
+    """Run the emulated robot, or several of them: waits on the bus for trajectories and drives them, until Ctrl-C."""
+    from touchline.services.robot_sim.service import run_service
+
+    here = None if origin is None else parse_origin(origin, "--origin")
+    config = BusConfig.from_environment()
+    robots = {name: setup.at(here) for name, setup in robot.chosen_robots(fleet, config.namespaces).items()}
+    run_service(robots, config, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
+
+
+def bridge(
+    ros: Ros2Choice,
+    viewers: FoxgloveChoice,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record to this MCAP file from the start.")
+    ] = None,
+    recordings: RecordingsOption = None,
+    supervisor: SupervisorOption = None,
+) -> None:
+    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and shows the robot to ROS 2 and viewers."""
+    from touchline.services.bridge.service import run_service
+
+    check_recordable(record)
+    report = run_service(
+        record,
+        recordings=recordings,
+        ros2=viewers.with_clock(ros.gateway()),
+        foxglove=viewers.server(),
+        supervisor=supervisor,
+    )
+    if report is not None:
+        figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
+        print_json(figures | ({"problem": report.problem} if report.problem else {}), None)
+
+
+def coordinator(
+    team: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="JSON file of the team (docs/fleet.md); default: tb1 to tb10, to deploy."),
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Emulated robots' sim time waits for the coordinator: reproducible.")
+    ] = False,
+    supervisor: SupervisorOption = None,
+) -> None:
+    """Coordinate a team of robots on the bus from the first task on, until Ctrl-C."""
+    from touchline.services.coordinator.service import run_service
+
+    told = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
+    run_service(told, lockstep=lockstep, supervisor=supervisor)
+
+
+def tui(robot: SomeRobotsOption = None) -> None:
+    """Open the operator's console on the bus, for every robot there; services may come and go while it is open."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
+    from touchline.tui.console import run_console
+
+    run_at(SOON)
+    switch_threads_soon()
+    run_console(BusConfig.from_environment(robot or ()), everyone=not (robot or named_robots()))

@@ -1,0 +1,60 @@
+"""``touchline simulate``: one job in this process, without services, as fast as it goes."""
+
+from typing import Annotated
+
+import typer
+
+from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
+from touchline.cli.display import progress_bar, say, warn_of_left_out, warn_of_shortages
+from touchline.cli.drawing import DrawingChoice
+from touchline.cli.garbage import without_collecting
+from touchline.cli.groups import with_groups
+from touchline.cli.order_list import OrdersOption, orders_of
+from touchline.cli.output_choice import OutputChoice
+from touchline.cli.shared_options import TeamOption, TeamProducts, check_team, simulate_team
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("simulate")(with_groups(simulate))
+
+
+def simulate(
+    drawing: DrawingChoice,
+    robot: SetupChoice,
+    planning: PlanChoice,
+    hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
+    robots: TeamOption = 1,
+    orders: OrdersOption = None,
+    *,
+    output: OutputChoice,
+) -> None:
+    """Carry out a template once in this process, without Zenoh: the figures of `run`, many times faster."""
+    from touchline.jobs.single.simulation import Job, Products
+    from touchline.jobs.single.simulation import simulate as carry_out
+    from touchline.jobs.single.work_picture import draw_work
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    template = drawing.chosen()
+    ordered = orders_of(orders or (), robots)
+    setup = robot.chosen().at(template.origin)
+    check_follower(setup.onboard)
+    if robots > 1:
+        check_team(setup.vehicle)
+        team = TeamProducts(ordered, hashed, output.plot, output.record)
+        figures = simulate_team(template, setup, planning.options(), robots, team)
+        output.conclude("Simulation", drawing.template, setup, figures)
+        return
+    with progress_bar("Touchline") as advance:
+        with without_collecting():
+            job = Job.prepare(template, planning.options(), setup.vehicle, advance)
+        warn_of_shortages(job.plan_report, setup.vehicle)
+        warn_of_left_out(job.plan_report.left_out)
+        warm_up(say, setup)
+        products = Products(hashed, output.record, strokes=output.plot is not None)
+        with without_collecting():
+            outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)
+        if output.plot is not None:
+            advance(1.0, "Drawing")
+            draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)
+    output.conclude("Simulation", drawing.template, setup, outcome.figures(job))

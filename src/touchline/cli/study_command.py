@@ -1,0 +1,105 @@
+"""``touchline study``: the study's tests and requirements, for its two planners and ours."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich import box
+from rich.table import Table
+
+from touchline.cli.coverage_study_output import coverage_study
+from touchline.cli.display import print_line, print_table, progress_bar, say
+from touchline.cli.judged_output import StudyPlaces
+from touchline.cli.network_study_output import network_study
+from touchline.cli.options import ExitCode, JsonOption
+from touchline.cli.tracking_study_output import tracking_study
+from touchline.recordings.writing import writing
+
+_PAIRS, _QUICK_PAIRS = 100, 20
+_STYLES = {True: "green", False: "bold red", None: "dim"}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("study")(study)
+
+
+Subject = Literal["marking", "coverage", "tracking", "network"]
+
+
+def study(
+    subject: Annotated[
+        Subject,
+        typer.Argument(
+            help="Which study: that of line marking, that of covering a field with a roller, that of cubic paths "
+            "and trajectory tracking, or that of a network of robots."
+        ),
+    ] = "marking",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: its plots, too."),
+    ] = None,
+    pairs: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=0, max=10_000_000, help="Random pairs to find a path between; 0: 100 as in the study."
+        ),
+    ] = 0,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            help="The pitch only, and a fifth of the random pairs; one seed for coverage; few goals for tracking; "
+            "ten robots for 40 s and one seed for network.",
+        ),
+    ] = False,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: how often what is driven is driven.")
+    ] = 3,
+    plots: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Tracking, network: write pictures to this folder.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
+    if subject == "tracking":
+        tracking_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)
+        return
+    if subject == "network":
+        network_study(seeds, StudyPlaces(out, plots), quick=quick, as_json=as_json)
+        return
+    if subject == "coverage":
+        coverage_study(1 if quick else seeds, out, as_json=as_json)
+        return
+    from touchline.research.run import run_study, save_study
+    from touchline.research.table import CAUSE_HEADINGS, HEADINGS, with_total
+    from touchline.research.table import as_json as json_text
+
+    with progress_bar("Study") as advance:
+        result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))
+    if out is not None:
+        with writing(out, "folder"):
+            files = save_study(result, out)
+        say(f"wrote {', '.join(path.name for path in files)} to {out}")
+    if as_json:
+        typer.echo(json_text(result.rows, result.causes), nl=False)
+    else:
+        title = "The study's requirements, and what Touchline demands of itself in each"
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
+        for heading in HEADINGS:
+            table.add_column(heading)
+        for row in result.rows:
+            *cells, verdict = row.cells
+            table.add_row(*cells, f"[{_STYLES[row.met]}]{verdict}[/]")
+        gain = Table(title="The gain in time by its causes", title_justify="left", box=box.SIMPLE_HEAD)
+        for heading in CAUSE_HEADINGS:
+            gain.add_column(heading)
+        for cause in with_total(result.causes):
+            gain.add_row(*cause.cells)
+        print_table(gain)
+        print_table(table)
+        for row in result.rows:
+            if row.note:
+                print_line(f"{row.number}: {row.note}")
+    if any(row.met is False for row in result.rows):
+        raise typer.Exit(ExitCode.FAILED)

@@ -1,0 +1,94 @@
+"""``touchline sweep``: many simulations at once."""
+
+import time
+from collections.abc import Generator
+from contextlib import closing
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from touchline.cli.choices import VehicleChoice, check_follower
+from touchline.cli.display import Advance, progress_bar, say
+from touchline.cli.groups import with_groups
+from touchline.cli.sweep_output import SweepOutput, Swept
+from touchline.cli.sweep_subject import SubjectChoice
+from touchline.cli.workers_choice import WorkersChoice
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
+
+if TYPE_CHECKING:
+    from touchline.jobs.sweep.task import SweepRun
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("sweep")(with_groups(sweep))
+
+
+def sweep(
+    subject: SubjectChoice,
+    body: VehicleChoice,
+    seeds: Annotated[
+        int,
+        typer.Option(metavar="N", help="Runs of each combination, with the scenario's seed and those after it.", min=1),
+    ] = 20,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUES",
+            help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, `follower`, "
+            "a plan's option (plan.paint_speed_mps), a field of the goal (goal.method) or of the robot's computer "
+            "(onboard.gnss.white_m). "
+            "Can be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    processes: WorkersChoice,
+    results: SweepOutput,
+) -> None:
+    """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
+    from touchline.jobs.sweep.combinations import cases as all_cases
+    from touchline.jobs.sweep.combinations import parse_settings
+    from touchline.jobs.sweep.task import lost_run, perform, prepare
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    work, options, scenario = subject.chosen()
+    vehicle = body.chosen()
+    name = str(body.vehicle)
+    world, computer = on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
+    cases = all_cases(work, world, options, parse_settings(settings or []), computer)
+    for case in cases:
+        check_follower(case.config)
+    with progress_bar("Touchline") as advance:
+        jobs, tasks = prepare(cases, seeds, vehicle, advance)
+        warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
+        swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
+    results.conclude(swept, cases)
+
+
+def collect(runs: Generator["SweepRun", None, None], wanted: int, advance: Advance) -> Swept:
+    """The runs until the last one, Ctrl-C or a problem; what is done by then is worth telling.
+
+    Raises:
+        TouchlineError: Not even one could be done.
+    """
+    swept = Swept(wanted)
+    begun = time.monotonic()
+    advance(0.0, f"0 of {wanted}")
+    try:
+        with closing(runs):
+            for run in runs:
+                swept.runs.append(run)
+                advance(len(swept.runs) / wanted, f"{len(swept.runs)} of {wanted}")
+    except KeyboardInterrupt:
+        swept.interrupted = True
+    except TouchlineError as error:
+        if not swept.runs:
+            raise
+        swept.problem = str(error)
+    swept.wall_s = time.monotonic() - begun
+    return swept

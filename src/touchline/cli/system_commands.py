@@ -1,0 +1,210 @@
+"""``touchline up|status|down``: the whole system on this machine."""
+
+import sys
+from dataclasses import asdict, astuple, dataclass
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from touchline.bus import Bus, BusConfig, CallError
+from touchline.bus.config import named_robots
+from touchline.cli.choices import SetupChoice
+from touchline.cli.display import print_event, print_json, print_line, print_table, say
+from touchline.cli.foxglove_choice import FoxgloveChoice
+from touchline.cli.groups import with_groups
+from touchline.cli.options import (
+    ExitCode,
+    JsonOption,
+    RecordingsOption,
+    RobotsOption,
+    SomeRobotsOption,
+    speed_factor,
+)
+from touchline.cli.ros2_choice import Ros2Choice
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import GetDiagnosticsRequest, ReplayStatus, TraversalStatus
+from touchline.schemas.plain_text import plain
+from touchline.supervision.diagnostics import read_health
+from touchline.supervision.running_system import only_one, running_pid, stop_running
+from touchline.supervision.shutdown import until_stopped
+from touchline.supervision.temporary_system import ProcessOptions, local_system, publish_notices, severity_of
+
+_STOP_TIMEOUT_S = 20.0
+_LOOK_S = 0.5
+_MISSING = "not running"
+_COUNTS = ("pid", "published", "received", "lost", "rejected")
+_STATE_NAMES = {
+    getattr(TraversalStatus, name): name.lower()
+    for name in ("IDLE", "READY", "RUNNING", "PAUSED", "DONE", "ABORTED", "ESTOPPED")
+}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("up")(with_groups(up))
+    app.command("status")(status)
+    app.command("down")(down)
+
+
+def up(
+    robot: SetupChoice,
+    ros: Ros2Choice,
+    viewers: FoxgloveChoice,
+    fleet: RobotsOption = None,
+    apart: Annotated[
+        bool, typer.Option("--apart", help="Run each robot in a process of its own, not all in one.")
+    ] = False,
+    speed: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; the console can change it.")
+    ] = "1",
+    recordings: RecordingsOption = None,
+) -> None:
+    """Start planner, robots and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
+    from touchline.services.robot_sim.together import check_together
+
+    config = BusConfig.from_environment()
+    viewers.check_free()
+    shown = [config for config in (viewers.with_clock(ros.gateway()), viewers.server()) if config is not None]
+    robots = robot.chosen_robots(fleet, config.namespaces)
+    if not apart:
+        check_together(robots)
+    config = config.of(*robots)
+    speed_factor(speed)  # refused here rather than by a process that is then started again and again
+    with (
+        until_stopped() as stop,
+        only_one(config),
+        local_system(
+            robots,
+            config,
+            ProcessOptions(["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart),
+            join_as=topics.SUPERVISOR,  # nobody who could stop a robot: that is who has a console
+        ) as system,
+    ):
+        if system.wait_until_ready(say, lambda: bool(stop)):
+            which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
+            say(f"Touchline is up on {config.endpoint}{which}; open a console with `touchline tui`, stop with Ctrl-C")
+            for where in (ros.told(config.namespaces), viewers.told()):
+                if where:
+                    say(where)
+        publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
+    say("Touchline is down")
+
+
+def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
+    """Stop what `touchline up` runs on this bus: all of it, or the systems of the robots that are named."""
+    pids = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S, robot or named_robots())
+    if as_json:
+        print_json({"stopped_pids": pids})
+    else:
+        typer.echo(f"stopped (pid {', '.join(map(str, pids))})" if pids else "nothing was running")
+
+
+@dataclass(frozen=True)
+class ServiceState:
+    """One service as ``touchline status`` shows it."""
+
+    node: str
+    state: str
+    pid: int | None = None
+    published: int | None = None
+    received: int | None = None
+    lost: int | None = None
+    rejected: int | None = None
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """One robot as ``touchline status`` shows it."""
+
+    namespace: str
+    supervisor_pid: int | None
+    services: list[ServiceState]
+    traversal: dict[str, Any] | None
+
+
+def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
+    """Show which robots, services and replays are on the bus and how they are."""
+    config = BusConfig.from_environment()
+    named = tuple(robot or named_robots())
+    with Bus.open(topics.OBSERVER, config.of((named or config.namespaces)[0])) as bus:
+        names = named or bus.roster().look((*topics.SERVING, topics.REPLAY), _LOOK_S) or config.namespaces
+        robots = [_robot(bus if name == bus.namespace else bus.of(name)) for name in names]
+    if as_json:
+        print_json({"endpoint": config.endpoint, "robots": [asdict(each) for each in robots]})
+    else:
+        _print(config.endpoint, robots)
+    if any(service.state == _MISSING for each in robots for service in each.services):
+        sys.exit(ExitCode.FAILED)
+
+
+def _robot(bus: Bus) -> RobotState:
+    missing = bus.wait_for(set(topics.SERVING), timeout_s=_LOOK_S)
+    replayed = topics.ROBOT_SIM in missing and not bus.wait_for({topics.REPLAY}, timeout_s=_LOOK_S)
+    if replayed:  # what told these things then need not be there now
+        states = [_state(bus, node, missing=False) for node in topics.SERVING if node not in missing]
+        states.append(ServiceState(topics.REPLAY, _replay(bus)))
+    else:
+        states = [_state(bus, node, node in missing) for node in topics.SERVING]
+    traversal = _traversal(bus) if replayed or topics.ROBOT_SIM not in missing else None
+    return RobotState(bus.namespace, running_pid(bus.config), states, traversal)
+
+
+def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
+    if missing:
+        return ServiceState(node, _MISSING)
+    try:
+        answer = bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s=2.0)
+    except (CallError, PayloadError):
+        return ServiceState(node, "does not answer")
+    health = read_health(node, answer.diagnostics)
+    return ServiceState(node, health.message, *astuple(health)[1:])
+
+
+def _replay(bus: Bus) -> str:
+    """How far the replay is."""
+    for sample in bus.inbox([topics.REPLAY_STATUS], keep="latest").wait(2.0):
+        message = sample.decode()
+        if isinstance(message, ReplayStatus):
+            does = "plays" if message.playing else "paused"
+            return f"{does} {message.file}, {message.now_s:.1f} of {message.end_s:.1f} s"
+    return "does not answer"
+
+
+def _traversal(bus: Bus) -> dict[str, Any] | None:
+    for sample in bus.inbox([topics.STATUS], keep="latest").wait(5.0):  # a robot that is there has said it
+        message = sample.decode()
+        if isinstance(message, TraversalStatus):
+            return {
+                "state": _STATE_NAMES[message.state],
+                "segment": message.segment_id,
+                "coverage_pct": None if message.state == TraversalStatus.IDLE else message.coverage_pct,
+                "remaining_s": message.remaining_s,
+            }
+    return None
+
+
+def _print(endpoint: str, robots: list[RobotState]) -> None:
+    for robot in robots:
+        pid = f", supervisor pid {robot.supervisor_pid}" if robot.supervisor_pid else ""
+        print_line(f"robot {robot.namespace} on {endpoint}{pid}")
+    several = len(robots) > 1
+    table = Table(*(["robot"] if several else []), "service", "state", *_COUNTS)
+    for robot in robots:
+        for number, state in enumerate(robot.services):
+            name = [robot.namespace if number == 0 else ""] if several else []
+            values = ("–" if value is None else escape(plain(str(value))) for value in asdict(state).values())
+            table.add_row(*name, *values)
+    print_table(table)
+    for robot in robots:
+        if robot.traversal:
+            whose = f"{robot.namespace}: " if several else "traversal: "
+            print_line(f"{whose}{_in_words(robot.traversal)}")
+
+
+def _in_words(job: dict[str, Any]) -> str:
+    done = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % done"
+    at = f" at {job['segment']}" if job["segment"] else ""
+    return f"{job['state']}{at}{done}"

@@ -1,0 +1,119 @@
+"""Options that say which team does what."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from touchline.cli.choices import VehicleChoice, VehicleOption
+from touchline.schemas.errors import SpecError
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
+from touchline.schemas.spec import EVERY_FIELD, parse, read_text
+from touchline.schemas.team import LOSSY_LEASE_S, TeamScenario
+from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
+
+Avoid = Literal["cells", "none"]
+Heading = Literal["bearing", "free"]
+
+
+@dataclass(frozen=True)
+class TeamChoice:
+    """A team: a file, and what is said instead of its own."""
+
+    team: Annotated[
+        Path | None,
+        typer.Option(
+            "--team",
+            metavar="FILE",
+            help="JSON file of a team (docs/fleet.md; `touchline fleet team` prints one); options take precedence.",
+            show_default=False,
+        ),
+    ] = None
+    task: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND", help="What it does: deploy (default) or swap; others in --team.", show_default=False
+        ),
+    ] = None
+    vehicle: VehicleOption = None
+    noise: Annotated[
+        Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
+    ] = None
+    avoid: Annotated[
+        Avoid | None,
+        typer.Option(metavar="HOW", help="How robots avoid each other: cells (default) or none, as in the study."),
+    ] = None
+    path: Annotated[
+        Heading | None,
+        typer.Option(metavar="HEADING", help="With --avoid none, headings at goals: bearing (default) or free."),
+    ] = None
+    loss: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Share of the messages that are lost, 0 to 0.95.")
+    ] = None
+    delay: Annotated[float | None, typer.Option(metavar="S", help="Messages take up to so long, s, 0 to 5.")] = None
+    duration: Annotated[float | None, typer.Option(metavar="S", help="Sim time, s; default 120.")] = None
+
+    def chosen(self, robots: int | None = None, seed: int | None = None) -> TeamScenario:
+        """What the file says, or the default, changed as the options say.
+
+        Args:
+            robots: How many, if that is said.
+            seed: Of the noise, likewise.
+
+        Raises:
+            SpecError: The file is not what it should be, or an option cannot be met.
+        """
+        text = read_text(self.team) if self.team else "{}"
+        team = parse(TeamScenario, text, self.team.name if self.team else "command line")
+        told: dict[str, Any] = team.model_dump(mode="json", context=EVERY_FIELD)
+        if robots is not None:
+            if team.places and robots != len(team.places):
+                problem = f"is {robots}, but {self.team} has places of {len(team.places)}"
+                raise SpecError("command line", "--robots", problem, "leave one of both out")
+            told["robots"] = robots
+        if self.vehicle is not None:
+            told |= _with_vehicle(team, self.vehicle)
+        if self.task is not None:
+            if self.task not in ("deploy", "swap"):
+                problem = f"is {self.task!r}"
+                raise SpecError("command line", "--task", problem, "give deploy or swap, or a task in a --team file")
+            told["task"] = {"kind": self.task}
+        for name, value in {"avoid": self.avoid, "path": self.path, "duration_s": self.duration}.items():
+            if value is not None:
+                told[name] = value
+        for name, value in {"loss": self.loss, "delay_s": self.delay}.items():
+            if value is not None:
+                told["links"][name] = value
+        if (self.loss or self.delay) and "onboard" not in team.model_fields_set:
+            told["onboard"]["team"]["lease_s"] = LOSSY_LEASE_S
+        for name, given in {"seed": seed, "noise": self.noise}.items():
+            if given is not None:
+                told["world"][name] = given
+        return _parsed(told)
+
+
+def _with_vehicle(team: TeamScenario, chosen: Path) -> dict[str, Any]:
+    """The vehicle, on its ground and with its own computer where the team does not say otherwise."""
+    given, name = team.model_fields_set, str(chosen)
+    found: dict[str, Any] = {"vehicle": VehicleChoice(chosen).chosen().model_dump(mode="json")}
+    if "onboard" not in given:
+        found["onboard"] = with_its_own(name, OnboardConfig()).model_dump(mode="json", context=EVERY_FIELD)
+    if "world" not in given:
+        found["world"] = on_its_ground(name, Scenario()).model_dump(mode="json", context=EVERY_FIELD)
+    return found
+
+
+def _parsed(told: dict[str, Any]) -> TeamScenario:
+    import json
+
+    return parse(TeamScenario, json.dumps(told), "team")
+
+
+RobotsCountOption = Annotated[
+    int | None, typer.Option("--robots", metavar="N", help="How many; default 10.", min=1, max=256)
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", metavar="N", help="Seed of every noise and start.", min=0, max=MAX_SEED)
+]

@@ -1,0 +1,42 @@
+"""``touchline vehicle`` and ``onboard``: the shipped robot and its computer as files to start from."""
+
+from typing import Annotated
+
+import typer
+
+from touchline.cli.plugin_option import PluginOption
+from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plugins import DRIVES, TOOLS
+from touchline.schemas.spec import EVERY_FIELD
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("vehicle")(vehicle)
+    app.command("onboard")(onboard)
+
+
+def vehicle(
+    name: Annotated[
+        str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}), or a file.", show_default=False)
+    ] = None,
+    drive: Annotated[str | None, PluginOption("--drive", DRIVES, "KIND", "What moves it")] = None,
+    tool: Annotated[str | None, PluginOption("--tool", TOOLS, "KIND", "What it works with")] = None,
+) -> None:
+    """Print a robot as JSON, every field, the first shipped one by default: what `--vehicle` takes, to be changed.
+
+    Of another kind of drive or tool every field is as that kind has it by default.
+    """
+    robot = load_vehicle(name) if name else Vehicle()
+    parts = {part: {"kind": kind} for part, kind in (("drive", drive), ("tool", tool)) if kind}
+    if parts:
+        robot = Vehicle.model_validate(robot.model_dump() | parts)
+    typer.echo(robot.model_dump_json(indent=1, context=EVERY_FIELD))
+
+
+def onboard() -> None:
+    """Print what the shipped robot's computer is told as JSON, every field: what `--onboard` takes, to be changed."""
+    typer.echo(OnboardConfig().model_dump_json(indent=1, context=EVERY_FIELD))

@@ -1,0 +1,41 @@
+"""Angles and whole turns."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+
+TAU = 2.0 * math.pi
+
+
+@kernel
+def wrapped(angle_rad: float) -> float:
+    """The angle in (−π, π], rad."""
+    return math.pi - (math.pi - angle_rad) % TAU
+
+
+@kernel
+def nearest_turn(angle_rad: float, middle_rad: float) -> float:
+    """The angle less as many whole turns as bring it within half a turn of another.
+
+    Args:
+        angle_rad: To be turned back or on.
+        middle_rad: That it is to be near to.
+
+    Returns:
+        The angle in [middle − π, middle + π), rad.
+    """
+    return angle_rad - TAU * math.floor((angle_rad - middle_rad) / TAU + 0.5)
+
+
+@kernel
+def sinc(angle_rad: float) -> float:
+    """Sin x / x, 1 at 0."""
+    return math.sin(angle_rad) / angle_rad if abs(angle_rad) > 1e-6 else 1.0
+
+
+def wrapped_all(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angles, rad, in [−π, π]; of any shape."""
+    return np.asarray(np.angle(np.exp(1j * angle_rad)))

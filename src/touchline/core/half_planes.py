@@ -1,0 +1,48 @@
+"""Convex sets in kernels: rows of half-planes {q: n·q ≤ offset}, NORMAL_X to OFFSET; points are complex, x + iy (m)."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+
+Floats = NDArray[np.float64]
+# Columns of a half-plane: its outward unit normal n, and the offset (m). A row of zeros says nothing.
+NORMAL_X, NORMAL_Y, OFFSET = range(3)
+
+
+@kernel
+def excess_m(rows: Floats, point: complex) -> float:
+    """How far (m) a point is outside; inside, negative, by the least distance to a side; −inf if there is no side.
+
+    Args:
+        rows: (k, 3) half-planes.
+        point: m.
+    """
+    most = -math.inf
+    for k in range(len(rows)):
+        x, y = rows[k, NORMAL_X], rows[k, NORMAL_Y]
+        if x != 0.0 or y != 0.0:
+            most = max(most, x * point.real + y * point.imag - rows[k, OFFSET])
+    return most
+
+
+@kernel
+def permits(rows: Floats, here: complex, after: complex, stop: complex) -> bool:
+    """The rule of motion: whether a step may be taken, as after it the place and the stopping point are inside.
+
+    Who stands outside a half-plane may be where it is, but no farther out.
+
+    Args:
+        rows: (k, 3) half-planes.
+        here: Where the robot is (m).
+        after: Where it would be (m).
+        stop: Where it would stand if it braked from there (m).
+    """
+    for k in range(len(rows)):
+        x, y = rows[k, NORMAL_X], rows[k, NORMAL_Y]
+        limit = max(rows[k, OFFSET], x * here.real + y * here.imag)
+        if x * after.real + y * after.imag > limit or x * stop.real + y * stop.imag > limit:
+            return False
+    return True

@@ -1,0 +1,112 @@
+"""What of some ground a machine can pass its tool over with its body where it may be: polygons, heading by heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.robust_overlay import buffer, difference, intersection, union, union_of_two
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+HEADINGS: Final = 72
+"""Every 5°."""
+_GROUNDS: Final = 4
+"""Of so many it is kept what was found: areas of one template lie in the same ground, and are planned again."""
+
+Floats = NDArray[np.float64]
+Point = tuple[float, float]
+
+
+def reachable(
+    ground: BaseGeometry,
+    free: BaseGeometry,
+    outline: Sequence[Point],
+    tool: Point,
+    width_m: float,
+    home: BaseGeometry | None = None,
+) -> BaseGeometry:
+    """What of some ground the tool can pass over, at any heading; whether it can get there is not asked.
+
+    Args:
+        ground: To be passed over.
+        free: Where the body may be.
+        outline: Of the body, in its own frame.
+        tool: Its middle in that frame; it lies across the body.
+        width_m: Of the tool.
+        home: Where the body's origin stays, if not anywhere.
+    """
+    return intersection(ground, _within_reach(free, tuple(outline), tool, width_m, home))
+
+
+@lru_cache(maxsize=_GROUNDS)
+def _within_reach(
+    free: BaseGeometry, outline: tuple[Point, ...], tool: Point, width_m: float, home: BaseGeometry | None
+) -> BaseGeometry:
+    """What the tool can pass over of any ground."""
+    parts = []
+    for heading in headings_rad():
+        at = _places(free, outline, heading)
+        at = at if home is None else intersection(at, home)
+        parts.append(_tool_over(at, heading, tool, 0.5 * width_m))
+    return union(parts)
+
+
+def headings_rad() -> list[float]:
+    """All headings that are looked at."""
+    return [number * math.tau / HEADINGS for number in range(HEADINGS)]
+
+
+def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:
+    """Where a body may be: inside a boundary and off what is kept out, by a margin; corners stay corners."""
+    if margin_m:
+        boundary = buffer(boundary, -margin_m, join_style="mitre")
+        kept_out = [buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
+    return difference(boundary, union(kept_out))
+
+
+def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
+    """Where the origin of a body, which lies inside it, may be at a heading with the whole body in free ground."""
+    return _places(free, tuple(outline), heading_rad)
+
+
+@lru_cache(maxsize=_GROUNDS * HEADINGS)
+def _places(free: BaseGeometry, outline: tuple[Point, ...], heading_rad: float) -> BaseGeometry:
+    import shapely
+
+    rings = [ring for part in shapely.get_parts(free) for ring in (part.exterior, *part.interiors)]
+    if not rings:
+        return free
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.Polygon(outline)))
+    mirrored = -_turned(np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]), heading_rad)
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
+    sums = (walls[:, None, :, None] + mirrored[None, :, None]).reshape(-1, 6, 2)
+    hit = np.asarray(shapely.convex_hull(shapely.linestrings(sums)))
+    return difference(free, union(hit))
+
+
+def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: float) -> BaseGeometry:
+    """What the tool lies over while the body's origin is at some places."""
+    import shapely
+
+    ends = _turned(np.array([[tool[0], tool[1] - half_width_m], [tool[0], tool[1] + half_width_m]]), heading_rad)
+    rings = [ring for part in shapely.get_parts(at) for ring in (part.exterior, *part.interiors)]
+    if not rings:
+        return at
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
+    edges = np.asarray(shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2))))
+    middle = shapely.transform(at, lambda points: points + ends.mean(axis=0))
+    return union_of_two(middle, union(edges))
+
+
+def _turned(points: Floats, heading_rad: float) -> Floats:
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    return np.asarray(points @ np.array([[cos, sin], [-sin, cos]]))

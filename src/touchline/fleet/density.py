@@ -1,0 +1,98 @@
+"""How important it is to be near to which place: the density φ, of three kinds, each with exact moments.
+
+A density that is even, or even over discs or over the squares of a raster, has moments in closed form over any
+polygon, so there is no quadrature, and no error but rounding.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.fleet.cells import VoronoiParts
+from touchline.fleet.kernels.polygon_moments import disc_moments, even_moments, raster_moments
+from touchline.schemas.team import Importance
+
+Floats = NDArray[np.float64]
+
+
+class Density(Protocol):
+    """φ ≥ 0 over the area, 1/m² if its integral is to be a number."""
+
+    def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
+        """Moments of cells, each about its own point.
+
+        Args:
+            parts: Of n cells.
+            points: (n, 2) m.
+
+        Returns:
+            (n, 4) mass M = ∫φ, first moment ∫(q − p)φ (x and y), second moment ∫|q − p|²φ.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class EvenDensity:
+    """The same everywhere."""
+
+    value: float = 1.0
+
+    def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
+        """See `Density`."""
+        found: Floats = even_moments(parts.corners, parts.counts, points, self.value)
+        return found
+
+
+@dataclass(frozen=True)
+class DiscDensity:
+    """Some value everywhere, and more in discs; where discs overlap their values add up.
+
+    Attributes:
+        discs: x, y, radius (m) and what it adds, of each.
+        value: Everywhere; it may be 0: a robot whose cell is empty then stays where it is.
+    """
+
+    discs: tuple[tuple[float, float, float, float], ...]
+    value: float = 1.0
+
+    def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
+        """See `Density`."""
+        rows = np.array(self.discs, dtype=np.float64).reshape(-1, 4)
+        even: Floats = even_moments(parts.corners, parts.counts, points, self.value)
+        more: Floats = disc_moments(parts.corners, parts.counts, points, rows)
+        return even + more
+
+
+@dataclass(frozen=True)
+class RasterDensity:
+    """Values of the squares of a raster, and nothing outside it.
+
+    Attributes:
+        values: (rows, columns), row by row along y from the origin.
+        pixel_m: Side of a square.
+        origin_m: x and y of the corner of least x and y.
+    """
+
+    values: Floats
+    pixel_m: float
+    origin_m: tuple[float, float] = (0.0, 0.0)
+
+    def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
+        """See `Density`."""
+        origin = complex(*self.origin_m)
+        found: Floats = raster_moments(parts.corners, parts.counts, points, origin, self.pixel_m, self.values)
+        return found
+
+
+def density_of(importance: Importance) -> Density:
+    """The density that a specification says."""
+    raster = importance.raster
+    if raster is not None:
+        return RasterDensity(np.array(raster.values, dtype=np.float64), raster.pixel_m, (raster.x_m, raster.y_m))
+    if importance.discs:
+        return DiscDensity(
+            tuple((disc.x_m, disc.y_m, disc.radius_m, disc.value) for disc in importance.discs), importance.value
+        )
+    return EvenDensity(importance.value)

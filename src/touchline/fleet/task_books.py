@@ -1,0 +1,72 @@
+"""What is kept of a team's task for the report at its end."""
+
+from __future__ import annotations
+
+import math
+
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.hindrances import Hindrances
+from touchline.fleet.tasks import GoalLists
+from touchline.schemas.messages import TeamReport
+
+
+class TaskBooks:
+    """See the module.
+
+    Args:
+        coordination: Of the team, which has this task from now on.
+        kind: Of the task.
+    """
+
+    def __init__(self, coordination: Coordination, kind: str) -> None:
+        self._coordination, self._kind = coordination, kind
+        self._hindrances = Hindrances(coordination)
+        self._begun_s = self._now_s = math.nan
+        self._nearest_m = math.inf
+        self._updates = self._heard = self._told = 0
+
+    def count(self, heard: int, told: int) -> None:
+        """Messages of an exchange."""
+        self._heard, self._told = self._heard + heard, self._told + told
+
+    def update(self, now_s: float) -> None:
+        """To be told of every update; those before all robots know where they are do not count.
+
+        Args:
+            now_s: Sim time.
+        """
+        if (hub := self._coordination.hub) is None:
+            return
+        self._begun_s = now_s if self._updates == 0 else self._begun_s
+        self._now_s, self._updates = now_s, self._updates + 1
+        self._nearest_m = min(self._nearest_m, hub.nearest_segments_m)
+        self._hindrances.update(now_s)
+
+    def hindrance(self, name: str) -> str:
+        """Why a robot does not get to its goal, as far as is known."""
+        return self._hindrances.of(name)
+
+    def report(self, *, finished: bool) -> TeamReport | None:
+        """What has become of the task, without a header; None before its first update.
+
+        Args:
+            finished: Whether it has come to its end.
+        """
+        hub, task = self._coordination.hub, self._coordination.task
+        if hub is None or not self._updates:
+            return None
+        goals = task.last if isinstance(task, GoalLists) else {}
+        arrived = self._coordination.arrived()
+        missing = [name for name in hub.names if name in goals and name not in arrived]
+        return TeamReport(
+            task=self._kind,
+            finished=finished,
+            robots=hub.names,
+            arrived=len(arrived),
+            missing=tuple(f"{name}: {self._hindrances.of(name) or 'its task ended on its way'}" for name in missing),
+            time_s=self._now_s - self._begun_s,
+            nearest_m=self._nearest_m,
+            updates=self._updates,
+            heard=self._heard,
+            told=self._told,
+        )

@@ -1,0 +1,149 @@
+"""What a team is told to do: spread over the area, drive to lists of goals, or change places across a circle."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.fleet.density import Density, density_of
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.lloyd import EVEN, deployment, relaxed_targets
+from touchline.schemas.errors import SpecError
+from touchline.schemas.team import DeployTask, FormationTask, SwapTask, TaskSpec
+
+Floats = NDArray[np.float64]
+
+ARRIVED_M: Final = 0.1
+
+
+class TeamTask(Protocol):
+    """Goals for robots, from where they are."""
+
+    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+        """Where each wants to be; to be asked once an update.
+
+        Args:
+            names: Of n robots.
+            places: (n, 2) where they are (m).
+
+        Returns:
+            (n, 2) m; not necessarily within reach.
+        """
+        ...
+
+
+class Deploy:
+    """Spread over the area, by Lloyd's rule."""
+
+    def __init__(self, area: FreeArea, density: Density = EVEN) -> None:
+        """Over an area, by a density φ."""
+        self._area, self.density = area, density
+
+    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+        """See `TeamTask`.
+
+        Raises:
+            CoincidentPoints: Two robots are at the same place.
+        """
+        return relaxed_targets(places, self.centroids(places))
+
+    def centroids(self, places: Floats) -> Floats:
+        """(n, 2) of the Voronoi cells of places (n, 2), both m.
+
+        Raises:
+            CoincidentPoints: Two robots are at the same place.
+        """
+        return deployment(places, self._area, self.density).centroids
+
+
+class GoalLists:
+    """Each robot drives to its goals in turn, and stays at the last; one that has none stays where it is."""
+
+    def __init__(self, goals: Mapping[str, Sequence[tuple[float, float]]]) -> None:
+        """With the goals (m) of each robot by its name."""
+        self._left = {name: list(places) for name, places in goals.items()}
+
+    @property
+    def last(self) -> dict[str, tuple[float, float]]:
+        """Where each robot is to end (m)."""
+        return {name: left[-1] for name, left in self._left.items() if left}
+
+    def goals(self, names: Sequence[str], places: Floats) -> Floats:
+        """See `TeamTask`."""
+        return np.array([self._goal(name, place) for name, place in zip(names, places, strict=True)]).reshape(-1, 2)
+
+    def _goal(self, name: str, place: Floats) -> Floats:
+        left = self._left.get(name)
+        if not left:
+            return place
+        while len(left) > 1 and np.hypot(*(np.array(left[0]) - place)) <= ARRIVED_M:
+            left.pop(0)
+        return np.array(left[0])
+
+
+def swap(places: Mapping[str, tuple[float, float]]) -> GoalLists:
+    """Everybody to the opposite place, across the middle of all.
+
+    Args:
+        places: Where each robot is, by its name (m).
+    """
+    x, y = np.array([places[name] for name in sorted(places)]).mean(axis=0)
+    return GoalLists({name: [(2.0 * x - at[0], 2.0 * y - at[1])] for name, at in places.items()})
+
+
+def in_formation(spec: FormationTask, places: Mapping[str, tuple[float, float]]) -> GoalLists:
+    """Each robot to a place of a formation, so that the sum of the squared ways is least.
+
+    Args:
+        spec: The formation.
+        places: Where each robot is, by its name (m).
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    names = sorted(places)
+    wanted = _formation(spec, len(names))
+    here = np.array([places[name] for name in names])
+    _, chosen = linear_sum_assignment(((here[:, None] - wanted[None]) ** 2).sum(axis=2))
+    return GoalLists({name: [(float(x), float(y))] for name, (x, y) in zip(names, wanted[chosen], strict=True)})
+
+
+def _formation(spec: FormationTask, count: int) -> Floats:
+    """(count, 2) its places (m)."""
+    number = np.arange(count, dtype=np.float64)
+    if spec.shape == "line":
+        own = np.column_stack(((number - 0.5 * (count - 1)) * spec.apart_m, np.zeros(count)))
+    elif spec.shape == "circle":
+        radius_m = 0.5 * spec.apart_m / np.sin(np.pi / count) if count > 1 else 0.0
+        angle = 2.0 * np.pi * number / count
+        own = radius_m * np.column_stack((np.cos(angle), np.sin(angle)))
+    else:
+        across = int(np.ceil(np.sqrt(count)))
+        own = spec.apart_m * np.column_stack((number % across, number // across))
+        own -= 0.5 * (own.min(axis=0) + own.max(axis=0))
+    cos, sin = np.cos(spec.heading_rad), np.sin(spec.heading_rad)
+    turned: Floats = own @ np.array(((cos, sin), (-sin, cos))) + np.array((spec.x_m, spec.y_m))
+    return turned
+
+
+def task_of(spec: TaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]]) -> TeamTask:
+    """What a specification says.
+
+    Args:
+        spec: What the team is told to do.
+        area: Where.
+        places: Where each robot is, by its name (m).
+
+    Raises:
+        SpecError: It names a robot that there is not.
+    """
+    if isinstance(spec, DeployTask):
+        return Deploy(area, density_of(spec.importance))
+    if isinstance(spec, SwapTask):
+        return swap(places)
+    if isinstance(spec, FormationTask):
+        return in_formation(spec, places)
+    for name in spec.goals:
+        if name not in places:
+            raise SpecError("team", f"task.goals.{name}", "is no robot of the team", f"use {', '.join(sorted(places))}")
+    return GoalLists(spec.goals)

@@ -1,0 +1,53 @@
+"""How a team stands, as its coordinator believes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from touchline.fleet.answers import header_at
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.free_area import FreeArea
+from touchline.fleet.lloyd import EVEN, deployment, square_cost
+from touchline.fleet.tasks import Deploy
+from touchline.schemas.messages import TeamCells, TeamStatus
+
+
+def team_news(
+    coordination: Coordination, area: FreeArea, tick: int, known: Mapping[str, str | int]
+) -> tuple[TeamCells, TeamStatus]:
+    """What is told of a team after an update.
+
+    Args:
+        coordination: Of the team.
+        area: Where it drives.
+        tick: Of the update.
+        known: Fields of the status that coordination does not know.
+    """
+    head = header_at(tick)
+    status = team_status(coordination, area).model_copy(update={"header": head, **known})
+    return TeamCells(header=head, cells=tuple(coordination.cells())), status
+
+
+def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
+    """See the module; without what only others know.
+
+    Args:
+        coordination: Of the team.
+        area: Where it drives.
+    """
+    hub, task = coordination.hub, coordination.task
+    if hub is None or task is None:
+        waits = coordination.waits_for
+        return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
+    places, outside_m = hub.places, max(hub.strays_m.values(), default=-math.inf)
+    even = isinstance(task, Deploy) and task.density == EVEN
+    cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
+    return TeamStatus(
+        arrived=len(coordination.arrived()),
+        stuck=len(hub.stuck),
+        resting=len(hub.resting),
+        cost_of_squares=cost,
+        nearest_m=hub.nearest_segments_m,
+        outside_m=outside_m,
+    )

@@ -1,0 +1,142 @@
+"""A drive to a goal over the bus: ask the robot, and follow it until it arrives or stops."""
+
+import time
+import uuid
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from touchline.bus import Bus
+from touchline.jobs.goal.arrival import ReachedPose, arrival_figures, missed
+from touchline.jobs.single.patience import Patience
+from touchline.jobs.watcher import JobFailed, Watcher
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import (
+    CommandRequest,
+    Event,
+    GotoRequest,
+    GotoResponse,
+    Odometry,
+    PauseStatus,
+    PlanOptions,
+    PoseGoal,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.messages.base import Message
+
+#: Planning and taking over included.
+_ANSWER_S: Final = 90.0
+#: What the robot's log says when it takes another trajectory.
+_OTHERS: Final = frozenset(("ready", "replaced"))
+
+
+@dataclass
+class GoalOnBus:
+    """A drive to ``goal`` of the robot on ``bus``, told to ``watcher``."""
+
+    bus: Bus
+    goal: PoseGoal
+    options: PlanOptions
+    watcher: Watcher
+    _ours: bool = field(default=False, init=False)
+    """Whether the robot's log has come to this goal."""
+    _since: tuple[int, int] = field(default=(0, 0), init=False)
+    """Sim time of that [s, ns]."""
+    _status: TraversalStatus = field(default=TraversalStatus(), init=False)
+    _pause: PauseStatus = field(default=PauseStatus(), init=False)
+    _odometry: dict[str, Odometry] = field(default_factory=dict, init=False)
+
+    def run(self) -> dict[str, Any]:
+        """Send the goal and wait for the robot to come to rest.
+
+        Returns:
+            Whether it arrived, or why not, and where and when it came to rest.
+
+        Raises:
+            JobFailed: The goal is refused, another trajectory takes over, or the robot stops for good.
+            CallError: The robot does not answer.
+        """
+        said = self.bus.inbox([topics.EVENTS, topics.REPORT])
+        latest = self.bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
+        self.watcher.stage("Planning")
+        request = GotoRequest(request_id=uuid.uuid4().hex, goal=self.goal, options=self.options)
+        answer = self.bus.call(topics.GOTO, request, _ANSWER_S, self.watcher.check)
+        if not answer.success:
+            raise JobFailed(f"the robot refused the goal: {answer.message}")
+        self.watcher.stage("Driving")
+        self.watcher.event(Event.INFO, answer.message)
+        try:
+            report = self._follow(said.messages, latest.messages)
+        except KeyboardInterrupt:
+            self._abort()
+            raise
+        self._note(latest.messages)
+        return self._figures(answer, report)
+
+    def _follow(self, said: Any, latest: Any) -> TraversalReport:
+        patience, moved_to_m = Patience(), -1.0
+        while True:
+            self.watcher.check()
+            for _, message in said():
+                if isinstance(message, Event):
+                    self._heed(message)
+                elif isinstance(message, TraversalReport) and self._ours and _stamp(message) > self._since:
+                    return message  # others are of the drive before: the bus keeps the last, and sim time rests with it
+            self._note(latest)
+            status = self._status
+            if self._ours and status.state == TraversalStatus.ESTOPPED:
+                raise JobFailed(f"the robot was stopped: {status.reason}")
+            if status.arc_length_m != moved_to_m:
+                moved_to_m = status.arc_length_m
+                fraction = moved_to_m / status.total_length_m if status.total_length_m else 0.0
+                self.watcher.progress(fraction, f"{status.remaining_s:.0f} s to go")
+            if why := patience.stalled(status, self._pause):
+                raise JobFailed(why)
+            time.sleep(0.01)
+
+    def _heed(self, event: Event) -> None:
+        self.watcher.event(event.severity, f"{event.source}: {event.text}")
+        if self._ours and event.code in _OTHERS:
+            raise JobFailed("another trajectory has taken over; the robot follows that")
+        if event.code == "goal" and not self._ours:
+            self._ours, self._since = True, _stamp(event)
+
+    def _note(self, latest: Any) -> None:
+        messages: Iterator[tuple[Any, Message]] = latest()
+        for sample, message in messages:
+            if isinstance(message, TraversalStatus):
+                self._status = message
+            elif isinstance(message, PauseStatus):
+                self._pause = message
+            elif isinstance(message, Odometry):
+                self._odometry[sample.topic.name] = message
+
+    def _abort(self) -> None:
+        """Stop the robot; what cannot be asked any more is told."""
+        self.watcher.stage("Stopping")
+        try:
+            self.bus.call(topics.ABORT, CommandRequest(request_id=uuid.uuid4().hex), timeout_s=2.0)
+        except TouchlineError as error:
+            self.watcher.event(Event.WARN, f"the robot may drive on: {error}")
+        else:
+            self.watcher.event(Event.WARN, "interrupted: the robot brakes and gives the goal up")
+
+    def _figures(self, answer: GotoResponse, report: TraversalReport) -> dict[str, Any]:
+        believed, true = (self._reached(topic) for topic in (topics.ODOMETRY, topics.TRUTH))
+        problem = missed(self.goal, believed, true) if report.success else self._status.reason
+        return {
+            "success": report.success and not problem,
+            "reason": problem or self._status.reason,
+            "arrival": arrival_figures(self.goal, answer.total_time, report.total_time_s, believed, true),
+        }
+
+    def _reached(self, topic: topics.Topic) -> ReachedPose | None:
+        told = self._odometry.get(topic.name)
+        return ReachedPose.of(told) if told is not None else None
+
+
+def _stamp(message: Event | TraversalReport) -> tuple[int, int]:
+    stamp = message.header.stamp
+    return stamp.sec, stamp.nanosec

@@ -1,0 +1,109 @@
+"""An emulated robot finds out where it stands, and drives to a goal; in one process, as fast as it goes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from touchline.jobs.goal.arrival import ReachedPose, arrival_figures, missed
+from touchline.jobs.single.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
+from touchline.jobs.single.simulation import GivenDrive, Outcome, Products, carry_out
+from touchline.schemas.digest import goal_scenario_hash
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plan import Plan
+from touchline.services.robot_sim.emulator import Emulator, Taking
+
+LOST_S: Final = 30.0
+"""Sim time: a robot that stands for so long without knowing where will not drive."""
+
+
+@dataclass(frozen=True)
+class GoalDrive:
+    """A drive to a goal that has ended.
+
+    Attributes:
+        goal: Where to.
+        plan: The way.
+        outcome: Of driving it.
+        believed, true: Where the robot came to rest.
+    """
+
+    goal: PoseGoal
+    plan: Plan
+    outcome: Outcome
+    believed: ReachedPose
+    true: ReachedPose
+
+    @property
+    def problem(self) -> str:
+        """Why it is no success; empty if it is one."""
+        if not self.outcome.report.success:
+            return self.outcome.reason or "the robot did not get to its goal"
+        return missed(self.goal, self.believed, self.true)
+
+    def figures(self) -> dict[str, Any]:
+        """As JSON."""
+        report = self.outcome.report
+        taken_s = report.total_time_s
+        planned_s = self.plan.report.total_time_s
+        return {
+            "success": not self.problem,
+            "reason": self.problem or self.outcome.reason,
+            "arrival": arrival_figures(self.goal, planned_s, taken_s, self.believed, self.true),
+            "plan": {**plan_figures(self.plan.report), "notes": list(self.plan.notes)},
+            "traversal": traversal_figures(report, self.outcome.wall_time_s),
+            "estimator": estimator_figures(report),
+            "recording": self.outcome.recording,
+            "hash": hash_figures(self.outcome.scenario_hash, report),
+        }
+
+
+def plan_from(start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan:
+    """The way to a goal from a pose: x (m), y (m), heading (rad).
+
+    Raises:
+        PlanningError: There is none.
+    """
+    return plan_to_goal(goal, vehicle, PlanOptions.model_validate({**dict(options), "start": tuple(start)}))
+
+
+def drive_to_goal(
+    setup: Setup,
+    goal: PoseGoal,
+    options: PlanOptions,
+    products: Products,
+    progress: Callable[[float, str], None] = lambda done, doing: None,
+) -> GoalDrive:
+    """Let a robot stand at its scenario's start until it knows where that is, plan from there, and drive.
+
+    Args:
+        setup: The robot and its world, which says where it stands.
+        goal: Where to.
+        options: How to plan; without a start.
+        products: What is to be given besides the figures.
+        progress: Told the fraction done and where the robot is.
+
+    Raises:
+        PlanningError: There is no such way.
+        CommandRefused: The robot does not find out where it stands.
+        RecordingError: The recording cannot be written.
+    """
+    emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+    while not emulator.onboard.aligned:
+        if emulator.time_s > LOST_S:
+            raise CommandRefused(
+                f"the robot does not find out where it stands within {LOST_S:g} s: give a scenario with a position fix"
+            )
+        emulator.tick()
+    start = emulator.onboard.estimate[:3]
+    plan = plan_from(start, goal, setup.vehicle, options)
+    begun = PlanOptions.model_validate({**dict(options), "start": tuple(start)})
+    drive = GivenDrive(plan.trajectory, None, Taking.HERE, PlanCause(options=begun, goal=goal))
+    outcome = carry_out(emulator, drive, products, progress)
+    cause = goal_scenario_hash(setup, goal, options)
+    believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
+    return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)

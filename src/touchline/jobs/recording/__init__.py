@@ -1,0 +1,1 @@
+"""Recordings of jobs, by the bridge or in this process."""

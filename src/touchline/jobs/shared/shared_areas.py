@@ -1,0 +1,254 @@
+"""Areas planned for several robots that cover them: parts, a plan for each, and who goes first where they meet."""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final, NamedTuple
+
+import numpy as np
+import shapely
+from scipy.optimize import linear_sum_assignment
+
+from touchline.core.robust_overlay import intersection, union
+from touchline.fleet.traffic.timetable import timetable
+from touchline.jobs.shared.shared_job import (
+    APART_M,
+    ASTRAY_M,
+    Progress,
+    SharedJob,
+    Start,
+    no_order,
+    refuse_poses,
+)
+from touchline.jobs.shared.timed_path import timed_path
+from touchline.onboard.trajectory.trajectory import load_trajectory
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.coverage.drum_sweep import swept
+from touchline.services.planner.coverage.lanes import lane_angle
+from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan_task import Company, PlanTask
+from touchline.services.planner.sharing.ground_parts import (
+    Grounds,
+    directions,
+    parts_in,
+    share_template,
+    size_m2,
+    strips,
+)
+
+MISSED_S_PER_M2: Final = 4.0
+"""What a missed square metre is worth when ways to share are compared, as when lanes are joined."""
+SHARE_PCT: Final = 99.7
+"""Of what can be reached of each part; where the options do not say how much."""
+TURNS: Final = 4
+"""Laps may begin with the side in any of so many directions."""
+WAITS_SHARE: Final = 0.02
+"""Where robots wait for each other for no larger share of the time, laps need not begin elsewhere."""
+EVEN_SHARE: Final = 0.03
+"""Times of robots that differ by no larger share are even."""
+
+
+class Parted(NamedTuple):
+    """A way to share that was planned.
+
+    Attributes:
+        job: None if one robot stands in another's way for good.
+        least_s: What it would cost if nobody waited.
+        shares, angle_rad: Of the parts.
+        turn: Of the side with which laps begin.
+        parts: Which part each robot has.
+    """
+
+    job: SharedJob | None
+    least_s: float
+    shares: tuple[float, ...]
+    angle_rad: float
+    turn: int
+    parts: tuple[int, ...]
+
+    @property
+    def cost_s(self) -> float:
+        """By which ways are compared: when all are done, and what they miss."""
+        if self.job is None:
+            return math.inf
+        return self.job.table.end_s + MISSED_S_PER_M2 * (self.job.area_m2 - self.job.covered_m2)
+
+    @property
+    def waits(self) -> bool:
+        """Whether somebody waits for so long that laps had better begin elsewhere."""
+        return self.job is None or max(self.job.table.waits_s) > WAITS_SHARE * self.job.table.end_s
+
+
+def share_areas(
+    template: Template,
+    options: PlanOptions,
+    vehicle: Vehicle,
+    starts: Sequence[Start | None],
+    progress: Progress = lambda done, doing: None,
+    left: Grounds | None = None,
+) -> SharedJob:
+    """Plan a template's areas for several robots, or for one that does what is left.
+
+    Args:
+        template: In the map frame.
+        options: How to plan.
+        vehicle: Every one of the robots; its tool covers.
+        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
+            begins.
+        progress: Told the fraction done, and what is being done.
+        left: By its id, what of each area is left to be covered (m, map frame); None: all of every area.
+
+    Raises:
+        PlanningError: It cannot be shared or planned; it says why and what to do.
+    """
+    begun = time.perf_counter()
+    refuse_poses(options)
+    if not template.areas:
+        raise PlanningError("", "has no area", f"give {vehicle.name} a template with an area to cover")
+    if template.segments:
+        problem = f'has the line "{template.segments[0].id}" beside its areas, and robots share areas alone'
+        raise PlanningError("", problem, "leave the lines out, or leave out --robots")
+    job = _AreaSharing(PlanTask(template, vehicle, options, Company(left=left)), starts, progress).best()
+    return replace(job, planning_time_s=time.perf_counter() - begun)
+
+
+class _AreaSharing:
+    """See `share_areas`."""
+
+    def __init__(self, task: PlanTask, starts: Sequence[Start | None], progress: Progress) -> None:
+        self.task, self.starts, self.robots, self._progress = task, starts, len(starts), progress
+        self._areas: Grounds = {area.id: area.polygon for area in task.template.areas}
+        self.grounds = task.company.left or self._areas
+        options = task.options
+        self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
+        self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
+        whole = as_area(union(list(self.grounds.values())))
+        angle = options.swath_angle_deg.tolist() or [area.angle_deg for area in task.template.areas]
+        pitch_m = self._width_m - self._overlap_m
+        self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
+        self._problem: PlanningError | None = None
+        self._done, self._told = 0, 0.0
+
+    def best(self) -> SharedJob:
+        """The best of all ways.
+
+        A way in which robots wait for each other is tried with laps that begin elsewhere, unless it would be no better
+        than another one if nobody waited.
+        """
+        even = (1.0 / self.robots,) * self.robots
+        angles = directions(self.angle_rad) if self.robots > 1 else (self.angle_rad,)
+        begun = [self._way(even, angle, 0) for angle in angles]
+        firsts = sorted((way for way in begun if way is not None), key=lambda way: way.least_s)
+        best = min(firsts, key=lambda way: way.cost_s, default=None)
+        for first in firsts:
+            way: Parted | None = first
+            for turn in range(1, TURNS):
+                if way is None or best is None or not way.waits or first.least_s >= best.cost_s:
+                    break
+                way = self._way(even, first.angle_rad, turn)
+                best = _better(best, way)
+        if best is None or best.job is None:
+            raise self._problem or no_order(self.robots)
+        seconds = np.zeros(self.robots)
+        seconds[list(best.parts)] = [made.report.total_time_s for made in best.job.plans]
+        if np.ptp(seconds) > EVEN_SHARE * seconds.max():
+            shares = np.array(best.shares) / seconds
+            again = self._way(tuple((shares / shares.sum()).tolist()), best.angle_rad, best.turn)
+            if again is not None and again.job is not None and again.cost_s < best.cost_s:
+                return again.job
+        return best.job
+
+    def _way(self, shares: tuple[float, ...], angle_rad: float, turn: int) -> Parted | None:
+        """A way to share with laps that begin in one direction; None if a part cannot be planned."""
+        try:
+            cut_up = self._parts(shares, angle_rad)
+            of_robots = self._nearest(cut_up)
+            parts = [cut_up[k] for k in of_robots]
+            plans = self._plans(parts, angle_rad + (turn + 2) * math.tau / TURNS)
+        except PlanningError as problem:
+            self._problem = self._problem or problem
+            return None
+        self._done += 1
+        whole = union(list(self.grounds.values()))
+        covered = swept([section.path for each in plans for section in each.sections], self._width_m)
+        covered_m2 = float(intersection(covered, whole).area)
+        least_s = max(made.report.total_time_s for made in plans) + MISSED_S_PER_M2 * (whole.area - covered_m2)
+        return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
+
+    def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Company]:
+        """The part of each strip; where some ground is left alone, straights are laid as if nothing were covered."""
+        cuts = strips(self.grounds, shares, angle_rad, self._overlap_m)
+        half_m, left = 0.5 * self._width_m, self.task.company.left
+        parts = [parts_in(self.grounds, strip, 0.0 if left else half_m) for strip in cuts]
+        if not all(parts):
+            size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {self.robots} robots"
+            raise PlanningError("", f"has {size}", "give fewer robots")
+        if left is None:
+            return [Company(grounds=part) for part in parts]
+        return [
+            Company(grounds=parts_in({name: self._areas[name] for name in part}, strip, 0.0), left=part)
+            for part, strip in zip(parts, cuts, strict=True)
+        ]
+
+    def _nearest(self, parts: Sequence[Company]) -> tuple[int, ...]:
+        """The part of each robot, near to where it stands; in their order if they are carried there."""
+        places = [None if at is None else shapely.Point(at[:2]) for at in self.starts]
+        off_m = [
+            [0.0 if place is None else min(each.distance(place) for each in _ground(part).values()) for part in parts]
+            for place in places
+        ]
+        return tuple(linear_sum_assignment(off_m)[1].tolist())
+
+    def _plans(self, parts: Sequence[Company], begins_rad: float) -> list[Plan]:
+        """A plan for each part."""
+        return [
+            plan(
+                self.task.template,
+                self.task.vehicle,
+                self._asked if at is None else self._asked.model_copy(update={"start": np.array(at)}),
+                partial(self._tell, robot),
+                company=replace(part, begins_rad=begins_rad),
+            )
+            for robot, (part, at) in enumerate(zip(parts, self.starts, strict=True))
+        ]
+
+    def _job(self, parts: Sequence[Company], plans: Sequence[Plan], covered_m2: float) -> SharedJob | None:
+        """The job of these plans; None if one robot stands in another's way for good."""
+        template, vehicle = self.task.template, self.task.vehicle
+        paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
+        table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
+        if table is None:
+            return None
+        shares = tuple(share_template(template, _ground(part)) for part in parts)
+        return SharedJob(
+            template,
+            vehicle,
+            self.task.options,
+            shares,
+            tuple(plans),
+            tuple(paths),
+            table,
+            0,
+            covered_m2=covered_m2,
+        )
+
+    def _tell(self, robot: int, stage: str, fraction: float) -> None:
+        done = self._done + (robot + fraction) / self.robots
+        self._told = max(self._told, 1.0 - 1.0 / (1.0 + 0.5 * done))
+        self._progress(self._told, f"Planning parts: {stage}, way {self._done + 1}, robot {robot + 1}")
+
+
+def _ground(part: Company) -> Grounds:
+    """That a robot is to cover."""
+    return part.left or part.grounds or {}
+
+
+def _better(one: Parted, other: Parted | None) -> Parted:
+    """The one of less cost."""
+    return one if other is None or one.cost_s <= other.cost_s else other

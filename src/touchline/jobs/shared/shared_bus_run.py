@@ -1,0 +1,322 @@
+"""A shared job over the bus: each robot loads its part, and is told how far it may drive by what the others report.
+
+A robot that fails does not end it: the others go on as far as they may, and do what is left once that is ordered.
+"""
+
+import time
+from collections.abc import Sequence
+from typing import Any, Final
+
+from touchline.bus import Bus
+from touchline.fleet.traffic.gates import authorities_m
+from touchline.jobs.recording.team_recording import begin_team_recording, end_team_recording
+from touchline.jobs.shared.body_gap import BodyGap
+from touchline.jobs.shared.claimed_stretch import tell_stretches
+from touchline.jobs.shared.conduct import Conduct
+from touchline.jobs.shared.errand import ErrandStatus, errands
+from touchline.jobs.shared.left_work import LeftWork
+from touchline.jobs.shared.rest import Mate, none_left, painted_before, rest_of
+from touchline.jobs.shared.shared_job import SharedJob
+from touchline.jobs.shared.shared_robot import SharedRobot, fresh_id
+from touchline.jobs.shared.sightings import together
+from touchline.jobs.shared.standstill_words import (
+    in_the_way,
+    out_of_service,
+    paused_since,
+    why_not_done,
+    why_not_finished,
+)
+from touchline.jobs.watcher import JobFailed, Watcher
+from touchline.schemas import topics
+from touchline.schemas.errors import PlanningError, TouchlineError
+from touchline.schemas.messages import CommandRequest, CommandResponse, Event, Trajectory
+from touchline.services.planner.sequencing.wet import NO_LINES
+
+STALLED_S: Final = 20.0
+"""A team of which nobody moves on for so long (wall clock) will not finish by itself."""
+_LOOK_S: Final = 0.005
+_SETTLED_S: Final = 0.2
+"""Wall clock: what a robot had told before its clock was held is here after so long."""
+_STANDS_S: Final = 60.0
+"""Wall clock: an aborted robot has come to rest and has reported by then."""
+
+
+class SharedBusRun:
+    """A shared job in progress.
+
+    Args:
+        buses: Of the robots, in the order of the job.
+        job: What they do.
+        conduct: How.
+        watcher: Whoever watches.
+
+    Attributes:
+        robots: All of them.
+        job: What is done now: the rest, once that was taken over.
+        gap: Between bodies, each where it was last told to be in truth.
+        left_out: What could not be reached.
+        recording: Its figures, if there is one.
+        orders: That operators have given, with what came of each.
+        started_at: Wall clock (monotonic) at which they set off.
+        wall_time_s: That they took, by the clock on the wall.
+    """
+
+    def __init__(self, buses: Sequence[Bus], job: SharedJob, conduct: Conduct, watcher: Watcher) -> None:
+        self.robots, self.job = [SharedRobot(bus, job.vehicle, watcher.event) for bus in buses], job
+        self._conduct, self._watcher = conduct, watcher
+        self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
+        self._gathering = self._undone = self._asked = False
+        self._painted, self._begun_s = NO_LINES, 0.0
+        self._said = dict.fromkeys((robot.name for robot in self.robots), "")
+        self._moved_at, self._reached_m = 0.0, -1.0
+        self.left_out, self._driven = none_left(job), list[Trajectory]()
+        self.recording: dict[str, Any] | None = None
+        self.orders: list[dict[str, str | bool]] = []
+        self.started_at = self.wall_time_s = 0.0
+
+    def run(self) -> None:
+        """Do it.
+
+        Raises:
+            JobFailed: A robot refused, nobody moves on, or what a robot left was not taken over in time.
+            CallError: One did not answer.
+        """
+        record = self._conduct.record
+        if record is not None:
+            begin_team_recording(self._recorder, record, self._watcher)
+        self._watcher.stage("Covering" if self.job.template.areas else "Painting")
+        try:
+            self._begin(self.job, self.robots, here=False)
+            self._follow()
+            self._stand_down()
+        except (TouchlineError, KeyboardInterrupt):
+            self._give_up()
+            raise
+        finally:
+            for robot in self.robots:
+                robot.stretch.give_up()
+            if record is not None:
+                self.recording = end_team_recording(self._recorder, record, self._watcher)
+        self.wall_time_s = time.monotonic() - self.started_at
+        for robot in self.robots:
+            robot.conclude()
+
+    @property
+    def _recorder(self) -> Bus:
+        """Of the bridge, which serves all robots, whatever becomes of them."""
+        return self.robots[0].bus
+
+    def _begin(self, job: SharedJob, crew: Sequence[SharedRobot], *, here: bool) -> None:
+        self.job, self._crew = job, list(crew)
+        for robot, errand in zip(crew, errands(job), strict=True):
+            robot.take(errand, self._begun_s, here=here)
+            robot.set_speed(self._conduct.speed)
+        self._authorize()
+        self._moved_at, self._reached_m = time.monotonic(), -1.0
+        self.started_at = self.started_at or self._moved_at
+        for robot in crew:
+            robot.command(topics.START)
+
+    def _authorize(self) -> None:
+        """Tell every robot whose authority has changed."""
+        until_m = authorities_m(self.job.table.gates, [robot.progress_m for robot in self._crew])
+        for robot, arc_m in zip(self._crew, until_m, strict=True):
+            if not (robot.out or robot.finished):
+                robot.authorize(min(arc_m, robot.limit_m))
+        self._claim()
+
+    def _claim(self) -> None:
+        """Tell of every robot which stretch of its path the others keep off."""
+        for robot in self.robots:
+            robot.claim()
+        tell_stretches([robot.stretch for robot in self.robots], time.monotonic())
+
+    def _follow(self) -> None:
+        while not self._over:
+            self._look()
+            for robot in self.robots:
+                for kind, call in robot.orders():
+                    done, text = self._take_over(robot) if kind == "take-over" else self._remove(robot)
+                    self._note(robot, kind, done=done, outcome=text)
+                    call.reply(CommandResponse(success=done, message=text))
+            if self._gathering and all(robot.rests for robot in self._crew if not robot.out):
+                self._hand_over()
+            else:
+                self._authorize()
+                self._look_whether_anybody_moves()
+                self._look_whether_all_else_is_done()
+            time.sleep(_LOOK_S)
+
+    @property
+    def _over(self) -> bool:
+        if self._gathering or self._undone or not all(robot.done for robot in self._crew):
+            return False
+        return not self._in_the_way or self._waited_s > self._conduct.ordered_within_s
+
+    @property
+    def _in_the_way(self) -> list[SharedRobot]:
+        """Who has failed beside what could not be reached, until that is taken over."""
+        return [robot for robot in self.robots if robot.out] if self.left_out and not self._ends_by_itself else []
+
+    @property
+    def _failed(self) -> list[SharedRobot]:
+        """Who is out of service, and has not done what it was to do."""
+        return [robot for robot in self._crew if robot.out and not robot.done]
+
+    @property
+    def _ends_by_itself(self) -> bool:
+        return self._conduct.take_over_after_s is not None
+
+    @property
+    def _waited_s(self) -> float:
+        """Since anybody has moved, or has failed."""
+        return time.monotonic() - max(self._moved_at, *(robot.out_at for robot in self.robots))
+
+    def _look(self) -> None:
+        """Hear all, and say who has failed."""
+        self._watcher.check()
+        for robot in self.robots:
+            robot.listen()
+            if robot in self._crew:
+                robot.look()
+            if robot.out != self._said[robot.name]:
+                self._said[robot.name] = robot.out
+                self._tell_of(robot)
+        there = [robot for robot in self.robots if not robot.gone]
+        seen = {robot.name: robot.truth.sightings for robot in there}
+        poses = together(seen, {robot.name for robot in there if robot.stands}, time.time())
+        for name in self.gap.look(poses) if poses else ():
+            self._watcher.event(Event.ERROR, f"{name} touches another robot")
+            next(robot for robot in self.robots if robot.name == name).touch()
+
+    def _tell_of(self, robot: SharedRobot) -> None:
+        if robot.out:
+            self._watcher.event(Event.ERROR, out_of_service(robot, self._conduct))
+        else:
+            self._watcher.event(Event.INFO, f"{robot.name} is in service again")
+
+    def _look_whether_anybody_moves(self) -> None:
+        now_m = sum(robot.furthest_m for robot in self._crew)
+        if now_m > self._reached_m:
+            self._moved_at, self._reached_m = time.monotonic(), now_m
+            where = ", ".join(f"{robot.name} {robot.status.segment_id}" for robot in self._crew)
+            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), where)
+        if paused := [robot for robot in self._crew if robot.paused_since is not None]:
+            self._moved_at = time.monotonic()  # who is paused by an operator stands until an operator resumes it
+            self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), paused_since(paused))
+        failed = self._failed
+        after_s = self._conduct.take_over_after_s
+        if failed and after_s is not None and not (self._gathering or self._undone):
+            if time.monotonic() - failed[0].out_at >= after_s:
+                done, text = self._take_over(failed[0])
+                self._note(failed[0], "take-over", done=done, outcome=text)
+        elif (failed or self._undone) and not self._gathering:
+            if self._waited_s > self._conduct.ordered_within_s or (self._undone and self._ends_by_itself):
+                raise JobFailed(why_not_finished(failed, self._left.names, self._conduct, undone=self._undone))
+        elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
+            raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({why_not_done(self._crew)})")
+
+    def _look_whether_all_else_is_done(self) -> None:
+        over = all(robot.done for robot in self._crew)
+        if over and not self._asked and (there := self._in_the_way):
+            self._watcher.event(Event.WARN, in_the_way(there, self.left_out, self._conduct))
+        self._asked = over
+
+    def _note(self, robot: SharedRobot, kind: str, *, done: bool, outcome: str) -> None:
+        self.orders.append({"robot": robot.name, "order": kind, "done": done, "outcome": outcome})
+        self._watcher.event(Event.INFO if done else Event.WARN, f"{kind} {robot.name}: {outcome}")
+
+    def _remove(self, robot: SharedRobot) -> tuple[bool, str]:
+        """It was carried away: whether that can be, and what is said."""
+        if not robot.out or robot.gone:
+            return False, f"{robot.name} does not stand there out of service"
+        robot.gone, self._moved_at = True, time.monotonic()
+        return True, f"{robot.name} was carried away; order take-over to have done what it left"
+
+    def _take_over(self, robot: SharedRobot) -> tuple[bool, str]:
+        """Have all others stop where they do not paint, so that the rest can be done: whether, and what is said."""
+        able = [each for each in self.robots if not each.out]
+        if not robot.out:
+            return False, f"{robot.name} is in service, and does its share itself"
+        if not able:
+            return False, "nobody is left to take over"
+        if not self._gathering:
+            self._gathering = True
+            for each in able:  # so that none has passed by then the place where it is told to stop
+                each.set_speed(0.0)
+            settled_at = time.monotonic() + _SETTLED_S
+            while time.monotonic() < settled_at:
+                self._look()
+                time.sleep(_LOOK_S)
+            for each in self._crew:
+                if each.errand is not None and not each.out:
+                    each.limit_m = each.errand.next_hold_m(each.furthest_m)
+            self._authorize()
+            for each in able:
+                each.set_speed(self._conduct.speed)
+            self._moved_at = time.monotonic()
+        return True, "the others take over as soon as they have come to stand"
+
+    def _hand_over(self) -> None:
+        """Have everybody give up what is under way where it stands, and begin on the rest."""
+        self._stand_down()
+        self._gathering = False
+        left, told = self._left, self._told
+        beliefs, now_s = [robot.painted for robot in self._crew], max(robot.shared_s for robot in self._crew)
+        painted = painted_before(self.job, beliefs, self._painted, now_s - self._begun_s)
+        mates = [Mate(robot.place, not robot.out) for robot in self.robots if not robot.gone]
+        try:
+            rest = rest_of(self.job, left, mates, painted, self._watcher.progress) if left else None
+        except PlanningError as error:
+            self._undone = True
+            self._watcher.event(Event.ERROR, f"the rest cannot be done: {error}")
+            return
+        for robot in self._crew:
+            robot.conclude()
+        self._undone, self._painted, self._begun_s = False, painted, now_s
+        if rest is None:
+            self._crew, self.left_out = [], none_left(self.job)
+            return
+        self._driven += [each.driven for each in told]
+        self.left_out = rest.left_out
+        self._watcher.event(Event.INFO, f"the rest is done: {rest}")
+        self._begin(rest.job, [robot for robot in self.robots if robot.name in rest.crew], here=True)
+
+    def _stand_down(self) -> None:
+        """Have everybody give up what is under way where it stands, and report."""
+        for robot in self._crew:
+            if robot.out:
+                robot.keep_out()
+            else:
+                robot.call_off()
+        self._claim()
+        deadline = time.monotonic() + _STANDS_S
+        while not all(robot.out or robot.report is not None for robot in self._crew):
+            if time.monotonic() > deadline:
+                raise JobFailed("the others do not come to rest, and cannot take over")
+            self._look()
+            time.sleep(_LOOK_S)
+
+    @property
+    def _told(self) -> list[ErrandStatus]:
+        """How far the robots are."""
+        return [each for robot in self._crew for each in robot.told]
+
+    @property
+    def _left(self) -> LeftWork:
+        """What is not done, by what the robots believe."""
+        return self.left_out.joined(self.job, self._told)
+
+    @property
+    def planned(self) -> list[Trajectory]:
+        """What all were to drive: what was given up as far as it was driven, and what came instead."""
+        return [*self._driven, *(each.trajectory for each in self.job.plans)]
+
+    def _give_up(self) -> None:
+        """Leave all robots stopped; who cannot be asked any more is left."""
+        self._watcher.stage("Stopping")
+        for robot in self.robots:
+            try:
+                robot.bus.call(topics.ABORT, CommandRequest(request_id=fresh_id()), 2.0)
+            except TouchlineError as error:
+                self._watcher.event(Event.WARN, str(error))

@@ -1,0 +1,257 @@
+"""A template planned for several robots: shares, a plan for each, and who goes first where they meet."""
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from touchline.fleet.traffic.conflicts import TimedPath
+from touchline.fleet.traffic.timetable import Delay, Timetable, timetable
+from touchline.jobs.shared.timed_path import timed_path
+from touchline.jobs.single.reports import left_out_figures
+from touchline.onboard.trajectory.trajectory import load_trajectory
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import LeftOutStretch, PlanOptions
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.marking import REFUSE, leaves_out, lines_reached
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan_task import Company, PlanTask
+from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
+from touchline.services.planner.sharing.shares import Sharing, sharings
+from touchline.services.planner.sharing.wet_between import Clocked, crossings_between, painted_rows_of
+from touchline.services.planner.tour import UnreachableError, crossing_cost_s, drying_s
+
+APART_M: Final = 0.5
+"""Bodies keep at least so far from each other."""
+ASTRAY_M: Final = 0.1
+"""By so much each robot may be beside its path, with what it does not know of itself."""
+
+PRICES_S: Final = (1.25, 3.0, 6.0)
+"""What it may cost a robot not to run over a wet line once: whoever is done before the others has time to spare."""
+WAYS, MANY = 3, 60
+"""So many ways to share are planned in full; of a template with more lines than that one, as it takes long."""
+
+Progress = Callable[[float, str], None]
+Floats = NDArray[np.float64]
+Start = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SharedJob:
+    """A planned job of several robots that are alike.
+
+    Attributes:
+        template: All of it.
+        vehicle, options: Of every robot.
+        shares: Of each robot, the template with its swaths alone.
+        plans: Of each robot.
+        paths: Likewise, as the traffic rules see them.
+        table: Who waits where for whom.
+        wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
+        planning_time_s: By the clock on the wall.
+        covered_m2: Of the areas, what all plans cover together.
+        left_out: Stretches of lines that outlines are in the way of.
+    """
+
+    template: Template
+    vehicle: Vehicle
+    options: PlanOptions
+    shares: tuple[Template, ...]
+    plans: tuple[Plan, ...]
+    paths: tuple[TimedPath, ...]
+    table: Timetable
+    wet_between: int
+    planning_time_s: float = 0.0
+    covered_m2: float = 0.0
+    left_out: tuple[LeftOutStretch, ...] = ()
+
+    @property
+    def area_m2(self) -> float:
+        """Of all areas, which do not overlap; 0 where lines are painted."""
+        return sum(area.polygon.area for area in self.template.areas)
+
+    @property
+    def wet_crossings(self) -> int:
+        """How often a wheel or caster meets wet paint, its own robot's or another's."""
+        return sum(each.report.wet_crossings for each in self.plans) + self.wet_between
+
+    @property
+    def cost_s(self) -> float:
+        """By which ways to share are compared: when all are done, and what wet crossings are worth in time."""
+        return self.table.end_s + crossing_cost_s(self.options) * self.wet_crossings
+
+    def figures(self) -> dict[str, Any]:
+        """Of all robots together."""
+        return {
+            "total_time_s": self.table.end_s,
+            "wet_crossings": {"total": self.wet_crossings, "between_robots": self.wet_between},
+            "waits": len(self.table.gates),
+            **({"coverage_pct": 100.0 * self.covered_m2 / self.area_m2} if self.template.areas else {}),
+            **({"left_out": left_out_figures(self.left_out)} if self.left_out else {}),
+            "planning_time_s": self.planning_time_s,
+        }
+
+
+def share_reachable(
+    template: Template, options: PlanOptions, vehicle: Vehicle, robots: int, progress: Progress
+) -> SharedJob:
+    """Plan what can be reached of a template for several robots that are carried to where their plans begin.
+
+    The job's template has the parts of obstructed lines as lines of their own. Arguments and errors are those of
+    `share_job`.
+    """
+    begun = time.perf_counter()
+    refuse_poses(options)
+    if template.areas or not leaves_out(options):
+        return share_job(template, options, vehicle, [None] * robots, progress)
+    lines = lines_reached(PlanTask(template, vehicle, options), lambda stage, done: progress(0.0, f"Looking: {stage}"))
+    while True:
+        part = template.model_copy(update={"segments": lines.segments})
+        try:
+            job = share_job(part, options, vehicle, [None] * robots, progress)
+        except UnreachableError as error:
+            lines = lines.shortened(error.parts, error.segment_id)
+        else:
+            return replace(job, left_out=lines.left_out, planning_time_s=time.perf_counter() - begun)
+
+
+def share_job(
+    template: Template,
+    options: PlanOptions,
+    vehicle: Vehicle,
+    starts: Sequence[Start | None],
+    progress: Progress = lambda done, doing: None,
+    painted: Floats = NO_LINES,
+) -> SharedJob:
+    """Plan a template for several robots.
+
+    Args:
+        template: In the map frame.
+        options: How to plan.
+        vehicle: Every one of the robots.
+        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
+            begins.
+        progress: Told the fraction done, and what is being done.
+        painted: (n, 7) rows of `sequencing.wet`: lines that are on the ground already, painted at times below 0.
+
+    Raises:
+        PlanningError: It cannot be shared or planned; it says why and what to do.
+    """
+    begun = time.perf_counter()
+    refuse_poses(options)
+    progress(0.0, "Sharing")
+    task = PlanTask(template, vehicle, options, Company(painted))
+    robots = len(starts)
+    ways = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
+    best, planned = None, 0
+    problem: PlanningError | None = None
+    for number, way in enumerate(ways):
+        told = partial(_tell, progress, number / len(ways), 1.0 / len(ways))
+        try:
+            job = _best_of(_planned(task, _assigned(way, starts), starts, told))
+        except PlanningError as error:
+            problem = problem or error
+            continue
+        best, planned = _best_of((best, job)), planned + (job is not None)
+        if planned == (WAYS if len(template.segments) <= MANY else 1):
+            break
+    if best is None:
+        raise problem or no_order(robots)
+    if options.hard_drying and best.wet_crossings:
+        wet = f"cannot be shared among {robots} robots without driving over wet paint"
+        raise PlanningError("", wet, "shorten the drying time, or let wet paint be crossed")
+    return replace(best, planning_time_s=time.perf_counter() - begun)
+
+
+def refuse_poses(options: PlanOptions) -> None:
+    """Raise `PlanningError` for a start or an end pose, of which several robots would need one each."""
+    if len(options.start) or len(options.end):
+        raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
+
+
+def no_order(robots: int) -> PlanningError:
+    """The error of a template for which no timetable was found."""
+    apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
+    return PlanningError("", apart, "give fewer robots, or templates that lie apart")
+
+
+def _tell(progress: Progress, begun: float, part: float, stage: str, fraction: float) -> None:
+    progress(begun + part * fraction, f"Planning shares: {stage}")
+
+
+def _best_of(jobs: Iterable[SharedJob | None]) -> SharedJob | None:
+    """The one of least cost."""
+    return min((job for job in jobs if job is not None), key=lambda job: job.cost_s, default=None)
+
+
+def _assigned(way: Sharing, starts: Sequence[Start | None]) -> Sharing:
+    """The same shares, each given to a robot that stands near it."""
+    off = np.zeros((len(starts), len(starts)))
+    for robot, start in enumerate(starts):
+        for number, share in enumerate(way.shares):
+            ends = np.array([segment.curve().end[:2] for segment in share.segments])
+            off[robot, number] = np.hypot(*(ends - start[:2]).T).min() if start is not None else 0.0
+    chosen = linear_sum_assignment(off)[1].tolist()
+    return replace(way, shares=tuple(way.shares[k] for k in chosen), seconds=tuple(way.seconds[k] for k in chosen))
+
+
+def _planned(
+    task: PlanTask, way: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
+) -> Iterator[SharedJob | None]:
+    """The jobs of one way to share: at several prices of a wet crossing, and then round the wet paint of the others."""
+    # What robots share is all painted or refused: a share that leaves something out would be nobody's.
+    options = task.options.model_copy(update={"obstructed": REFUSE})
+    asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
+
+    def planned(robot: int, price_s: float, others: Sequence[Floats] = ()) -> Plan:
+        company = Company(np.concatenate((task.company.painted, *others)), price_s)
+        return plan(way.shares[robot], task.vehicle, asked[robot], progress, company=company)
+
+    robots = range(len(starts))
+    jobs = [_joined(task, way, [planned(k, price_s) for k in robots]) for price_s in PRICES_S]
+    yield from jobs
+    best = _best_of(jobs)
+    price_s = next((price_s for price_s, job in zip(PRICES_S, jobs, strict=True) if job is best), 0.0)
+    for robot in robots:
+        if best is None or len(robots) < 2:
+            return
+        rows = [painted_rows_of(each) for k, each in enumerate(clocked(best)) if k != robot]
+        plans = list(best.plans)
+        plans[robot] = planned(robot, price_s, rows)
+        job = _joined(task, way, plans)
+        yield job
+        best = _best_of((best, job))
+
+
+def _joined(task: PlanTask, way: Sharing, plans: Sequence[Plan]) -> SharedJob | None:
+    """The job of these plans; None if one robot stands in another's way for good."""
+    template, vehicle, options = task.template, task.vehicle, task.options
+    paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
+    table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
+    if table is None:
+        return None
+    job = SharedJob(template, vehicle, options, way.shares, tuple(plans), tuple(paths), table, 0)
+    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
+    between = crossings_between(clocked(job), wheels, task.company.painted)
+    return replace(job, wet_between=between)
+
+
+def clocked(job: SharedJob) -> list[Clocked]:
+    """The plans with the times that the timetable has for them."""
+    return [
+        Clocked(each, partial(clock_s, path, late))
+        for each, path, late in zip(job.plans, job.paths, job.table.delays, strict=True)
+    ]
+
+
+def clock_s(path: TimedPath, delays: tuple[Delay, ...], arc_m: Floats) -> Floats:
+    """When a robot with these delays is at arc lengths (n,) of its path, if all goes as planned."""
+    from_m = np.array([each.from_m for each in delays])
+    late_s = np.array([0.0, *(each.seconds for each in delays)])
+    return np.asarray(np.interp(arc_m, path.arc_m, path.time_s) + late_s[np.searchsorted(from_m, arc_m, side="left")])

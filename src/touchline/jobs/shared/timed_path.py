@@ -1,0 +1,123 @@
+"""The path of a trajectory as the traffic rules want it: where the body is when, and where it may wait."""
+
+import math
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.fleet.traffic.conflicts import STEP_M, STOP_S, TimedPath
+from touchline.onboard.executive.mission import RESUMED_RUN_UP_M
+from touchline.onboard.trajectory.path import poses_along
+from touchline.onboard.trajectory.trajectory import LoadedTrajectory
+from touchline.schemas.messages import Actuation
+from touchline.schemas.vehicles import Vehicle
+
+Floats = NDArray[np.float64]
+
+HOLD_EVERY_M: Final = 1.0
+"""Places to wait at on a way between two swaths."""
+COVER_HOLD_EVERY_M: Final = 2.0
+"""Places to wait at on a way of a tool that covers."""
+SETTLE_S: Final = 0.5
+"""Paint begins no sooner after a wait than when the robot has been as fast as planned for so long."""
+TOLD_LATE_M: Final = 0.5
+"""A robot may be so much further on its path than where it was when it last told, and than where it believes to be."""
+SPIN_STEP_RAD: Final = 0.25
+
+
+def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
+    """The path of a loaded trajectory for the traffic rules.
+
+    A tool that paints goes back, at most from where the robot has come to rest to before where its paint stopped, as
+    far as a process that was started anew does; one that covers goes on where it stands.
+    """
+    arc_m, poses = _poses(plan)
+    middle, radius_m = body_disc(vehicle)
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x = poses[:, 0] + cos * middle[0] - sin * middle[1]
+    y = poses[:, 1] + sin * middle[0] + cos * middle[1]
+    stop_s = vehicle.tool.work_speed_mps / vehicle.drive.max_acceleration_mps2 if vehicle.tool.covers else STOP_S
+    brakes_m = float(plan.speeds[:, 1].max()) ** 2 / (2.0 * vehicle.drive.max_acceleration_mps2)
+    return TimedPath(
+        arc_m,
+        np.column_stack((x, y)),
+        times_s(plan, arc_m),
+        radius_m,
+        _holds(plan, vehicle),
+        brakes_m + TOLD_LATE_M,
+        TOLD_LATE_M if vehicle.tool.covers else brakes_m + RESUMED_RUN_UP_M,
+        stop_s,
+    )
+
+
+def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
+    """The smallest disc that holds the body: its middle in the body's frame (m), and its radius (m)."""
+    import shapely
+
+    corners = shapely.MultiPoint(vehicle.body.footprint_m)
+    middle = shapely.minimum_bounding_circle(corners).centroid
+    return (middle.x, middle.y), max(math.dist(corner, (middle.x, middle.y)) for corner in vehicle.body.footprint_m)
+
+
+def times_s(plan: LoadedTrajectory, arc_m: Floats) -> Floats:
+    """When the robot is at these arc lengths (n,) by the plan, turns on the spot at them done."""
+    station, speed = plan.speeds.T
+    i = np.clip(np.searchsorted(station, arc_m, side="right") - 1, 0, len(station) - 2)
+    ahead = arc_m - station[i]
+    span = np.maximum(station[i + 1] - station[i], 1e-12)
+    here = np.sqrt(np.maximum(speed[i] ** 2 + (speed[i + 1] ** 2 - speed[i] ** 2) * ahead / span, 0.0))
+    pace = speed[i] + here
+    driven = plan.times_s[i] + np.where(pace > 0.0, 2.0 * ahead / np.maximum(pace, 1e-12), 0.0)
+    turned = sum(turn.time_s * (arc_m >= plan.legs[leg].start_m) for leg, turn in plan.turns.items())
+    return np.asarray(driven + turned)
+
+
+def _poses(plan: LoadedTrajectory) -> tuple[Floats, Floats]:
+    """Arc lengths (n,), and x, y (m) and heading (rad) there (n, 3), no more than `STEP_M` apart."""
+    arcs, poses = list[Floats](), list[Floats]()
+    turned = {plan.legs[leg].first: turn for leg, turn in ((k, plan.legs[k].turn_rad) for k in plan.turns)}
+    for index, row in enumerate(plan.path):
+        if row[6] == 0.0:
+            angles = np.linspace(0.0, turned[index], 2 + int(abs(turned[index]) / SPIN_STEP_RAD))
+            arcs.append(np.full(len(angles), row[5]))
+            poses.append(np.column_stack((np.full((len(angles), 2), row[:2]), row[2] + angles)))
+            continue
+        along = np.linspace(0.0, row[4], 2 + int(row[4] / STEP_M))
+        arcs.append(row[5] + along)
+        poses.append(poses_along(np.tile(row, (len(along), 1)), along))
+    return np.concatenate(arcs), np.concatenate(poses)
+
+
+def _holds(plan: LoadedTrajectory, vehicle: Vehicle) -> Floats:
+    """Where the robot may wait: at the start, and between swaths, with room to brake and to be fast enough again.
+
+    A tool that covers works as well after a stop: with it, anywhere.
+    """
+    if vehicle.tool.covers:
+        return np.arange(0.0, plan.total_length_m, COVER_HOLD_EVERY_M)
+    work_mps = vehicle.tool.work_speed_mps
+    brake_m = work_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2)
+    holds = [0.0]
+    for begins_m, ends_m in dry_stretches(plan):
+        first_m = begins_m + brake_m if begins_m > 0.0 else 0.0
+        last_m = ends_m - brake_m - SETTLE_S * work_mps
+        holds += np.arange(first_m, last_m, HOLD_EVERY_M).tolist()
+    return np.unique(holds)
+
+
+def dry_stretches(plan: LoadedTrajectory) -> list[tuple[float, float]]:
+    """The stretches of arc length (m) on which the plan does not paint, before, between and behind the swaths."""
+    sprays = [bool(mask & Actuation.VALVE) for mask in plan.actuation]
+    switches = [0.0, *plan.switch_m, plan.total_length_m]
+    states = [False, *sprays]
+    dry = list[tuple[float, float]]()
+    for (begins_m, ends_m), sprayed in zip(pairwise(switches), states, strict=True):
+        if sprayed or ends_m <= begins_m:
+            continue
+        if dry and dry[-1][1] == begins_m:
+            dry[-1] = dry[-1][0], ends_m
+        else:
+            dry.append((begins_m, ends_m))
+    return dry

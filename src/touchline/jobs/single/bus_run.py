@@ -1,0 +1,269 @@
+"""One job over the bus: plan, record, load, start, follow to the end, report."""
+
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from touchline.bus import Bus, CallError, Inbox
+from touchline.bus.counters import Counters
+from touchline.jobs.recording.recording_end import end_recording, lacking
+from touchline.jobs.single.patience import Patience
+from touchline.jobs.single.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
+from touchline.jobs.single.stale_reports import SaidOfJob
+from touchline.jobs.watcher import JobFailed, Watcher
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages import (
+    AreaReport,
+    CommandRequest,
+    Event,
+    GetDiagnosticsRequest,
+    LoadRequest,
+    PauseStatus,
+    PlanOptions,
+    PlanRequest,
+    PlanResponse,
+    Progress,
+    RecordRequest,
+    RecordStopRequest,
+    SetSpeedRequest,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.supplies import full
+from touchline.schemas.topics import Request, Response, Service
+from touchline.schemas.vehicles import Vehicle
+from touchline.supervision.diagnostics import read_health
+
+_PLAN_TIMEOUT_S = 600.0
+_READY_TIMEOUT_S = 10.0
+_FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
+
+
+@dataclass(frozen=True)
+class JobOptions:
+    """What to work on and how.
+
+    Attributes:
+        template_json: The template's text.
+        plan: How to plan it.
+        speed: Sim seconds per wall second; negative for as fast as it goes.
+        record: File to record to, if any.
+        scenario_hash: Of what decides the session; passed on to the report.
+        vehicle: The robot's, whose tank and battery are full at the start.
+    """
+
+    template_json: str
+    plan: PlanOptions
+    speed: float
+    record: Path | None
+    scenario_hash: str = ""
+    vehicle: Vehicle = field(default_factory=Vehicle)
+
+
+@dataclass
+class BusRun:
+    """A job in progress on ``bus``, told to ``watcher``."""
+
+    bus: Bus
+    options: JobOptions
+    watcher: Watcher
+    started_at: float = field(default=0.0, init=False)
+    """Wall clock (monotonic) at which the robot set off."""
+    report: TraversalReport = field(default=TraversalReport(), init=False)
+    """Of the traversal, once the job is done."""
+    area: AreaReport | None = field(default=None, init=False)
+    """Of the areas, once the job is done, if a covering tool has worked on some."""
+    _of_job: SaidOfJob = field(default_factory=SaidOfJob, init=False)
+
+    def run(self) -> dict[str, Any]:
+        """Do the whole job.
+
+        Returns:
+            The run report.
+
+        Raises:
+            JobFailed: A service refused, died, or the robot stopped for good.
+            CallError: A service did not answer.
+        """
+        inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
+        latest = self.bus.inbox([topics.STATUS], keep="latest")
+        pauses = self.bus.inbox([topics.PAUSE_STATUS], keep="latest")
+        plan = self._plan()
+        recording = self._start_recording()
+        try:
+            self._load_and_start(plan, latest)
+            status, report = self._follow(inbox, latest, pauses)
+        except (TouchlineError, KeyboardInterrupt):
+            self._give_up(recording)
+            raise
+        wall_s, self.report = time.monotonic() - self.started_at, report
+        recorded = self._stop_recording()
+        return self._report(plan, status, report, wall_s, recorded)
+
+    def _plan(self) -> PlanResponse:
+        self.watcher.stage("Planning")
+        progress = self.bus.inbox([topics.PLANNER_PROGRESS], keep="latest")
+
+        def show() -> None:
+            self.watcher.check()
+            for _, message in progress.messages():
+                if isinstance(message, Progress):
+                    self.watcher.progress(message.fraction, message.stage)
+
+        request = PlanRequest(
+            request_id=_new_id(),
+            template_json=self.options.template_json,
+            vehicle_json=self.options.vehicle.model_dump_json(),
+            options=self.options.plan,
+        )
+        response = self._ask(topics.PLAN_SERVICE, request, _PLAN_TIMEOUT_S, show)
+        if not response.success:
+            raise JobFailed(response.message)
+        for shortage in full(response.report, self.options.vehicle).shortages:
+            self.watcher.event(Event.WARN, f"planner: the job {shortage}")
+        for stretch in response.report.left_out:
+            self.watcher.event(Event.WARN, f"planner: the plan leaves out {stretch.words}")
+        return response
+
+    def _start_recording(self) -> Path | None:
+        if self.options.record is None:
+            return None
+        request = RecordRequest(request_id=_new_id(), path=str(self.options.record.absolute()))
+        response = self._ask(topics.RECORD, request)
+        if not response.success:
+            raise JobFailed(response.message)
+        return self.options.record
+
+    def _load_and_start(self, plan: PlanResponse, latest: Inbox) -> None:
+        self.watcher.stage("Painting")
+        load = LoadRequest(
+            request_id=_new_id(),
+            trajectory=plan.trajectory,
+            template_json=self.options.template_json,
+            cause_json=PlanCause.of(self.options.plan, plan.report).model_dump_json(),
+        )
+        loaded = self._ask(topics.LOAD, load)
+        if not loaded.success:
+            raise JobFailed(f"the robot refused the plan: {loaded.message}")
+        deadline = time.monotonic() + _READY_TIMEOUT_S
+        while not any(self._of_job.status(status) for status in _statuses(latest)):
+            self.watcher.check()
+            if time.monotonic() > deadline:
+                raise JobFailed("the robot has taken the plan, but does not say that it is ready")
+            time.sleep(0.005)
+        speed = SetSpeedRequest(request_id=_new_id(), factor=self.options.speed)
+        paced = self._ask(topics.SET_SPEED, speed)
+        if not paced.success:
+            raise JobFailed(paced.message)
+        started = self._ask(topics.START, CommandRequest(request_id=_new_id()))
+        if not started.success:
+            raise JobFailed(f"the robot refused to start: {started.message}")
+        self.started_at = time.monotonic()
+
+    def _follow(self, inbox: Inbox, latest: Inbox, pauses: Inbox) -> tuple[TraversalStatus, TraversalReport]:
+        status, pause, patience, moved_to = TraversalStatus(), PauseStatus(), Patience(), -1.0
+        while True:
+            self.watcher.check()
+            for _, message in inbox.messages():
+                if isinstance(message, Event):
+                    self.watcher.event(message.severity, f"{message.source}: {message.text}")
+                elif isinstance(message, AreaReport) and self._of_job.report(message):
+                    self.area = message
+                elif isinstance(message, TraversalReport) and self._of_job.report(message):
+                    return next(_statuses(latest), status), message
+            status = next(_statuses(latest), status)
+            pause = next((message for _, message in pauses.messages() if isinstance(message, PauseStatus)), pause)
+            if status.arc_length_m != moved_to:
+                moved_to = status.arc_length_m
+                fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
+                self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % done")
+            if (why := patience.stalled(status, pause)) and status.state not in _FINISHED:
+                raise JobFailed(why)
+            time.sleep(0.01)
+
+    def _stop_recording(self) -> dict[str, Any] | None:
+        if self.options.record is None:
+            return None
+        self.watcher.stage("Finishing the recording")
+        report = end_recording(self.bus, partial(self.watcher.event, Event.WARN), self.watcher.check)
+        figures: dict[str, Any] = {"path": str(self.options.record), "complete": False}
+        if report is not None and Path(report.path).name == self.options.record.name:  # of a next part it says little
+            figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
+        problem = lacking(report, self.options.record)
+        return figures | ({"problem": problem} if problem else {"complete": True})
+
+    def _give_up(self, recording: Path | None) -> None:
+        """Leave the robot stopped and the recording whole; what cannot be asked any more is left."""
+        self.watcher.stage("Stopping")
+        try:
+            self.bus.call(topics.ABORT, CommandRequest(request_id=_new_id()), timeout_s=2.0)
+        except TouchlineError as error:
+            self.watcher.event(Event.WARN, str(error))
+        if recording is not None:
+            try:
+                self.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=30.0)
+            except TouchlineError as error:
+                self.watcher.event(Event.WARN, str(error))
+
+    def _report(
+        self,
+        plan: PlanResponse,
+        status: TraversalStatus,
+        report: TraversalReport,
+        wall_s: float,
+        recording: dict[str, Any] | None,
+    ) -> dict[str, Any]:
+        lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
+        return {
+            "success": report.success and not lacking,
+            "reason": status.reason
+            or (lacking and f"the recording is not complete: {lacking}")
+            or failing(report, self.area),
+            "plan": plan_figures(plan.report),
+            "traversal": traversal_figures(report, wall_s),
+            **work_report(report, self.area, plan.report),
+            "bus": self._bus_figures(),
+            "recording": recording,
+            "hash": hash_figures(self.options.scenario_hash, report),
+        }
+
+    def _bus_figures(self) -> dict[str, int]:
+        """Messages published, received and lost, over all processes, as each tells them."""
+        counters = [self.bus.counters]
+        for node in (topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE):
+            try:
+                response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
+            except (CallError, PayloadError) as error:
+                self.watcher.event(Event.WARN, str(error))
+                continue
+            health = read_health(node, response.diagnostics)
+            counters.append(Counters(health.published or 0, health.received or 0, health.lost or 0))
+        return {
+            "published": sum(each.published for each in counters),
+            "received": sum(each.received for each in counters),
+            "lost": sum(each.lost for each in counters),
+        }
+
+    def _ask(
+        self,
+        service: Service[Request, Response],
+        request: Request,
+        timeout_s: float = 10.0,
+        while_waiting: Callable[[], None] | None = None,
+    ) -> Response:
+        return self.bus.call(service, request, timeout_s, while_waiting or self.watcher.check)
+
+
+def _statuses(latest: Inbox) -> Iterator[TraversalStatus]:
+    """Those that wait: one at most."""
+    return (message for _, message in latest.messages() if isinstance(message, TraversalStatus))
+
+
+def _new_id() -> str:
+    return uuid.uuid4().hex

@@ -1,0 +1,248 @@
+"""Runs a job in one process, without bus or wall clock, with the same bits as over Zenoh."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+from touchline.core.stopwatch import Stopwatch
+from touchline.jobs.recording.payload_recorder import PayloadRecorder
+from touchline.jobs.single.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
+from touchline.schemas.digest import scenario_hash
+from touchline.schemas.messages import (
+    AreaReport,
+    PaintMarks,
+    PlanOptions,
+    PlanReport,
+    Trajectory,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plan_cause import PlanCause
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import Telemetry
+
+Progress = Callable[[float, str], None]
+
+#: Ticks between two looks at how far the robot has come.
+_SLICE_TICKS = 1000
+#: Slices without any progress after which a robot is taken to wait for an operator who is not there.
+_PATIENCE_SLICES = 18
+
+
+@dataclass(frozen=True)
+class Job:
+    """A planned job: everything but the scenario and the computer's configuration.
+
+    Attributes:
+        trajectory: The plan.
+        plan_report: Its figures, planning time included.
+    """
+
+    template: Template
+    vehicle: Vehicle
+    options: PlanOptions
+    trajectory: Trajectory
+    plan_report: PlanReport
+
+    @classmethod
+    def prepare(
+        cls,
+        template: Template,
+        options: PlanOptions,
+        vehicle: Vehicle | None = None,
+        progress: Progress = lambda done, doing: None,
+    ) -> Self:
+        """Plan ``template`` for the vehicle, by default the shipped one.
+
+        Raises:
+            PlanningError: It cannot be planned.
+        """
+        watch = Stopwatch()
+        vehicle = vehicle or Vehicle()
+        planned = plan(template, vehicle, options, lambda stage, fraction: progress(fraction, f"Planning: {stage}"))
+        report = planned.report.model_copy(update={"planning_time_s": watch.elapsed_s})
+        return cls(template, vehicle, options, planned.trajectory, report)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run.
+
+    Attributes:
+        report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
+        area: The report of its areas, if a covering tool has worked on some.
+        reason: Why it ended as it did, if that needs words.
+        wall_time_s: Of the drive, the report included.
+        recording: Path, messages and bytes of the recording, if there is one.
+        strokes: The paint, if that is wanted.
+        scenario_hash: Of its cause.
+    """
+
+    report: TraversalReport
+    area: AreaReport | None
+    reason: str
+    wall_time_s: float
+    recording: dict[str, Any] | None
+    strokes: tuple[PaintMarks, ...]
+    scenario_hash: str = ""
+
+    def figures(self, job: Job) -> dict[str, Any]:
+        """The report as ``touchline run`` gives it."""
+        return {
+            "success": self.report.success,
+            "reason": self.reason or failing(self.report, self.area),
+            "plan": plan_figures(job.plan_report),
+            "traversal": traversal_figures(self.report, self.wall_time_s),
+            **work_report(self.report, self.area, job.plan_report),
+            "recording": self.recording,
+            "hash": hash_figures(self.scenario_hash, self.report),
+        }
+
+
+@dataclass(frozen=True)
+class Products:
+    """What comes of a run besides its report.
+
+    Attributes:
+        hashed: Whether to work out the session hash; a recorded run always has one.
+        record: MCAP file to write.
+        strokes: Whether the outcome holds the paint itself.
+    """
+
+    hashed: bool = False
+    record: Path | None = None
+    strokes: bool = False
+
+
+_REPORT_ALONE = Products()
+
+
+class GivenDrive(NamedTuple):
+    """What an emulated robot is to drive.
+
+    Attributes:
+        trajectory: The plan.
+        template: By which its paint is judged, if it has one.
+        taking: How the robot gets to the start.
+        cause: What the plan was made from, for the recording.
+    """
+
+    trajectory: Trajectory
+    template: Template | None
+    taking: Taking
+    cause: PlanCause | None = None
+
+
+def simulate(
+    job: Job,
+    scenario: Scenario,
+    config: OnboardConfig | None = None,
+    products: Products = _REPORT_ALONE,
+    progress: Progress = lambda done, doing: None,
+) -> Outcome:
+    """Paint ``job`` once, as fast as it goes.
+
+    Telemetry is made only to be hashed or recorded; that changes no figure.
+
+    Args:
+        job: What to paint.
+        scenario: What may go differently.
+        config: What the robot's computer is told; by default the shipped robot's.
+        products: What it is to give besides the report.
+        progress: Told the fraction done and where the robot is, every few seconds of sim time.
+
+    Raises:
+        CommandRefused: The robot does not take the plan.
+        RecordingError: The recording cannot be written.
+    """
+    emulator = Emulator(job.vehicle, scenario, config)
+    drive = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause.of(job.options, job.plan_report))
+    done = carry_out(emulator, drive, products, progress)
+    return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
+
+
+def carry_out(
+    emulator: Emulator,
+    drive: GivenDrive,
+    products: Products = _REPORT_ALONE,
+    progress: Progress = lambda done, doing: None,
+) -> Outcome:
+    """Have an emulated robot drive a trajectory to its end, as fast as it goes.
+
+    Args:
+        emulator: The robot, at rest.
+        drive: What it drives.
+        products: What is to be given besides the report.
+        progress: As of `simulate`.
+
+    Raises:
+        CommandRefused: The robot does not take the plan.
+        RecordingError: The recording cannot be written.
+    """
+    begun = time.perf_counter()
+    telemetry = Telemetry(emulator)
+    before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()]
+    emulator.check_load()
+    emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
+    runner = FastRunner(emulator)
+    if products.record is None and not products.hashed:
+        emulator.start()
+        reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
+        reports, recording = telemetry.reports(), None
+    else:
+        with PayloadRecorder(products.record) as listener:
+            listener.hear("", before)
+            listener.hear("", telemetry.awake())
+            listener.hear("", telemetry.loaded(drive.trajectory, drive.template))
+            emulator.start()
+            listener.hear("", telemetry.news())
+
+            def tell() -> None:
+                if products.record is None:
+                    telemetry.only_hashed()
+                else:
+                    listener.hear("", telemetry.told())
+
+            def run_slice() -> None:
+                last = emulator.tick_count + _SLICE_TICKS
+                while emulator.tick_count < last and emulator.active:
+                    telemetry.hold(runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows))
+                    if telemetry.full:
+                        tell()
+                tell()
+
+            reason = _drive(emulator, run_slice, progress)
+            reports = telemetry.final or telemetry.reports()
+        recording = listener.figures()
+    return Outcome(
+        *reports,
+        reason,
+        time.perf_counter() - begun,
+        recording,
+        telemetry.strokes() if products.strokes else (),
+    )
+
+
+def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
+    """Run to the end; a robot that waits for an operator for minutes is told to give up. Returns the reason."""
+    reached, patience = -1.0, _PATIENCE_SLICES
+    while emulator.active:
+        run_slice()
+        status = emulator.onboard.status
+        if status.total_length_m > 0.0:
+            progress(status.arc_length_m / status.total_length_m, status.segment_id)
+        patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
+        reached = status.arc_length_m
+        if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
+            waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
+            why = status.reason or "it did not move on"
+            emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
+    return emulator.onboard.status.reason

@@ -1,0 +1,42 @@
+"""A picture of what a traversal has left behind: paint, or areas that were covered."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from touchline.jobs.single.covered_picture import covered_caption, draw_covered
+from touchline.jobs.single.painted_picture import draw_painted, painted_caption
+from touchline.jobs.single.reports import paint_figures
+from touchline.schemas.messages import AreaReport, PaintMarks, TraversalReport
+from touchline.schemas.template import Template
+
+
+def draw_work(
+    template: Template, strokes: Iterable[PaintMarks], path: Path, report: TraversalReport, area: AreaReport | None
+) -> None:
+    """Draw ``strokes`` to ``path`` (.svg or .png), with the figures that say most.
+
+    Args:
+        template: What was to be done.
+        strokes: Of the tool.
+        path: Where to.
+        report: Of the traversal.
+        area: Of its areas, if a covering tool has worked on some.
+
+    Raises:
+        SpecError: The file cannot be written.
+        ValueError: The file's ending names no known format.
+    """
+    if area is not None:
+        draw_covered(template, strokes, path, covered_caption(area))
+    else:
+        draw_painted(template, strokes, path, painted_caption(paint_figures(report)), report.smears)
+
+
+def draw_unfinished(template: Template, strokes: Iterable[PaintMarks], path: Path, *, covers: bool) -> None:
+    """Draw ``strokes`` of a traversal of which there is no report yet; ``covers``: the tool does not paint.
+
+    Raises:
+        SpecError: The file cannot be written.
+        ValueError: The file's ending names no known format.
+    """
+    (draw_covered if covers else draw_painted)(template, strokes, path, "not finished")

@@ -1,0 +1,53 @@
+"""A team that drives in every run of a sweep, and the figures of such a run."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from touchline.jobs.team.random_team_faults import with_random_faults
+from touchline.jobs.team.team_figures import team_figures
+from touchline.jobs.team.team_run import TeamRun
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.team import TeamScenario
+
+
+@dataclass(frozen=True)
+class TeamJob:
+    """A team, whatever its world's seed.
+
+    Attributes:
+        team: The team.
+        random_faults: Whether each seed has a timeline of faults of its own.
+    """
+
+    team: TeamScenario
+    random_faults: bool = False
+
+    def drive(self, world: Scenario) -> dict[str, Any]:
+        """The figures of a run in a world.
+
+        Raises:
+            TouchlineError: The team cannot drive.
+        """
+        begun = time.perf_counter()
+        team = self.team.model_copy(update={"world": world})
+        run = TeamRun(with_random_faults(team, world.seed) if self.random_faults else team)
+        run.run()
+        return team_figures(run, time.perf_counter() - begun)
+
+
+def swept_figures(figures: dict[str, Any]) -> dict[str, float]:
+    """The numbers of a run that are told of all runs of a sweep."""
+    deployed, goals = figures.get("deploy", {}), figures.get("goals", {})
+    counted = ("contacts", "contacts_of_obedient", "closest_m", "driven_mean_m", "beyond_walls_robot_s")
+    found = {name: figures[name] for name in counted}
+    found |= {
+        "cost_of_points": deployed.get("of_points"),
+        "cost_of_squares": deployed.get("of_squares"),
+        "spread_s": deployed.get("spread_s"),
+        "arrived_s": goals.get("all_arrived_s"),
+        "total_time_s": figures["time_s"],
+    }
+    return {name: float(value) for name, value in found.items() if value is not None}

@@ -1,0 +1,128 @@
+"""The figures of a team's run."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from touchline.fleet.lloyd import EVEN, deployment, settled, square_cost
+from touchline.fleet.tasks import Deploy, GoalLists
+from touchline.jobs.team.team_run import TeamRun
+
+NEAR_END: Final = 1.05
+"""A team counts as spread once H stays within 5 % of what it is in the end."""
+
+
+def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
+    """All of them, as JSON; SI units.
+
+    Args:
+        run: That has ended.
+        wall_time_s: How long it took.
+    """
+    trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
+    task = {"deploy": _deployed(run)} if isinstance(run.task, Deploy) else {}
+    if isinstance(run.task, GoalLists):
+        task["goals"] = {
+            "arrived": int(run.arrived.sum()),
+            "all_arrived_s": trace.ended_s if run.arrived.all() else None,
+            "hindrances": run.hindrances(),
+        }
+    stopped = _stopped(run)
+    return {
+        "success": not _why_not(run),
+        "reason": _why_not(run),
+        "team": run.team.name,
+        "robots": len(run.names),
+        "vehicle": run.team.vehicle.name,
+        "task": run.team.task.kind,
+        "avoid": run.team.avoid,
+        "seed": run.team.world.seed,
+        "time_s": sim_s,
+        "contacts": len(contacts.pairs) + len(contacts.at_walls),
+        "contacts_with_walls": len(contacts.at_walls),
+        "contacts_of_obedient": len(_between_obedient(run)),
+        "closest_m": _number(contacts.closest_m),
+        "bodies_apart_m": _number(contacts.closest_m - 2.0 * run.body_radius_m),
+        "beyond_walls_robot_s": trace.beyond_walls_s,
+        "driven_mean_m": float(trace.driven_m.mean()),
+        "driven_max_m": float(trace.driven_m.max()),
+        **task,
+        "believed": {
+            "nearest_segments_m": _number(run.guide.believed.nearest_segments_m),
+            "outside_cell_max_m": _number(run.guide.believed.outside_cell_m),
+        },
+        "stopped": stopped,
+        "real_time_factor": sim_s / wall_time_s,
+        "wall_time_s": wall_time_s,
+        "hash": hash_of(run.hashes),
+    }
+
+
+def _deployed(run: TeamRun) -> dict[str, Any]:
+    """How well a team is spread, and how fast."""
+    cost = np.array(run.trace.cost)
+    late = np.flatnonzero(cost > NEAR_END * cost[-1])
+    spread_s = run.trace.times_s[min(int(late[-1]) + 1, len(cost) - 1)] if len(late) else 0.0
+    start = np.array([(run.starts[name].x_m, run.starts[name].y_m) for name in run.names])
+    of_squares = None
+    if run.density == EVEN:
+        of_squares = float(cost[-1] / square_cost(len(run.names), run.area.area_m2))
+    of_points = None
+    if not len(run.area.walls):
+        points = settled(start, run.area, run.density)
+        of_points = float(cost[-1] / deployment(points, run.area, run.density).cost)
+    return {
+        "cost_m4": float(cost[-1]),
+        "of_squares": of_squares,
+        "of_points": of_points,
+        "spread_s": spread_s,
+    }
+
+
+def _stopped(run: TeamRun) -> dict[str, str]:
+    """Who does not drive any more, and why, by name."""
+    found = {name: robot.stopped for name, robot in run.robots.items()}
+    return {name: reason for name, reason in found.items() if reason}
+
+
+def _between_obedient(run: TeamRun) -> list[tuple[str, str]]:
+    """Contacts of two robots whose wheels did what they were told."""
+    named = [(run.names[one], run.names[other]) for one, other in run.contacts.pairs]
+    return [pair for pair in named if not run.disobedient.intersection(pair)]
+
+
+def _why_not(run: TeamRun) -> str:
+    """Why a run has failed: a contact, a robot that has stopped though nothing ails it, or one that did not arrive."""
+    if run.team.avoid != "cells":
+        return ""
+    if touched := _between_obedient(run):
+        return f"{len(touched)} contacts, first of {touched[0][0]} and {touched[0][1]}"
+    if walls := [run.names[k] for k in run.contacts.at_walls if run.names[k] not in run.disobedient]:
+        return f"{len(walls)} contacts with walls, first of {walls[0]}"
+    if run.guide.problem and not run.disobedient:
+        return run.guide.problem
+    ailing = {*run.team.faults, *run.team.frozen}
+    for name, reason in _stopped(run).items():
+        if name not in ailing and not run.guide.problem:
+            return f"{name} has stopped: {reason}"
+    if isinstance(run.task, GoalLists):
+        lost = [name for name, reason in run.hindrances().items() if not (ailing and reason)]
+        if lost:
+            return f"{len(lost)} robots have not arrived: {', '.join(lost[:5])}"
+    return ""
+
+
+def hash_of(robots: Mapping[str, str]) -> dict[str, Any]:
+    """The sessions' hashes, by name, and one of them all, whatever the order in which robots are listed."""
+    lines = "".join(f"{name} {digest}\n" for name, digest in sorted(robots.items()))
+    return {"session": hashlib.sha256(lines.encode()).hexdigest()[:16] if lines else "", "robots": dict(robots)}
+
+
+def _number(value: float) -> float | None:
+    """A number that JSON can hold."""
+    return value if math.isfinite(value) else None

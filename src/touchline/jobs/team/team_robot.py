@@ -1,0 +1,138 @@
+"""One emulated robot of a team, a stretch of ticks at a time, with its true places in every tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.fleet.body_contacts import PRESSED
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Guidance, TraversalStatus
+from touchline.schemas.setup import Setup
+from touchline.services.robot_sim import tick_log
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.telemetry import Telemetry
+
+Floats = NDArray[np.float64]
+Listener = Callable[[list[Payload]], None]
+
+_STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
+
+
+class TeamRobot:
+    """See the module.
+
+    Attributes:
+        emulator: The robot.
+        telemetry: What it tells, if that is to be hashed or recorded.
+        stopped: Why it did not drive any more in the end, if so.
+    """
+
+    def __init__(self, setup: Setup, *, hashed: bool, listener: Listener | None = None) -> None:
+        """It stands at its scenario's start.
+
+        Args:
+            setup: The robot, its computer and its world.
+            hashed: Whether the hash of its session is to be worked out.
+            listener: Told all that it tells, if anybody listens.
+        """
+        self.emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+        self.telemetry = Telemetry(self.emulator) if hashed or listener is not None else None
+        self._listener = listener
+        if self.telemetry is not None:
+            self._tell([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
+        self.stopped = ""
+        self._runner = FastRunner(self.emulator)
+        self._rows = np.zeros((0, tick_log.COLUMNS))
+
+    def begin_guided(self) -> None:
+        """Be guided from now on.
+
+        Raises:
+            CommandRefused: Such a robot cannot be.
+        """
+        self._tell_held()
+        self.emulator.begin_guided()
+        if self.telemetry is not None:
+            self._tell(self.telemetry.begin([]))
+
+    def take_guidance(self, told: Guidance) -> None:
+        """Take what the coordinator tells; it is one of the robot's orders, if anybody listens to these."""
+        (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(told)
+
+    def touch(self) -> None:
+        """Have its bumper pressed from the next tick on, as over the bus."""
+        self._tell_held()
+        self.emulator.inject_fault(PRESSED)
+        if self.telemetry is not None:
+            self._tell(self.telemetry.news())
+
+    def end(self) -> None:
+        """Brake, and be guided no more."""
+        self._tell_held()
+        status = self.emulator.onboard.status
+        if status.state in _STOPPED:
+            self.stopped = status.reason or "stopped"
+        with suppress(CommandRefused):  # one that is emergency-stopped stays so
+            self.emulator.abort()
+        if self.telemetry is not None:
+            self._tell(self.telemetry.news())
+
+    def _tell_held(self) -> None:
+        if self.telemetry is None:
+            return
+        if self._listener is None:
+            self.telemetry.only_hashed()
+        else:
+            self._listener(self.telemetry.told())
+
+    def _tell(self, told: list[Payload]) -> None:
+        if self._listener is not None:
+            self._listener(told)
+
+    @property
+    def session_hash(self) -> str:
+        """Of the session, as the robot reports it, or of what was told so far if it has not ended; empty if unknown."""
+        if self.telemetry is None:
+            return ""
+        self._tell_held()
+        final = self.telemetry.final
+        return final.traversal.session_hash if final is not None else self.telemetry.digest.hexdigest()
+
+    def drive(self, ticks: int, places: Floats) -> None:
+        """Let ticks pass.
+
+        Args:
+            ticks: How many.
+            places: (ticks, 2) filled with where the robot truly is at the end of each (m).
+        """
+        if len(self._rows) < ticks:
+            self._rows = np.zeros((ticks, tick_log.COLUMNS))
+        done = 0
+        while done < ticks:
+            done += self._step(ticks - done, places[done:])
+            # The report is made where the traversal has ended, though the robot be told on.
+            if self.emulator.settled or self._is_due(heard=done == ticks):
+                self._tell_held()
+
+    def _is_due(self, *, heard: bool) -> bool:
+        """Whether what is held is to be told: at once to who listens, else when no more can be held."""
+        return self.telemetry is not None and (self.telemetry.full or (heard and self._listener is not None))
+
+    def _step(self, most: int, places: Floats) -> int:
+        rows, telemetry = self._rows, self.telemetry
+        if telemetry is not None:
+            rows, most = telemetry.rows, telemetry.until_due(most)
+        count = self._runner.step(most, rows)
+        # All but the last are nominal ones, which are kept.
+        places[: count - 1] = rows[: count - 1, tick_log.TRUTH : tick_log.TRUTH + 2]
+        places[count - 1] = self.emulator.world.pose[:2]
+        if telemetry is not None:
+            telemetry.hold(count)
+        return count

@@ -1,0 +1,305 @@
+"""The robot's own computer: sensor frames in, actuator commands out, one call per 10 ms tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.onboard.computer_state import Computer, ComputerState
+from touchline.onboard.control import Ask, make_follower, nobody
+from touchline.onboard.control.guarded_follower import GuardedFollower
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.estimation.report import report
+from touchline.onboard.executive.events import EventLog
+from touchline.onboard.executive.failsafe import Failsafe
+from touchline.onboard.executive.guided_tick import GuidedCourse
+from touchline.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
+from touchline.onboard.executive.move_off import MoveOffRules
+from touchline.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    BY_OPERATOR,
+    EMERGENCY_STOP,
+    PAUSED_BY_OPERATOR,
+    Course,
+    Monitors,
+    Traversal,
+)
+from touchline.onboard.interface import (
+    STANDSTILL,
+    Checkpoint,
+    Command,
+    Consistency,
+    Estimate,
+    MoveOffWarning,
+    OnboardEvent,
+    PaintBelief,
+    Pause,
+    SensorFrame,
+    Status,
+)
+from touchline.onboard.nominal_tick import CourseArrays
+from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.vehicles import Vehicle
+
+
+class Nominal(NamedTuple):
+    """What `nominal_tick` needs to run ticks in which nothing has to be decided.
+
+    Attributes:
+        computer: (1,) its state, for kernels.
+        course: What it drives.
+        follower: That is asked between `steer` and `actuate`.
+        now: (NOW,) that the follower is given, with the path ahead of `course.leg`.
+    """
+
+    computer: Computer
+    course: CourseArrays
+    follower: GuardedFollower
+    now: NDArray[np.float64]
+
+
+class Onboard:
+    """Estimator, monitors and traversal executive of one robot.
+
+    Args:
+        vehicle: The nominal robot.
+        config: What follows the path, the sensors' data sheets, the fence.
+        ask: How an external follower is asked.
+
+    Commands raise `CommandRefused` with the reason and then change nothing.
+    """
+
+    def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
+        self._log = EventLog()
+        self._state, self._drive = ComputerState(), drive_of(vehicle)
+        self._estimator = Estimator(vehicle, config, self._state)
+        self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
+        self._team = config.team
+        follower = make_follower(config.follower, vehicle, ask, config)
+        self._follower = GuardedFollower(follower, config.follower, self._drive)
+        self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
+        monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
+        self._estimate: tuple[int, Estimate] | None = None
+
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now; `CommandRefused` if not."""
+        self._traversal.check_load()
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+        """Check a trajectory; changes nothing, so that any thread may do it meanwhile.
+
+        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings.
+        """
+        return self._traversal.prepare(trajectory, boundary)
+
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
+        """As `prepare` and `take`."""
+        self.check_load()
+        return self.take(self.prepare(trajectory, boundary), resume)
+
+    def take(self, course: Course, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave, to begin at its start or at a `checkpoint`; returns its planned duration [s].
+
+        The estimator aligns anew: the robot may have been carried to the start.
+        """
+        duration_s = self._traversal.take(course, resume)
+        self._estimator.restart(self._traversal.begins_at)
+        self._estimate = None
+        return duration_s
+
+    def take_here(self, course: Course) -> float:
+        """As `take`, if it begins where the robot stands: the estimator goes on."""
+        return self._traversal.take_here(course)
+
+    def take_over(self, course: Course) -> float:
+        """Go on under way along what `prepare` gave, without a stop; returns its planned duration [s]."""
+        return self._traversal.take_over(course)
+
+    def begin_guided(self) -> None:
+        """Drive where a coordinator guides the robot from now on; until it does, the robot stands."""
+        self._traversal.begin_guided(self._team)
+
+    def take_guidance(self, told: Guidance) -> bool:
+        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
+        guided = self._traversal.guided
+        return guided is not None and guided.receive(told)
+
+    @property
+    def guided(self) -> bool:
+        """Whether a coordinator guides the robot, emergency-stopped or not."""
+        over = self._traversal.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
+        return self._traversal.guided is not None and not over
+
+    @property
+    def whereabouts(self) -> Whereabouts | None:
+        """What a guided robot tells its coordinator; None if it is not guided."""
+        guided = self._traversal.guided
+        return guided.whereabouts if guided is not None and self.guided else None
+
+    def start(self) -> None:
+        """Begin the traversal."""
+        self._traversal.start()
+
+    def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
+        """Close the valve and brake along the path."""
+        self._traversal.pause(reason, by)
+
+    def resume(self) -> None:
+        """Go on after a pause, from where paint stopped."""
+        self._traversal.resume()
+
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
+        """Brake and give the traversal up."""
+        self._traversal.abort(reason)
+
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
+        """Stop as hard as possible and latch until `reset`."""
+        self._traversal.estop(reason)
+
+    def reset(self) -> None:
+        """Release an emergency stop, or clear a finished traversal."""
+        self._traversal.reset()
+
+    def authorize(self, until_m: float) -> None:
+        """Drive up to this arc length only [m], and on when it is moved on; inf: to the end."""
+        self._traversal.authorize(until_m)
+
+    def link_lost(self) -> None:
+        """Pause, as the operator cannot be heard any more."""
+        self._traversal.link_lost()
+
+    def step(self, frame: SensorFrame) -> Command:
+        """One tick; frames must come in order, none left out."""
+        self._estimator.step(frame)
+        if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
+            self._traversal.report_accepted(moved_m)
+        self._watch.look(frame.tick)
+        self._hazards.look(frame.tick)
+        return self.decide(frame.tick)
+
+    def decide(self, tick: int) -> Command:
+        """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
+        before = tuple(self._state.command.actuators.tolist())
+        command = self._traversal.step(tick)
+        if command is STANDSTILL:
+            command = command._replace(actuators=self._drive.resting(before))
+        return self._state.command.give(command)
+
+    def nominal(self, tick: int) -> Nominal | None:
+        """What `nominal_tick` needs for the ticks after `tick`; None if the next one may need a decision."""
+        estimator, job = self._estimator, self._traversal.mission
+        buffer = estimator.buffer
+        if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
+            return None
+        driver = job.driver
+        course = CourseArrays(
+            self._hazards.fence_arrays, job.sprayer.switches, driver.leg_arrays, driver.leg.sense, estimator.drive
+        )
+        return Nominal(self._state.array, course, self._follower, driver.now)
+
+    def guided_course(self, tick: int) -> GuidedCourse | None:
+        """What kernels need for the ticks after `tick` of a guided robot; None if the next one may need a decision."""
+        buffer, job = self._estimator.buffer, self._traversal.guided
+        if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
+            return None
+        return job.course
+
+    @property
+    def steady(self) -> bool:
+        """Whether it is guided, and as long as ticks are nominal nothing that it tells changes but its motion."""
+        return self._log.empty and self.guided_course(self._estimator.times.tick) is not None
+
+    def driven(self, tick: int) -> Command:
+        """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""
+        self._traversal.driven(tick)
+        return self._state.command.command
+
+    def take_events(self) -> list[OnboardEvent]:
+        """What happened since the last call."""
+        return self._log.take()
+
+    @property
+    def estimator(self) -> Estimator:
+        """That tells where the robot is."""
+        return self._estimator
+
+    @property
+    def computer(self) -> Computer:
+        """(1,) its state, for kernels."""
+        return self._state.array
+
+    @property
+    def state(self) -> int:
+        """State of the traversal, as in `TraversalStatus`."""
+        return self._traversal.state
+
+    @property
+    def warning(self) -> MoveOffWarning | None:
+        """The warning that the robot gives before and while it moves; None while it is to stand."""
+        return self._traversal.warning
+
+    @property
+    def held(self) -> bool:
+        """Whether, under way, it has come to where it may drive no further for now."""
+        mission = self._traversal.mission
+        return mission is not None and mission.held
+
+    @property
+    def aligned(self) -> bool:
+        """Whether it knows where it stands well enough to drive off."""
+        return self._estimator.aligned
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on with this traversal; None if none is running or paused."""
+        return self._traversal.checkpoint
+
+    @property
+    def status(self) -> Status:
+        """Where the traversal stands."""
+        return self._traversal.status()
+
+    @property
+    def estimate(self) -> Estimate:
+        """Pose, twist and covariance at the last tick."""
+        tick = self._estimator.times.tick
+        if self._estimate is None or self._estimate[0] != tick:
+            self._estimate = tick, self._estimator.estimate()
+        return self._estimate[1]
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Estimated distance of the nozzle to the left of its path."""
+        job = self._traversal.job
+        return job.lateral_error_m if job is not None else 0.0
+
+    @property
+    def spraying(self) -> bool:
+        """Whether the valve is commanded open."""
+        job = self._traversal.job
+        return job is not None and job.spraying
+
+    @property
+    def painted(self) -> PaintBelief:
+        """What it believes it has painted of the loaded trajectory."""
+        job = self._traversal.job
+        return job.painted if job is not None else PaintBelief()
+
+    @property
+    def consistency(self) -> Consistency:
+        """Consistency of the estimator: innovations, NIS, uses and rejections."""
+        estimator = self._estimator
+        if not estimator.started:
+            return Consistency()
+        return report(estimator.counters, estimator.position_sigma_m, estimator.heading_sigma_rad)

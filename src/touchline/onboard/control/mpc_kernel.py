@@ -1,0 +1,327 @@
+"""The quadratic programme of the MPC, condensed to actuator commands, in one kernel call."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.core.records import Record
+from touchline.onboard.drives import onboard_drive
+from touchline.onboard.interface import ACTUATORS, TICK_S
+from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, SPEED, YAW_RATE
+from touchline.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE
+
+Floats = NDArray[np.float64]
+
+_STATES = 4  # lateral error, heading error, speed, yaw rate
+_SPEED_LIMIT_MPS = 0.3  # of the disturbances
+_YAW_LIMIT_RADPS = 0.5
+_DRIFT_LIMIT_MPS = 0.05
+_CREEP_MPS = 0.02  # below which the path's curvature cannot be told from its yaw rate
+_CRAB_SPEED_MPS = 0.2  # below which a drift cannot be steered against
+
+
+@kernel
+def _bound(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+class MpcParameters(NamedTuple):
+    """What the controller knows of the robot, and what it weighs.
+
+    Attributes:
+        lag_s: Of actuators and tyres.
+        limit: Largest commands of both actuators, in their units.
+        reach: By which the commands of both may differ from what they do.
+        nozzle_x_m: Of the nozzle, ahead of the drive's origin.
+        lateral_weight: Cost of the nozzle's distance from the path [1/m²], per second as all of them.
+        heading_weight: Of the heading error [1/rad²].
+        speed_weight: Of the speed error [s²/m²].
+        move_weight: Of a change of both commands in a second, over their units squared.
+        terminal_factor: On the costs of the last step.
+        disturbance_gain: Share per tick, of the speed and yaw rate disturbances.
+        drift_gain: Share per tick, of the lateral drift.
+        lead_ticks: By which the feed-forward is ahead.
+        side_slip_rad_per_mps2: Slip angle per lateral acceleration.
+    """
+
+    lag_s: float
+    limit: tuple[float, ...]
+    reach: tuple[float, ...]
+    nozzle_x_m: float
+    lateral_weight: float
+    heading_weight: float
+    speed_weight: float
+    move_weight: tuple[float, ...]
+    terminal_factor: float
+    disturbance_gain: float
+    drift_gain: float
+    lead_ticks: int
+    side_slip_rad_per_mps2: float
+
+
+class MpcMemory(Record):
+    """What the controller keeps from tick to tick."""
+
+    push_mps: float
+    """Disturbance of the speed that a command leads to."""
+    twist_radps: float
+    """Of the yaw rate."""
+    drift_mps: float
+    """Lateral drift beyond the nominal side slip."""
+    valid: bool
+    """Whether there was a tick before this one; the next four are of that."""
+    speed_mps: float
+    yaw_rate_radps: float
+    lateral_m: float
+    heading_error_rad: float
+    added: Annotated[Floats, ACTUATORS]
+    """What was added to the feed-forward of both actuators in the last tick."""
+
+
+class NominalStep(Record):
+    """The motion in a step of the horizon if nothing is added to the feed-forward; of its end where not said else."""
+
+    lateral_m: float
+    heading_rad: float
+    """Error against the path, as the lateral one."""
+    speed_mps: float
+    """Beyond the reference speed."""
+    drift_mps: float
+    """Sideways."""
+    travel_mps: float
+    """Mean reference speed over the step, signed."""
+    curvature_1pm: float
+    """Mean over the step."""
+    drive_mps: float
+    """Mean feed-forward speed over the step."""
+    turn_radps: float
+    """Mean feed-forward yaw rate."""
+    actuator: Annotated[Floats, ACTUATORS]
+    """What both actuators do at the step's start."""
+
+
+class Controller(NamedTuple):
+    """What a controller has from tick to tick.
+
+    Attributes:
+        ticks: (N,) lengths of the horizon's steps in ticks.
+        p: The parameters.
+        memory: (1,) updated in every tick.
+        nominal: (N,) scratch, the motion in each step.
+        drive: Figures of the drive.
+    """
+
+    ticks: NDArray[np.int64]
+    p: MpcParameters
+    memory: Sequence[MpcMemory]
+    nominal: Sequence[NominalStep]
+    drive: Any
+
+
+@kernel
+def _observe(now: Floats, controller: Controller) -> None:
+    """Estimate the disturbances from the error of the last tick's prediction: this makes the MPC offset-free.
+
+    The sources are named in `mpc`.
+    """
+    p, memory, drive = controller.p, controller.memory[0], controller.drive
+    v, w = now[SPEED], now[YAW_RATE]
+    if memory.valid:
+        stay = math.exp(-TICK_S / p.lag_s)
+        v_c, w_c = onboard_drive.twist(drive, now[COMMAND:], now)
+        v_then, w_then = memory.speed_mps, memory.yaw_rate_radps
+        v_model = stay * v_then + (1.0 - stay) * (v_c + memory.push_mps)
+        w_model = stay * w_then + (1.0 - stay) * (w_c + memory.twist_radps)
+        gain = p.disturbance_gain / (1.0 - stay)
+        memory.push_mps = _bound(memory.push_mps + gain * (v - v_model), _SPEED_LIMIT_MPS)
+        memory.twist_radps = _bound(memory.twist_radps + gain * (w - w_model), _YAW_LIMIT_RADPS)
+        expected = memory.lateral_m + TICK_S * (
+            v * math.sin(memory.heading_error_rad) - p.side_slip_rad_per_mps2 * v * v * w
+        )
+        drift = (now[LATERAL] - expected) / TICK_S
+        memory.drift_mps = _bound(memory.drift_mps + p.drift_gain * (drift - memory.drift_mps), _DRIFT_LIMIT_MPS)
+    memory.speed_mps, memory.yaw_rate_radps = v, w
+    memory.lateral_m, memory.heading_error_rad = now[LATERAL], now[HEADING_ERROR]
+    memory.valid = True
+
+
+@kernel
+def _roll_out(now: Floats, ahead: Floats, controller: Controller) -> None:
+    """Predict the free response, under the feed-forward alone, tick by tick so that no arc of the path is missed."""
+    ticks, p, drive = controller.ticks, controller.p, controller.drive
+    memory, lag, lead = controller.memory[0], p.lag_s, p.lead_ticks
+    stay = math.exp(-TICK_S / lag)
+    settle = lag * (1.0 - stay) / TICK_S  # share of the old value in the tick's mean
+    push, twist = memory.push_mps, memory.twist_radps
+    drift = memory.drift_mps
+    lateral, heading, speed, yaw_rate = now[LATERAL], now[HEADING_ERROR], now[SPEED], now[YAW_RATE]
+    tick = 0
+    for j in range(ticks.shape[0]):
+        step = controller.nominal[j]
+        step.actuator[0], step.actuator[1] = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
+        travel, turned, led, turn = 0.0, 0.0, 0.0, 0.0
+        for _ in range(ticks[j]):
+            v_ref, w_ref = ahead[tick, A_SPEED], ahead[tick, A_YAW_RATE]
+            v_c, w_c = ahead[tick + lead, A_SPEED], ahead[tick + lead, A_YAW_RATE]
+            led, turn = led + v_c, turn + w_c
+            v_c, w_c = v_c + push, w_c + twist
+            v_mean = v_c + settle * (speed - v_c)
+            w_mean = w_c + settle * (yaw_rate - w_c)
+            drift = memory.drift_mps - p.side_slip_rad_per_mps2 * v_ref * v_ref * w_ref
+            kappa = w_ref / v_ref if abs(v_ref) > _CREEP_MPS else 0.0
+            change = (w_mean - w_ref - kappa * (v_mean - v_ref)) * TICK_S
+            lateral += (v_ref * (heading + 0.5 * change) + drift) * TICK_S
+            heading += change
+            speed = v_c + stay * (speed - v_c)
+            yaw_rate = w_c + stay * (yaw_rate - w_c)
+            travel, turned = travel + v_ref, turned + w_ref
+            tick += 1
+        step.lateral_m, step.heading_rad = lateral, heading
+        step.speed_mps = speed - 0.5 * (ahead[tick - 1, A_SPEED] + ahead[tick, A_SPEED])
+        step.travel_mps = travel / ticks[j]
+        step.curvature_1pm = turned / travel if abs(travel) > _CREEP_MPS * ticks[j] else 0.0
+        step.drift_mps = drift
+        step.drive_mps, step.turn_radps = led / ticks[j], turn / ticks[j]
+
+
+class Programme(NamedTuple):
+    """A quadratic programme of N steps: minimise ½uᵀHu + fᵀu, lower ≤ (u; pull) ≤ upper.
+
+    Attributes:
+        hessian: H, (2N, 2N).
+        gradient: f, (2N,).
+        lower: (4N,) 2N bounds on u, then 2N on the pull.
+        upper: (4N,) likewise.
+        forward: (2,) feed-forward of the coming tick.
+    """
+
+    hessian: Floats
+    gradient: Floats
+    lower: Floats
+    upper: Floats
+    forward: Floats
+
+
+@kernel
+def build(now: Floats, ahead: Floats, controller: Controller, programme: Programme) -> None:
+    """Write the programme for this tick.
+
+    u holds the additions to the feed-forward of both actuators in each of the N steps; pull is by how much each one's
+    command differs from its speed at the step's start (rows from `mpc`). The free response is that of the feed-forward,
+    rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag and likewise ω,
+    and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The states are
+    eliminated, so that u is all that is left to find (J. M. Maciejowski, Predictive Control with Constraints, Prentice
+    Hall 2002, chapter 3).
+
+    Args:
+        now: (NOW,) of `tracking_state`.
+        ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `path_projection`.
+        controller: Its memory is updated.
+        programme: Filled.
+    """
+    hessian, gradient, lower, upper, forward = programme
+    ticks, p, memory, nominal, drive = controller
+    _observe(now, controller)
+    _roll_out(now, ahead, controller)
+    steps = ticks.shape[0]
+    size = 2 * steps
+    lag = p.lag_s
+    for i in range(size):
+        gradient[i] = 0.0
+        for k in range(size):
+            hessian[i, k] = 0.0
+
+    sens = np.zeros((_STATES, size))
+    row = np.zeros(size)
+    for j in range(steps):
+        step = nominal[j]
+        h, kappa, travel = ticks[j] * TICK_S, step.curvature_1pm, step.travel_mps
+        stay = math.exp(-h / lag)
+        once = lag * (1.0 - stay)  # ∫ of the decaying part
+        once_in = h - once
+        twice = lag * h - lag * once  # ∬ of the decaying part
+        twice_in = 0.5 * h * h - twice
+        cols = 2 * j
+        for k in range(cols):
+            turn = sens[3, k] - kappa * sens[2, k]
+            sens[0, k] += travel * (h * sens[1, k] + twice * turn)
+            sens[1, k] += once * turn
+            sens[2, k] *= stay
+            sens[3, k] *= stay
+        for actuator in range(2):
+            v_c, w_c = onboard_drive.gain(drive, actuator, now)
+            turn_c = w_c - kappa * v_c
+            sens[0, cols + actuator] = travel * twice_in * turn_c
+            sens[1, cols + actuator] = once_in * turn_c
+            sens[2, cols + actuator] = (1.0 - stay) * v_c
+            sens[3, cols + actuator] = (1.0 - stay) * w_c
+        cols += 2
+
+        weight = h * (p.terminal_factor if j == steps - 1 else 1.0)
+        crab = step.heading_rad
+        if abs(travel) > _CRAB_SPEED_MPS:
+            crab += step.drift_mps / travel  # the heading error that a drift makes necessary is none
+        for output in range(3):
+            if output == 0:
+                # The nozzle is where the heading has it, whatever the heading is good for.
+                error = step.lateral_m + p.nozzle_x_m * step.heading_rad
+                q = weight * p.lateral_weight
+                for k in range(cols):
+                    row[k] = sens[0, k] + p.nozzle_x_m * sens[1, k]
+            elif output == 1:
+                error, q = crab, weight * p.heading_weight
+                for k in range(cols):
+                    row[k] = sens[1, k]
+            else:
+                error, q = step.speed_mps, weight * p.speed_weight
+                for k in range(cols):
+                    row[k] = sens[2, k]
+            for i in range(cols):
+                scaled = q * row[i]
+                gradient[i] += scaled * error
+                for k in range(i, cols):
+                    hessian[i, k] += scaled * row[k]
+
+        bases = onboard_drive.actuators_of(drive, step.drive_mps, step.turn_radps, now)
+        for actuator in range(2):
+            i, base, pay = 2 * j + actuator, bases[actuator], p.move_weight[actuator] / h
+            if j == 0:
+                forward[actuator] = base
+                gradient[i] -= pay * memory[0].added[actuator]
+            else:
+                hessian[i - 2, i - 2] += pay
+                hessian[i - 2, i] -= pay
+            hessian[i, i] += pay
+            limit, reach = p.limit[actuator], p.reach[actuator]
+            lower[i], upper[i] = -limit - base, limit - base
+            pull = base - step.actuator[actuator]
+            lower[size + i], upper[size + i] = -reach - pull, reach - pull
+    for i in range(size):
+        for k in range(i):
+            hessian[i, k] = hessian[k, i]
+
+
+@kernel
+def answer(
+    forward: Floats, added: Floats, limit: tuple[float, ...], drive: Any, now: Floats
+) -> tuple[float, float, float, float]:
+    """The twist of the coming tick [m/s, rad/s], and the commands of both actuators that lead to it.
+
+    Args:
+        forward: (2,) feed-forward of the actuators.
+        added: (at least 2,) what is added to it; the solver keeps to the limits but for its tolerance.
+        limit: Largest commands of both actuators.
+        drive: Figures of the drive.
+        now: (NOW,) of `tracking_state`.
+    """
+    actuators = np.empty(2)
+    for i in range(2):
+        actuators[i] = _bound(forward[i] + added[i], limit[i])
+    speed_mps, yaw_rate_radps = onboard_drive.twist(drive, actuators, now)
+    return speed_mps, yaw_rate_radps, actuators[0], actuators[1]

@@ -1,0 +1,92 @@
+"""Turns in place: the reference for the heading between two legs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.interface import TICK_S
+from touchline.onboard.trajectory import path_projection as t
+from touchline.onboard.trajectory.turn import TurnInPlace
+
+CREEP_RADPS = 0.05
+"""Slowest reference rate before the end."""
+MAX_LAG_RAD = 0.2
+"""The reference waits for a robot that is so far behind."""
+ARRIVED_RAD = math.radians(0.3)
+ARRIVED_RADPS = 0.05
+PATIENCE_S = 1.5
+"""After the reference has ended; what is left of the error then is for the next leg to take out."""
+
+
+class Turning:
+    """A turn in progress. Its reference runs by time, so that lagging behind it shows as a heading error."""
+
+    def __init__(self, turn: TurnInPlace, start_heading_rad: float) -> None:
+        """At its start, `start_heading_rad` unwrapped."""
+        self._turn = turn
+        self._start_rad = start_heading_rad
+        self._sign = math.copysign(1.0, turn.angle_rad)
+        self._angle = abs(turn.angle_rad)
+        self._done_rad = 0.0
+        self._rate = 0.0
+        self._waited_s = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the reference turns."""
+        return self._rate > 0.0
+
+    @property
+    def done(self) -> bool:
+        """Whether the reference has arrived."""
+        return self._done_rad >= self._angle
+
+    def arrived(self, now: NDArray[np.float64]) -> bool:
+        """Whether the robot has arrived, too, or has had its time."""
+        if not self.done:
+            return False
+        self._waited_s += TICK_S
+        settled = abs(now[tracking.HEADING_ERROR]) < ARRIVED_RAD and abs(now[tracking.YAW_RATE]) < ARRIVED_RADPS
+        return bool(settled) or self._waited_s > PATIENCE_S
+
+    def hold(self, heading_rad: float) -> None:
+        """Restart the reference from the heading of the robot, which stands."""
+        turned = self._sign * math.remainder(heading_rad - self._start_rad - self._sign * self._done_rad, math.tau)
+        self._done_rad = min(max(self._done_rad + turned, 0.0), self._angle)
+        self._rate = 0.0
+
+    def step(self, heading_rad: float, brake: bool, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> None:
+        """Advance the reference by a tick; fill in the errors in `now` and the path `ahead`, as `track` does."""
+        behind = self._sign * math.remainder(self._start_rad + self._sign * self._done_rad - heading_rad, math.tau)
+        if not brake and behind > MAX_LAG_RAD:
+            self._rate = 0.0
+        done, rate = self._done_rad, self._rate
+        before = rate
+        for i in range(-1, len(ahead)):
+            rate = self._next_rate(done, before, brake)
+            mean = 0.5 * (before + rate)
+            done = min(done + mean * TICK_S, self._angle)
+            if i < 0:
+                self._done_rad, self._rate = done, rate
+            else:
+                ahead[i, t.A_SPEED] = 0.0
+                ahead[i, t.A_YAW_RATE] = self._sign * mean
+            before = rate
+        reference = self._start_rad + self._sign * self._done_rad
+        now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = now[tracking.REFERENCE_SPEED] = 0.0
+        now[tracking.HEADING_ERROR] = math.remainder(heading_rad - reference, math.tau)
+
+    def _next_rate(self, done: float, rate: float, brake: bool) -> float:
+        step = self._turn.acceleration_radps2 * TICK_S
+        left = self._angle - done
+        if brake:
+            return max(rate - step, 0.0)
+        if left <= 0.0:
+            return 0.0
+        # From this rate the rest of the tick and braking fit into what is left.
+        fastest = math.sqrt(2.0 * self._turn.acceleration_radps2 * left + 0.25 * step * step) - 0.5 * step
+        return min(rate + step, self._turn.rate_radps, max(fastest, CREEP_RADPS))

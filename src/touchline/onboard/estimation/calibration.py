@@ -1,0 +1,117 @@
+"""Calibration: figures that change too slowly to be states of the filter and are learned beside it.
+
+**Slope.** Less what the curve asks for, the accelerometer's left axis feels its own bias and gravity's part across:
+a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two come apart: a small Kalman filter of three
+states, (b, g·rise_e, g·rise_n), which needs neither speed nor position to be precise.
+
+**Mean slip.** The filter's slips waver about a mean that comes from rolling resistance and the tyres' radii. Each fix
+is a sample of it.
+
+Both learn from the oldest tick of the ring, in which nothing will change any more, so that late and reordered messages
+lead to the same figures.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.onboard.estimation.standing import contradicts
+from touchline.onboard.filter_model import (
+    HEADING,
+    ODOMETRY_ERROR,
+    SPEED,
+    YAW_RATE,
+    FilterFigures,
+    FixInTick,
+    LearnedFigures,
+    TickInputs,
+)
+from touchline.onboard.interface import TICK_S
+
+Floats = NDArray[np.float64]
+
+LEARN_TICKS: Final = 8
+"""Between two samples of the slope; a divisor of the ring's length. Nearer ones say nothing new."""
+_CURVE_SHARE = 0.05  # of the curve's acceleration that may be wrong: slip, and the tyres' settling
+_CLIP = 3.0  # σ: a bump or a skid may not teach more than that
+_MOVING_MPS = 0.2
+_MEAN_SLIP_WALK = 4e-9  # per fix: about a minute is remembered
+
+
+def start_learning(c: FilterFigures, learned: LearnedFigures) -> None:
+    """Reset what is learned to level ground and no slip, with the uncertainty of knowing nothing yet."""
+    learned.reset(bias_var=c.side_bias_var, east_var=c.rise_var, north_var=c.rise_var, mean_var=c.mean_slip_var)
+
+
+@kernel
+def store_learned(learned: LearnedFigures, z: TickInputs) -> None:
+    """Store in a tick's inputs the learned figures that the tick is run with.
+
+    Args:
+        learned: What is learned beside the states.
+        z: Of the tick, updated.
+    """
+    z.rise_east_mps2, z.rise_north_mps2 = learned.rise_east_mps2, learned.rise_north_mps2
+    z.rise_var = learned.east_var + learned.north_var
+    z.error_mean[0], z.error_mean[1] = learned.error_mean[0], learned.error_mean[1]
+
+
+@kernel
+def learn(slot: int, x: Floats, z: TickInputs, fix: FixInTick, c: FilterFigures, learned: LearnedFigures) -> None:
+    """Learn from the oldest tick of the ring, which no late message changes any more.
+
+    Args:
+        slot: Of the ring.
+        x: (STATES,) the posterior of the tick.
+        z: Its measurements; their rise is not a number if the filter was not yet running.
+        fix: The fix that is valid in it, if any.
+        c: Constants.
+        learned: Updated.
+    """
+    if math.isnan(z.rise_east_mps2):
+        return
+    if slot % LEARN_TICKS == 0 and not math.isnan(z.side_mps2):
+        _learn_slope(x, z, c, learned)
+    if fix.used and abs(x[SPEED]) > _MOVING_MPS:
+        for i in range(2):
+            learned.mean_var[i] += _MEAN_SLIP_WALK
+            gain = learned.mean_var[i] / (learned.mean_var[i] + c.r_mean_slip[i])
+            most = _CLIP * math.sqrt(c.r_mean_slip[i])
+            learned.error_mean[i] += gain * min(max(x[ODOMETRY_ERROR + i] - learned.error_mean[i], -most), most)
+            learned.mean_var[i] *= 1.0 - gain
+
+
+@kernel
+def _learn_slope(x: Floats, z: TickInputs, c: FilterFigures, learned: LearnedFigures) -> None:
+    """Kalman update of (bias, rise east, rise north) by what the left axis feels beyond the curve."""
+    learned.bias_var += c.q_side_bias * LEARN_TICKS
+    grown = c.q_rise * abs(x[SPEED]) * TICK_S * LEARN_TICKS
+    learned.east_var += grown
+    learned.north_var += grown
+    curve = x[SPEED] * x[YAW_RATE]
+    east, north = -math.sin(x[HEADING]), math.cos(x[HEADING])  # of the row; that of the bias is 1
+    g0 = learned.bias_var + east * learned.bias_east + north * learned.bias_north
+    g1 = learned.bias_east + east * learned.east_var + north * learned.east_north
+    g2 = learned.bias_north + east * learned.east_north + north * learned.north_var
+    s = g0 + east * g1 + north * g2 + c.r_side + (_CURVE_SHARE * curve) ** 2
+    innovation = (
+        z.side_mps2 - curve - learned.side_bias_mps2 - east * learned.rise_east_mps2 - north * learned.rise_north_mps2
+    )
+    if z.still and contradicts(innovation, s):
+        return
+    most = _CLIP * math.sqrt(s)
+    innovation = min(max(innovation, -most), most)
+    learned.side_bias_mps2 += g0 * innovation / s
+    learned.rise_east_mps2 += g1 * innovation / s
+    learned.rise_north_mps2 += g2 * innovation / s
+    learned.bias_var -= g0 * g0 / s
+    learned.bias_east -= g0 * g1 / s
+    learned.bias_north -= g0 * g2 / s
+    learned.east_var -= g1 * g1 / s
+    learned.east_north -= g1 * g2 / s
+    learned.north_var -= g2 * g2 / s

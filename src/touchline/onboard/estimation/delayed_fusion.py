@@ -1,0 +1,184 @@
+"""Delayed-measurement fusion: late samples and fixes are fused at the time at which they were measured.
+
+A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
+was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
+that arrive out of order therefore end in the same estimate as in order. What is learned beside the states comes from
+the oldest tick of the ring, which nothing changes any more, and each tick keeps what it was run with.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.onboard.computer_state import FilterState
+from touchline.onboard.drives import onboard_drive
+from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
+from touchline.onboard.estimation.measurements import (
+    Scratch,
+    TickEstimate,
+    add_shaking_noise,
+    fix_rows,
+    heading_row,
+    measure,
+    use_fix,
+)
+from touchline.onboard.estimation.prediction import add_scale_error, predict
+from touchline.onboard.estimation.standing import settle_dispute
+from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, likelihood_of_one
+from touchline.onboard.estimation.updates import nis_of_two
+from touchline.onboard.filter_model import (
+    ACCEL_BIAS,
+    EAST,
+    GATE_1_DOF,
+    NORTH,
+    RING,
+    SPEED,
+    STATES,
+    FilterCounters,
+    FixInTick,
+)
+
+Floats = NDArray[np.float64]
+
+_RECENT = 0.1  # weight of the newest fix in the running NIS
+_NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
+
+
+@kernel
+def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
+    """Predict and update: the posterior of `slot` from that of the slot before."""
+    xs, Ps, c = ring.states, ring.covariances, ring.figures
+    last = (slot - 1) % RING
+    x, P, z, before = xs[slot], Ps[slot], ring.inputs[slot], ring.inputs[last]
+    for i in range(STATES):
+        x[i] = xs[last, i]
+        for k in range(STATES):
+            P[i, k] = Ps[last, i, k]
+    # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
+    x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
+    x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
+    onboard_drive.smooth(drive, before, z)
+    disputed = settle_dispute(x, P, before, z, c)
+    accel = z.accel_mps2
+    if math.isnan(accel):
+        accel = x[ACCEL_BIAS]
+        P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
+    elif disputed:
+        accel = x[ACCEL_BIAS]
+    predict(x, P, accel, z, c)
+    if c.scale_var > 0.0:
+        add_scale_error(xs[last], x, P, c.scale_var, ring.learned)
+    # Readings that are rejected again and again are counted: the drive may have an explanation.
+    z.refused_ticks = before.refused_ticks
+    z.lean[0], z.lean[1] = before.lean[0], before.lean[1]
+    onboard_drive.strain(drive, P, before, z)
+    add_shaking_noise(P, before, z)
+    measure(TickEstimate(x, P, z), c, drive, ring.counters, live, scratch)
+
+
+@kernel
+def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: Scratch) -> None:
+    """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
+    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
+    fixes, c = ring.fixes, ring.figures
+    for tick in range(first, last + 1):
+        slot = tick % RING
+        _step(ring, drive, slot, tick == live, scratch)
+        if fixes[slot].used:
+            use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
+
+
+@kernel
+def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) -> None:
+    """Advance the filter by one tick, and first run it again from the `oldest` tick that has a new measurement.
+
+    Args:
+        ring: Updated; the inputs of the tick are filled in already.
+        drive: Figures of the drive.
+        tick: This tick.
+        oldest: At most `tick`, later than the tick in which the filter was started.
+        live: The tick whose measurements are new and count in the statistics.
+    """
+    xs, inputs, fixes = ring.states, ring.inputs, ring.fixes
+    c, learned = ring.figures, ring.learned
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    fixes[tick % RING].used = False
+    settled = (tick + 1) % RING
+    if settled % LEARN_TICKS == 0 or fixes[settled].used:
+        learn(settled, xs[settled], inputs[settled], fixes[settled], c, learned)
+    store_learned(learned, inputs[tick % RING])
+    _rerun(ring, drive, oldest, tick, live, (h, g))
+
+
+@kernel
+def _share_of_both(share: float, at: TickEstimate, fix: FixInTick, row: Floats, n: FilterCounters) -> float:
+    """Share of honest poses that err at least as much in position or heading, at most (Bonferroni); counts headings."""
+    turn, variance = heading_row(at, fix, row)
+    nis = turn * turn / variance
+    n.headings += 1
+    n.heading_nis_sum += nis
+    if nis > GATE_1_DOF:
+        n.headings_rejected += 1
+    both: float = min(2.0 * min(share, likelihood_of_one(nis)), 1.0)
+    return both
+
+
+@kernel
+def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
+    """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
+
+    Fixes from before the filter was started are used in the tick in which it was.
+
+    Args:
+        ring: Updated from the tick of the fix on.
+        drive: Figures of the drive.
+        tick: This tick, in which the fix has arrived.
+        first_tick: In which the filter was started.
+        fix_tick: The tick at whose time, or less than a tick after it, the fix was measured.
+
+    Returns:
+        Whether it is used.
+    """
+    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
+    fixes, c, n = ring.fixes, ring.figures, ring.counters
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    at = max(fix_tick, first_tick)
+    if at > tick or tick - at > RING - 2:
+        n.fixes_late += 1
+        return False
+    where, fix = at % RING, ring.arrived
+    if fixes[where].used and at == fix_tick:
+        n.fixes_duplicate += 1
+        return False
+    valid = TickEstimate(xs[where], Ps[where], inputs[where])
+    y = fix_rows(valid, fix, c, h)
+    nis = nis_of_two(valid.P, h, y, fix.variance_m2)
+    weighed = bounded(nis, c.fix_dof)
+    share = likelihood(nis, c.fix_dof)
+    if not math.isnan(fix.heading_rad):
+        share = _share_of_both(share, valid, fix, h[0], n)
+    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
+    n.fix_doubt = doubt(n.fix_doubt, share)
+    n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
+    if n.fix_doubt >= CONTRADICTED:
+        n.fixes_rejected += 1
+        return False
+    n.fixes += 1
+    n.fix_nis_sum += weighed
+    n.fix_nis_recent += _RECENT * (weighed - n.fix_nis_recent)
+    for later in range(at + 1, tick + 1):
+        if fixes[later % RING].used:
+            n.fixes_out_of_order += 1
+            break
+    fixes[where] = fix
+    fixes[where].used = True
+    use_fix(valid, fixes[where], c, (h, g))
+    _rerun(ring, drive, at + 1, tick, -1, (h, g))
+    return True

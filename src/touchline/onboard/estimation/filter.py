@@ -1,0 +1,456 @@
+"""The estimator: starts itself at standstill, then runs the filter's kernel every tick.
+
+It is an extended Kalman filter (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking
+and Navigation, Wiley 2001, section 10.3), whose states are in `filter_model`; innovations pass χ² gates (section 5.4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.angles import nearest_turn
+from touchline.core.jit import kernel
+from touchline.core.records import RecordArray
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.calibration import start_learning
+from touchline.onboard.estimation.delayed_fusion import advance, take_fix
+from touchline.onboard.estimation.noise import noise_figures
+from touchline.onboard.estimation.received import FIX_FIXED, received
+from touchline.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
+from touchline.onboard.estimation.standing import JOLT_MPS2
+from touchline.onboard.estimation.tail import CONTRADICTED
+from touchline.onboard.interface import (
+    TICK_S,
+    TICKS_PER_S,
+    Estimate,
+    SensorFrame,
+)
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.vehicles import ODOMETRY, Vehicle
+
+Floats = NDArray[np.float64]
+
+FIX_NONE: Final = 0
+FIX_FLOAT: Final = 2
+
+_START_TICKS = 25  # at standstill before the biases are worth starting from
+_GATHERED_TICKS = 1000  # of which a jolt is told from the rest
+_MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
+_GATHERED_SIGMAS = 4.0
+_ALIGNED_FIXES = 3
+_LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
+_SINGLE_FIX_FLOOR_M2 = 1.0
+_FLOAT_FIX_FLOOR_M2 = 0.04
+_LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
+_ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
+_ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
+JUMP_RUN: Final = 15
+"""Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
+_PLACE: Final = [m.EAST, m.NORTH]
+_NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
+_NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
+_TWIST = np.ix_((m.SPEED, m.YAW_RATE), (m.SPEED, m.YAW_RATE))
+
+
+@kernel
+def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, computer: Computer) -> None:
+    """Take in a tick's measurements: samples, then the filter's step, then each fix.
+
+    Args:
+        tick: This tick; none is left out.
+        fixes: (n,) that arrived in it, whenever they were measured.
+        count: How many of them count.
+        drive: Figures of the drive.
+        computer: (1,) with the frame; sample buffer and filter are updated, the filter once it has been started.
+    """
+    c = computer[0]
+    ring, times = c.filter, c.times
+    oldest = take_samples(tick, drive, c)
+    for i in range(count):
+        _note_fix(tick, fixes[i], times)
+    if times.first_tick < 0:
+        return
+    times.tick = tick
+    advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
+    for i in range(count):
+        fix = fixes[i]
+        finite = math.isfinite(fix.stamp_s + fix.east_m + fix.north_m + fix.variance_m2)
+        if fix.fix == FIX_NONE or not finite:
+            continue
+        used = take_fix(ring, drive, tick, times.first_tick, _enter_fix(fix, ring))
+        if used and fix.fix == FIX_FIXED:
+            times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
+
+
+@kernel
+def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
+    """Remember a fix if it is the newest, and not from the future."""
+    newest = times.fix
+    newer = not times.has_fix or fix.stamp_s > newest.stamp_s
+    if newer and fix.stamp_s <= tick / TICKS_PER_S + _LEAD_S:
+        times.has_fix = True
+        newest.stamp_s, newest.east_m, newest.north_m = fix.stamp_s, fix.east_m, fix.north_m
+        newest.variance_m2, newest.correction_age_s = fix.variance_m2, fix.correction_age_s
+        newest.fix, newest.satellites = fix.fix, fix.satellites
+        newest.heading_rad, newest.heading_variance_rad2 = fix.heading_rad, fix.heading_variance_rad2
+
+
+@kernel
+def _enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
+    """Put a fix into `ring.arrived`; returns the tick in which it is valid."""
+    c, entered = ring.figures, ring.arrived
+    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
+    entered.east_m, entered.north_m = fix.east_m, fix.north_m
+    entered.after_s = fix.stamp_s - tick * TICK_S
+    entered.heading_rad = fix.heading_rad
+    entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
+    if fix.fix == FIX_FIXED:
+        # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
+        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
+        entered.variance_m2 = c.r_gnss + max(excess, 0.0)
+    else:
+        floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
+        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
+    return tick
+
+
+@kernel
+def speed_now_mps(computer: Computer) -> float:
+    """Speed at the end of the tick [m/s]: the state is the tick's mean, the accelerometer gives the other half."""
+    c = computer[0]
+    slot = c.times.tick % m.RING
+    x, z = c.filter.states[slot], c.filter.inputs[slot]
+    accel_mps2 = c.buffer.accel_mps2 - x[m.ACCEL_BIAS]
+    speed_mps: float = x[m.SPEED]
+    if math.isnan(accel_mps2):
+        return speed_mps
+    if z.still and abs(accel_mps2) > JOLT_MPS2:
+        return speed_mps
+    speed_mps += 0.5 * TICK_S * accel_mps2
+    return speed_mps
+
+
+@kernel
+def position_sigma(P: Floats) -> float:
+    """Larger standard deviation of the two horizontal axes [m], slow GNSS error included; `P` (STATES, STATES)."""
+    return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
+
+
+class Gathered(NamedTuple):
+    """What an estimator has gathered at standstill before it starts.
+
+    Attributes:
+        sums: Of gyro z [rad/s], accelerometer x [m/s²], magnetometer x and y [T].
+        ticks: In which these were summed up.
+        accels: The newest readings of the accelerometer [m/s²].
+        told: Where odometry alone starts from: east [m], north [m], heading [rad]; None if nobody has told.
+    """
+
+    sums: tuple[float, ...]
+    ticks: int
+    accels: tuple[float, ...]
+    told: tuple[float, float, float] | None
+
+    @classmethod
+    def from_json(cls, values: Sequence[Any]) -> Self:
+        """Of the values that a tuple becomes in JSON.
+
+        Raises:
+            ValueError, TypeError: They are none.
+        """
+        sums, ticks, accels, told = values
+        pose = None if told is None else (float(told[0]), float(told[1]), float(told[2]))
+        return cls(tuple(map(float, sums)), int(ticks), tuple(map(float, accels)), pose)
+
+
+class Estimator:
+    """A 12-state EKF that sees nothing but `SensorFrame`s; its states are in `filter_model`, its noise in `noise`.
+
+    It starts in the tick in which the first RTK-fixed position arrives after a quarter of a second at standstill:
+    gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix. A camera's pose
+    has a heading, too. With odometry alone it starts by itself, from the pose that it is given.
+    """
+
+    def __init__(self, vehicle: Vehicle, config: OnboardConfig, computer: ComputerState | None = None) -> None:
+        """A filter that has seen nothing yet; its state is a part of `computer`, if that is given."""
+        self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
+        self._accel_start_var = config.imu.accel_density_mps2_rthz**2
+        self._computer = computer or ComputerState()
+        self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
+        drive = drive_of(vehicle, config.drive.track_width_relative)
+        self.drive = drive.figures
+        self.ring.figures.assign(noise_figures(vehicle, config, drive))
+        self._sums = np.zeros(4)
+        self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
+        self._told = config.odometry if vehicle.positioning == ODOMETRY else None
+        self._jump_fixes = config.gnss.jump_fixes
+        self.restart()
+
+    def restart(self, told: tuple[float, float, float] | None = None) -> None:
+        """Forget everything and start again from the sensors: the robot may have been carried elsewhere.
+
+        Args:
+            told: Where to, as far as people know: east [m], north [m], heading [rad]; odometry alone has nothing else.
+        """
+        self._told_pose = told
+        self.times.reset()
+        self._gather_anew()
+        self.ring.fixes.reset()
+        self.ring.inputs.reset()  # nothing of it is learned from
+        start_learning(self.ring.figures, self.ring.learned)
+        self.counters.reset()
+
+    @property
+    def gathered(self) -> Gathered | None:
+        """What it has gathered to start from; None if it has started."""
+        if self.started:
+            return None
+        return Gathered(tuple(self._sums.tolist()), self._sum_ticks, tuple(self._accels), self._told_pose)
+
+    @gathered.setter
+    def gathered(self, gathered: Gathered | None) -> None:
+        if gathered is None:
+            return
+        self._sums[:], self._sum_ticks, accels, self._told_pose = gathered
+        self._accels = deque(accels, maxlen=_GATHERED_TICKS)
+
+    @property
+    def counters(self) -> m.FilterCounters:
+        """Counts, NIS sums and the last innovation."""
+        return self.ring.counters
+
+    @property
+    def last_fix(self) -> ReceivedFix | None:
+        """The newest fix that arrived, used or not; by its stamp, and not from the future."""
+        return self.times.fix if self.times.has_fix else None
+
+    @property
+    def started(self) -> bool:
+        """Whether there is an estimate."""
+        return self.times.first_tick >= 0
+
+    @property
+    def aligned(self) -> bool:
+        """Whether the filter has settled enough at standstill to drive off.
+
+        The last fix has to agree with those before: should the first one have been far off, it is outweighed only then.
+        """
+        settled = self.counters.fixes >= _ALIGNED_FIXES and self.counters.fix_doubt == 0.0
+        return self.started and (settled or self._told is not None) and not self.disputed
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the last fixes are rejected: it is too unlikely that an honest receiver's are all so far off."""
+        return self.counters.fix_doubt >= CONTRADICTED
+
+    @property
+    def disputed(self) -> bool:
+        """Whether the accelerometer contradicts wheels that stand, and is not believed."""
+        return self.ring.inputs[self._slot].disputed_ticks > 0
+
+    @property
+    def wheels_stand(self) -> bool:
+        """Whether the wheels have stood for a while, whatever the other sensors say."""
+        return self.buffer.still_ticks >= STILL_TICKS
+
+    @property
+    def _slot(self) -> int:
+        return self.times.tick % m.RING
+
+    @property
+    def state(self) -> Floats:
+        """(STATES,) the current state; a view."""
+        row: Floats = self.ring.states[self._slot]
+        return row
+
+    @property
+    def covariance(self) -> Floats:
+        """(STATES, STATES) its covariance; a view."""
+        matrix: Floats = self.ring.covariances[self._slot]
+        return matrix
+
+    @property
+    def position_sigma_m(self) -> float:
+        """Larger standard deviation of the two horizontal axes, slow GNSS error included."""
+        return float(position_sigma(self.covariance)) if self.started else math.inf
+
+    @property
+    def heading_sigma_rad(self) -> float:
+        """Standard deviation of the heading."""
+        return math.sqrt(self.covariance[m.HEADING, m.HEADING]) if self.started else math.inf
+
+    def speed_now_mps(self) -> float:
+        """Speed at the end of the tick [m/s]."""
+        return float(speed_now_mps(self._computer.array))
+
+    def estimate(self) -> Estimate:
+        """Pose, twist and their covariances of the axle centre at the tick's time."""
+        if not self.started:
+            return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE, _NO_TWIST_COVARIANCE)
+        x, p = self.state.tolist(), self.covariance
+        return Estimate(
+            x[m.EAST],
+            x[m.NORTH],
+            x[m.HEADING],
+            self.speed_now_mps(),
+            x[m.YAW_RATE],
+            p[:3, :3].ravel(),
+            p[_TWIST].ravel(),
+        )
+
+    def step(self, frame: SensorFrame) -> None:
+        """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
+        self._computer.frame.fill(frame)
+        fixes, started = received(frame), self.started
+        take_frame(frame.tick, fixes.array, len(fixes), self.drive, self._computer.array)
+        if not started:
+            self._gather(frame, fixes)
+
+    def accept_lasting_jump(self) -> float:
+        """Accept that the receiver has jumped, if the configuration says that nobody has to be asked.
+
+        Returns:
+            By how much [m]; 0 if it has not jumped, or an operator is to be asked.
+        """
+        counters, fix = self.counters, self.last_fix
+        if self._jump_fixes is None or counters.fixes_outlying_run < self._jump_fixes:
+            return 0.0
+        if fix is None or fix.fix != FIX_FIXED or not self.contradicted:
+            return 0.0
+        moved_m = math.hypot(counters.innovation_east_m, counters.innovation_north_m)
+        self.accept_jump()
+        return moved_m
+
+    @property
+    def jump_m(self) -> float:
+        """The distance by which the receiver has lastingly jumped away from the estimate; 0 if it has not."""
+        if self.counters.fixes_outlying_run < JUMP_RUN:
+            return 0.0
+        return math.hypot(self.counters.innovation_east_m, self.counters.innovation_north_m)
+
+    def accept_jump(self) -> None:
+        """Believe the receiver, as the operator wants it: the robot stands where its last fix says.
+
+        The position and its slow error start anew there; heading, biases and slips stay, but for the heading that a
+        camera tells.
+        """
+        fix = self.last_fix
+        assert fix is not None, "there is no jump without a fix"
+        self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
+        if not math.isnan(fix.heading_rad):
+            self._face(self.state, self.covariance, fix.heading_rad, fix.heading_variance_rad2)
+        self._place(self.state, self.covariance, fix, _ALONE * self.ring.figures.r_gnss)
+        self.ring.fixes.reset()
+        # Nothing from before this tick is run again.
+        self.times.first_tick = self.times.tick
+        counters = self.counters
+        counters.fixes_outlying_run, counters.fix_doubt, counters.fix_nis_recent = 0, 0.0, 0.0
+        counters.recoveries += 1
+
+    def _face(self, x: Floats, p: Floats, heading_rad: float, variance_rad2: float) -> None:
+        """Set the heading in a state and its covariance, whatever was known of it."""
+        x[m.HEADING] = nearest_turn(heading_rad, x[m.HEADING])
+        p[m.HEADING, :] = p[:, m.HEADING] = 0.0
+        p[m.HEADING, m.HEADING] = max(variance_rad2, self.ring.figures.r_heading)
+
+    def _place(self, x: Floats, p: Floats, fix: ReceivedFix, variance_m2: float) -> None:
+        """Set the axle's position in a state and its covariance by a fix; the heading is known already.
+
+        Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
+        with that. The variance is that of the fix along an axis, without its slow error.
+        """
+        c, slows = self.ring.figures, [m.GNSS_EAST, m.GNSS_NORTH]
+        cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
+        ax, ay = c.antenna_x_m, c.antenna_y_m
+        x[_PLACE] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
+        x[slows] = 0.0
+        p[_PLACE + slows, :] = 0.0
+        p[:, _PLACE + slows] = 0.0
+        p[slows, slows] = c.gnss_var
+        p[_PLACE, slows] = p[slows, _PLACE] = -c.gnss_var
+        lever = np.zeros((2, m.STATES))
+        lever[:, m.HEADING] = sin * ax + cos * ay, sin * ay - cos * ax
+        turned = lever @ p
+        p[_PLACE, :] += turned
+        p[:, _PLACE] += turned.T
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (variance_m2 + c.gnss_var)
+
+    def _gather(self, frame: SensorFrame, fixes: RecordArray[ReceivedFix]) -> None:
+        """Average the sensors at standstill and start the filter when a fixed position arrives, or without one."""
+        if self.buffer.still_ticks == 0:
+            self._gather_anew()
+            return
+        imu, mag = frame.imu, frame.mag
+        newest = max(fixes, key=lambda fix: fix.stamp_s, default=None)
+        position = newest if self._told is None else self._believed()
+        self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
+        self._sum_ticks += 1
+        self._accels.append(imu.accel_x_mps2)
+        if position is None or position.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
+            return
+        if position.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
+            return  # from before the robot stood here
+        gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
+        # Of a sensor that is not there, no bias is to be learned.
+        gyro = 0.0 if math.isnan(gyro) else gyro
+        accel, c = 0.0 if math.isnan(accel) else self._without_jolts(accel), self.ring.figures
+        if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c.side_bias_var):
+            self._gather_anew()
+            return
+        self.times.first_tick = self.times.tick = frame.tick
+        x, p = self.state, self.covariance
+        x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
+        span_s = self._sum_ticks * TICK_S
+        diagonal = np.zeros(m.STATES)
+        diagonal[m.HEADING] = c.mag_var + c.r_mag / self._sum_ticks
+        diagonal[m.SPEED], diagonal[m.YAW_RATE] = 1e-6, 1e-6
+        diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
+        diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
+        diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c.slip_var
+        diagonal[m.MAG_BIAS] = c.mag_var
+        p[:] = np.diag(diagonal)
+        # The heading's error is the magnetometer's.
+        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c.mag_var
+        if not math.isnan(position.heading_rad):
+            self._face(x, p, position.heading_rad, position.heading_variance_rad2)
+        self._place(x, p, position, _ALONE * c.r_gnss if self._told is None else position.variance_m2)
+        self.ring.learned.start_east_m, self.ring.learned.start_north_m = x[_PLACE].tolist()
+        z = self.ring.inputs[self._slot]  # nothing has been learned yet
+        z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = 0.0
+        z.error_mean[:], z.smooth[:] = 0.0, 0.0
+
+    def _believed(self) -> ReceivedFix | None:
+        """The pose that odometry alone starts from, as a fix that is always there; None if it was told none."""
+        sheet, pose = self._told, self._told_pose
+        if sheet is None or pose is None:
+            return None
+        east_m, north_m, heading_rad = pose
+        return ReceivedFix(
+            stamp_s=math.inf,
+            east_m=east_m,
+            north_m=north_m,
+            variance_m2=sheet.start_sigma_m**2,
+            fix=FIX_FIXED,
+            heading_rad=heading_rad,
+            heading_variance_rad2=sheet.start_sigma_rad**2,
+        )
+
+    def _gather_anew(self) -> None:
+        self._sums[:] = 0.0
+        self._sum_ticks = 0
+        self._accels.clear()
+
+    def _without_jolts(self, mean_mps2: float) -> float:
+        """The mean of the accelerometer's readings at standstill, of which those far from the median are left out."""
+        gathered = np.array(self._accels)
+        middle = np.sort(gathered)[len(gathered) // 2]
+        calm = np.abs(gathered - middle) <= JOLT_MPS2
+        return mean_mps2 if calm.all() else float(gathered[calm].mean())

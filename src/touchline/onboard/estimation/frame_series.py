@@ -1,0 +1,99 @@
+"""The estimator alone on the sensor frames of many ticks, which are all known beforehand.
+
+It is `Estimator.step` tick by tick, in one kernel: the bits are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import Computer, ReceivedFix
+from touchline.onboard.estimation.filter import position_sigma, speed_now_mps, take_frame
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+SPEED: Final = 3
+COVARIANCE: Final = 5
+TWIST_COVARIANCE: Final = COVARIANCE + 9
+SIGMAS: Final = TWIST_COVARIANCE + 4
+COLUMNS: Final = SIGMAS + 2
+"""Of an estimate: the fields of `interface.Estimate`, the covariances row by row, then σ of position and heading."""
+
+
+class FrameSeries(NamedTuple):
+    """What the sensors gave in n ticks, one after the other.
+
+    Attributes:
+        first_tick: Of the n.
+        readings: (n, READINGS) newest samples, as in `interface`.
+        measured: (n, 3) ticks in which those of IMU, magnetometer and encoders were measured.
+        fixes: (k,) that arrived, in their order.
+        arrived: (n + 1,) those of tick i are `fixes[arrived[i]:arrived[i + 1]]`.
+    """
+
+    first_tick: int
+    readings: Floats
+    measured: Integers
+    fixes: Sequence[ReceivedFix]
+    arrived: Integers
+
+
+class EstimateSeries(NamedTuple):
+    """What the estimator believes after each of n ticks.
+
+    Attributes:
+        rows: (n, COLUMNS).
+        counters: (n,).
+    """
+
+    rows: Floats
+    counters: Sequence[m.FilterCounters]
+
+
+@kernel
+def estimate_series(
+    begin: int, end: int, frames: FrameSeries, drive: Any, computer: Computer, out: EstimateSeries
+) -> None:
+    """Run ticks of an estimator that has been started.
+
+    Args:
+        begin: The first row of `frames` to be run.
+        end: Behind the last one.
+        frames: That arrived.
+        drive: Figures of the drive.
+        computer: (1,) updated.
+        out: Filled in the same rows.
+    """
+    for i in range(begin, end):
+        tick = frames.first_tick + i
+        frame, first = computer[0].frame, frames.arrived[i]
+        copy(frames.readings[i], frame.readings)
+        frame.imu_tick, frame.mag_tick = frames.measured[i, 0], frames.measured[i, 1]
+        frame.encoder_tick = frames.measured[i, 2]
+        take_frame(tick, frames.fixes[first:], frames.arrived[i + 1] - first, drive, computer)
+        note_estimate(computer, out.rows[i])
+        out.counters[i] = computer[0].filter.counters  # type: ignore[index]
+
+
+@kernel
+def note_estimate(computer: Computer, row: Floats) -> None:
+    """Fill in (COLUMNS,) what a started estimator believes."""
+    slot = computer[0].times.tick % m.RING
+    x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
+    row[0], row[1], row[2] = x[m.EAST], x[m.NORTH], x[m.HEADING]
+    row[SPEED], row[SPEED + 1] = speed_now_mps(computer), x[m.YAW_RATE]
+    for i in range(3):
+        for j in range(3):
+            row[COVARIANCE + 3 * i + j] = P[i, j]
+    twist = row[TWIST_COVARIANCE:SIGMAS]
+    twist[0], twist[1] = P[m.SPEED, m.SPEED], P[m.SPEED, m.YAW_RATE]
+    twist[2], twist[3] = P[m.YAW_RATE, m.SPEED], P[m.YAW_RATE, m.YAW_RATE]
+    row[SIGMAS], row[SIGMAS + 1] = position_sigma(P), np.sqrt(P[m.HEADING, m.HEADING])

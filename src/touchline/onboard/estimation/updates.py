@@ -1,0 +1,106 @@
+"""Scalar and paired measurement updates that keep P symmetric to the bit.
+
+Numbers that are measured at once are processed one after the other, which takes no inverse (sequential Kalman
+filtering: D. Simon, Optimal State Estimation, Wiley 2006, section 6.1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import kernel
+from touchline.onboard.filter_model import STATES
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
+    """Scalar update: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
+
+    Args:
+        x: (STATES,) updated.
+        P: (STATES, STATES) its covariance, updated.
+        h: (STATES,) row of the measurement, of which most is zero.
+        innovation: y, measured less expected.
+        variance: r, of the measurement.
+        g: (STATES,) scratch.
+    """
+    s = variance
+    for i in range(STATES):
+        g[i] = 0.0
+    for k in range(STATES):
+        if h[k] != 0.0:
+            for i in range(STATES):
+                g[i] += P[k, i] * h[k]  # P is symmetric to the bit: its rows lie together in memory
+    for i in range(STATES):
+        s += h[i] * g[i]
+    for i in range(STATES):
+        x[i] += g[i] * innovation / s
+        for k in range(i, STATES):
+            P[i, k] -= g[i] * g[k] / s
+            P[k, i] = P[i, k]
+
+
+@kernel
+def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
+    """The covariance H P Hᵀ of two measured numbers that comes from the state's.
+
+    Args:
+        P: (STATES, STATES) covariance of the state.
+        h: (2, STATES) rows of the measurement.
+
+    Returns:
+        The variance of the first number, the covariance of both, and the variance of the second.
+    """
+    s00, s01, s11 = 0.0, 0.0, 0.0
+    for i in range(STATES):
+        if h[0, i] != 0.0 or h[1, i] != 0.0:
+            a, b = 0.0, 0.0
+            for k in range(STATES):
+                a += P[i, k] * h[0, k]
+                b += P[i, k] * h[1, k]
+            s00 += h[0, i] * a
+            s01 += h[0, i] * b
+            s11 += h[1, i] * b
+    return s00, s01, s11
+
+
+@kernel
+def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
+    """Normalised innovation squared (NIS) of two numbers that are measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
+
+    Args:
+        P: (STATES, STATES) covariance of the state.
+        h: (2, STATES) rows of the measurement.
+        y: Innovations of the first and the second.
+        r: Variance of each.
+    """
+    y0, y1 = y
+    s00, s01, s11 = spread(P, h)
+    s00, s11 = s00 + r, s11 + r
+    nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+    return nis
+
+
+@kernel
+def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float, g: Floats) -> None:
+    """Update with two numbers that are measured at once, one by one: the first update corrects the second innovation.
+
+    Args:
+        x: (STATES,) updated.
+        P: (STATES, STATES) its covariance, updated.
+        h: (2, STATES) rows of the measurement.
+        y: Innovations of the first and the second.
+        r: Variance of each.
+        g: (STATES,) scratch.
+    """
+    y0, y1 = y
+    before = np.zeros(STATES)
+    for i in range(STATES):
+        before[i] = x[i]
+    apply(x, P, h[0], y0, r, g)
+    for i in range(STATES):
+        y1 -= h[1, i] * (x[i] - before[i])
+    apply(x, P, h[1], y1, r, g)

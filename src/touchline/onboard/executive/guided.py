@@ -1,0 +1,191 @@
+"""Guided driving: to targets within cells that a team's coordinator tells while the robot drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import ComputerState
+from touchline.onboard.control.cell_steering import SteeringLimits
+from touchline.onboard.control.path_tracker import STOPPED_MPS
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
+from touchline.onboard.executive.failsafe import FenceArrays
+from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stopping_point
+from touchline.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.onboard.executive.traversal_job import JobProgress, Step
+from touchline.onboard.interface import STANDSTILL, TICK_S, TICKS_PER_S, Command, PaintBelief
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Guidance, Whereabouts
+from touchline.schemas.onboard import TeamLimits
+from touchline.schemas.vehicles import Vehicle
+
+
+class GuidedDrive:
+    """A robot that is guided; until it is told a cell it stands.
+
+    Attributes:
+        course: What it goes by, for kernels.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        team: TeamLimits,
+        estimator: Estimator,
+        watch: LocalizationMonitor,
+        computer: ComputerState,
+    ) -> None:
+        """Where it stands, not yet aligned.
+
+        Raises:
+            CommandRefused: The robot cannot turn on the spot, so that it could not stop anywhere in a cell and go on.
+        """
+        spec = vehicle.drive
+        if not spec.can_spin:
+            remedy = "give it trajectories"
+            raise CommandRefused(f"cannot be guided: the robot cannot turn on the spot, as cells need it; {remedy}")
+        self._drive, self._estimator, self._watch, self._computer = drive_of(vehicle), estimator, watch, computer
+        self._keeper = CellKeeper(team)
+        self._aligned = False
+        computer.leg.reset(half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self._drive.lag_s, TICK_S)))
+        computer.guidance.reset()
+        limits = SteeringLimits(
+            spec.transit_speed_mps,
+            spec.max_acceleration_mps2,
+            spec.max_lateral_acceleration_mps2,
+            spec.max_yaw_rate_radps,
+            team.there_m,
+            team.away_m,
+        )
+        fence = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
+        self.course = GuidedCourse(
+            np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, estimator.drive, np.zeros(4), fence
+        )
+
+    def receive(self, told: Guidance) -> bool:
+        """As `CellKeeper.receive`."""
+        keeper = self._keeper
+        taken = keeper.receive(told, self._stopping_segment())
+        until_tick = math.floor(keeper.until_s * TICKS_PER_S + 0.5)
+        self.course = self.course._replace(
+            half_planes=keeper.half_planes, target_m=keeper.target_m, until_tick=until_tick
+        )
+        return taken
+
+    def _stopping_segment(self) -> Segment:
+        """Where the robot is, and where it would stand if it braked now, x + iy (m)."""
+        x = self._estimator.state
+        return complex(x[m.EAST], x[m.NORTH]), self._stop(self._computer.array, self.course)
+
+    @cached_property
+    def _stop(self) -> Callable[..., complex]:
+        """`stopping_point`, without a look at the types of its arguments, which are always the same."""
+        code: Callable[..., complex] = stopping_point.for_types_of((self._computer.array, self.course))
+        return code
+
+    @property
+    def whereabouts(self) -> Whereabouts:
+        """What to tell the coordinator after the last tick."""
+        stamp_s = self._computer.clock.tick / TICKS_PER_S
+        if not self._aligned:
+            return Whereabouts(stamp_s=stamp_s, aligned=False)
+        return self._keeper.say(stamp_s, self._stopping_segment())
+
+    def run(self) -> Step:
+        """One tick towards the target, as `guided_tick.guide`."""
+        if not self._aligned:
+            self._aligned = self._estimator.aligned
+            return Step(self.stop_hard())
+        if problem := self._watch.drive_problem():
+            return Step(self.rest(), hold=problem)
+        drive_on(self._computer.array, self.course)
+        return Step(self._computer.command.command)
+
+    def rest(self) -> Command:
+        """One tick of braking straight ahead."""
+        if self.standing and self._computer.guidance.speed_mps == 0.0:
+            return self.stop_hard()
+        drive_on(self._computer.array, self.course._replace(until_tick=-1))
+        return self._computer.command.command
+
+    def stop_hard(self) -> Command:
+        """One tick of braking as hard as the wheels can."""
+        self._computer.guidance.reset()
+        return self._computer.command.give(STANDSTILL)
+
+    @property
+    def standing(self) -> bool:
+        """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
+        moves_mps = self._drive.moves_mps(self._computer.command.actuators)
+        estimator = self._estimator
+        still = not estimator.started or abs(estimator.speed_now_mps()) < 2.0 * STOPPED_MPS or estimator.wheels_stand
+        return bool(moves_mps < 2.0 * STOPPED_MPS and still)
+
+    @property
+    def aligning(self) -> bool:
+        """Whether the robot does not yet know where it stands."""
+        return not self._aligned
+
+    @property
+    def nominal(self) -> bool:
+        """Whether nothing has to be decided while it drives on."""
+        return self._aligned
+
+    @property
+    def waiting(self) -> bool:
+        """Never: it has no work that a wrong start could spoil."""
+        return False
+
+    @property
+    def held(self) -> bool:
+        """Never: its cell moves on."""
+        return False
+
+    @property
+    def progress(self) -> JobProgress:
+        """None: guidance has no end."""
+        return JobProgress()
+
+    @property
+    def place(self) -> None:
+        """A process that begins anew does not know its cell, and has to be guided anew."""
+        return None
+
+    @property
+    def spraying(self) -> bool:
+        """Never."""
+        return False
+
+    @property
+    def painted(self) -> PaintBelief:
+        """Nothing."""
+        return PaintBelief()
+
+    @property
+    def lateral_error_m(self) -> float:
+        """0: it has no path."""
+        return 0.0
+
+    @property
+    def next_paint_m(self) -> float:
+        """0: it has no path."""
+        return 0.0
+
+    def close_valve(self, in_s: float = TICK_S) -> None:
+        """It is closed."""
+
+    def owe_dry(self, dry_s: float) -> None:
+        """It sprays nothing."""
+
+    def locate(self) -> float:
+        """It has no path that it could be beside."""
+        return 0.0
+
+    def go_on(self) -> None:
+        """The cell and the target are what they were."""

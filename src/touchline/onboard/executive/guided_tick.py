@@ -1,0 +1,126 @@
+"""Compiled: a tick of a guided robot, which drives to targets within cells that it is told while it drives."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.arcs import unit
+from touchline.core.jit import kernel
+from touchline.onboard import filter_model as m
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.computer_state import Computer
+from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
+from touchline.onboard.control.path_tracker import observe
+from touchline.onboard.drives.onboard_drive import command as drive_command
+from touchline.onboard.executive.failsafe import NOTHING, FenceArrays
+from touchline.onboard.executive.localization_monitor import GOOD, speaks_against_driving
+from touchline.onboard.interface import TICK_S
+
+Floats = NDArray[np.float64]
+
+
+class GuidedCourse(NamedTuple):
+    """What a guided robot goes by until it is told something newer.
+
+    Attributes:
+        half_planes: (k, 3) of its cell.
+        target_m: Where to go, x + iy.
+        until_tick: After this tick it brakes, as it has not been told for too long that it is heard.
+        limits: By which it drives.
+        lag_s: With which its actuators follow.
+        drive: Figures of the drive.
+        motion: (4,) scratch.
+        fence: None, but with the shape of one.
+    """
+
+    half_planes: Floats
+    target_m: complex
+    until_tick: int
+    limits: SteeringLimits
+    lag_s: float
+    drive: Any
+    motion: Floats
+    fence: FenceArrays
+
+
+@kernel
+def look_ahead(computer: Computer, lag_s: float, motion: Floats) -> None:
+    """Where the robot will be when its actuators have caught up, from which on it moves as it is commanded.
+
+    An actuator that follows with a lag τ moves the robot by v·τ more than its commands, whatever they are: the place
+    ahead by that moves at the commanded speed.
+
+    Args:
+        computer: (1,) that has observed the tick.
+        lag_s: τ.
+        motion: (4,) of `cell_steering`, filled in.
+    """
+    c = computer[0]
+    x, now = c.filter.states[c.times.tick % m.RING], c.leg.now
+    turned = now[tracking.YAW_RATE] * lag_s
+    ahead = unit(x[m.HEADING] + 0.5 * turned) * (now[tracking.SPEED] * lag_s)
+    motion[X], motion[Y] = x[m.EAST] + ahead.real, x[m.NORTH] + ahead.imag
+    motion[HEADING], motion[SPEED] = x[m.HEADING] + turned, c.guidance.speed_mps
+
+
+@kernel
+def drive_on(computer: Computer, course: GuidedCourse) -> None:
+    """Fill in the actuators' commands: towards the target, or braking straight ahead.
+
+    Args:
+        computer: (1,) of which the estimator has seen the tick; updated.
+        course: That it goes by.
+    """
+    c, motion = computer[0], course.motion
+    observe(course.drive, computer)
+    look_ahead(computer, course.lag_s, motion)
+    rate, guidance = 0.0, c.guidance
+    if len(course.half_planes) == 0 or c.times.tick > course.until_tick:
+        guidance.speed_mps = max(guidance.speed_mps - course.limits.acceleration_mps2 * TICK_S, 0.0)
+        guidance.stands = False
+    else:
+        guidance.speed_mps, rate, guidance.stands = steer_in_cell(
+            motion, guidance.stands, course.half_planes, course.target_m, course.limits, TICK_S
+        )
+    command = c.command
+    drive_command(course.drive, guidance.speed_mps, rate, c.leg.now, command.actuators)
+    command.valve, command.disc, command.valve_after_s = False, False, 0.0
+
+
+@kernel
+def guide(computer: Computer, course: GuidedCourse) -> bool:
+    """End a nominal tick of a guided robot.
+
+    Args:
+        computer: (1,) that has perceived the tick; updated.
+        course: That it goes by.
+
+    Returns:
+        Whether the tick is nominal; if not, nothing is changed.
+    """
+    c = computer[0]
+    if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
+        return False
+    drive_on(computer, course)
+    c.clock.elapsed_s += TICK_S
+    return True
+
+
+@kernel
+def stopping_point(computer: Computer, course: GuidedCourse) -> complex:
+    """Where the robot would stand if it braked straight ahead now (m).
+
+    Args:
+        computer: (1,) of which the estimator has seen the tick.
+        course: That it goes by.
+    """
+    motion = course.motion
+    observe(course.drive, computer)
+    look_ahead(computer, course.lag_s, motion)
+    fastest = max(motion[SPEED], abs(computer[0].leg.now[tracking.SPEED]))
+    braking_m = fastest * fastest / (2.0 * course.limits.acceleration_mps2)
+    way = unit(motion[HEADING]) * braking_m
+    return complex(motion[X] + way.real, motion[Y] + way.imag)

@@ -1,0 +1,252 @@
+"""The localization monitor: whether the pose is good enough to drive, and to paint."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+from touchline.core.jit import kernel
+from touchline.onboard import filter_model as m
+from touchline.onboard.computer_state import Computer, ComputerState
+from touchline.onboard.estimation.filter import position_sigma
+from touchline.onboard.estimation.received import FIX_FIXED
+from touchline.onboard.estimation.tail import CONTRADICTED
+from touchline.onboard.interface import TICK_S, TICKS_PER_S
+from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
+from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Positioning, Vehicle
+
+MAX_FIX_AGE_S = 0.5
+"""To paint; more for a receiver whose fixes are older than that before the next but one can come."""
+MAX_CORRECTION_AGE_S = 10.0
+MAX_POSITION_SIGMA_M = 0.025
+MAX_HEADING_SIGMA_RAD = math.radians(1.0)
+MAX_NIS = 4.4
+"""Of the running mean over about ten fixes, each as it is weighed: 2 is expected of a consistent filter, 5.5 is the
+most that there is. An unweighed 6 of every fix makes so much."""
+MAX_LATERAL_M = 0.03
+MAX_BLIND_SIGMA_M = 0.15
+"""Position σ beyond which the robot does not even drive."""
+MAX_COVERING_SIGMA_M = 0.05
+"""The same with a tool that works wherever it goes: neighbouring lanes overlap by little more than half of that."""
+MAX_SILENCE_TICKS = 20
+"""Without a new sample of the IMU or the encoders, to paint; driving stops after half a second."""
+MAX_BLIND_TICKS = 50
+MAX_SLIP = 0.5
+"""Share of the last 0.3 s of wheel readings that contradict IMU and GNSS."""
+SETTLE_S = 1.0
+"""How long all must have been well again before painting goes on."""
+SLIP_SETTLE_S = 5.0
+"""The same after the wheels slipped, which only driving can show: a robot that stands turns no wheel, so all seems well
+at once whatever the cause, and all tries would be spent while that lasts."""
+
+# What may be wrong with the pose, the worst first: the first that applies is told.
+GOOD: Final = 0
+NOT_STARTED: Final = 1
+NOT_FIXED: Final = 2
+OLD_CORRECTIONS: Final = 3
+NO_FIX: Final = 4
+CONTRADICTION: Final = 5
+UNUSABLE_FIXES: Final = 6
+SCATTER: Final = 7
+UNCERTAIN: Final = 8
+SLIP: Final = 9
+IMU_SILENT: Final = 10
+ENCODERS_SILENT: Final = 11
+# Beside these, what speaks against painting here, or against driving at all.
+OFF_LINE: Final = 12
+HEADING_UNCERTAIN: Final = 13
+UNKNOWN: Final = 14
+
+FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
+
+
+def max_fix_age_s(sheet: GnssSheet | CameraSheet) -> float:
+    """How old the newest fix, or pose, may be to paint by this data sheet: one of them may stay away, but not two."""
+    return max(MAX_FIX_AGE_S, 2.0 / sheet.rate_hz + sheet.latency_s + sheet.latency_jitter_s + 2.0 * TICK_S)
+
+
+class PoseLimits(NamedTuple):
+    """Within which a robot drives and paints.
+
+    Attributes:
+        positioning: What tells it where it is.
+        fix_age_s: How old its newest fix, or pose of a camera, may be to paint.
+        sigma_m: Position σ beyond which it does not paint.
+        blind_sigma_m: Position σ beyond which it does not drive.
+    """
+
+    positioning: Positioning = GNSS
+    fix_age_s: float = MAX_FIX_AGE_S
+    sigma_m: float = MAX_POSITION_SIGMA_M
+    blind_sigma_m: float = MAX_BLIND_SIGMA_M
+
+
+def pose_limits(vehicle: Vehicle, config: OnboardConfig) -> PoseLimits:
+    """Those of a vehicle; with odometry alone no fix is missed, and one that paints nothing may become unsure."""
+    if vehicle.positioning == ODOMETRY:
+        most_m = math.inf if config.odometry.max_sigma_m is None else config.odometry.max_sigma_m
+        return PoseLimits(ODOMETRY, math.inf, MAX_POSITION_SIGMA_M if vehicle.tool.paints else most_m, most_m)
+    sheet = config.camera if vehicle.positioning == OVERHEAD_CAMERA else config.gnss
+    blind_sigma_m = MAX_COVERING_SIGMA_M if vehicle.tool.covers else MAX_BLIND_SIGMA_M
+    return PoseLimits(vehicle.positioning, max_fix_age_s(sheet), blind_sigma_m=blind_sigma_m)
+
+
+@kernel
+def judge_pose(tick: int, computer: Computer) -> None:
+    """Judge whether the pose of a tick is good to a line's width, and when it is to count as settled.
+
+    Args:
+        tick: That the estimator has seen.
+        computer: (1,) the findings `pose` are updated.
+    """
+    c = computer[0]
+    c.pose.tick, c.pose.pose = tick, _pose(tick, c)
+    if c.pose.pose != GOOD:
+        settle_s = SLIP_SETTLE_S if c.pose.pose == SLIP else SETTLE_S
+        c.pose.settled_at_s = max(c.pose.settled_at_s, tick / TICKS_PER_S + settle_s)
+
+
+@kernel
+def _pose(tick: int, c: ComputerState) -> int:
+    times, n, time_s = c.times, c.filter.counters, tick / TICKS_PER_S
+    if times.first_tick < 0:
+        return NOT_STARTED
+    if c.pose.needs_fixes:
+        problem = _fixes(time_s, c)
+        if problem != GOOD:
+            return int(problem)
+    if position_sigma(c.filter.covariances[times.tick % m.RING]) > c.pose.sigma_m:
+        return UNCERTAIN
+    if n.encoders_rejected_recent > MAX_SLIP:
+        return SLIP
+    return int(_silence(tick, c, MAX_SILENCE_TICKS))
+
+
+@kernel
+def _fixes(time_s: float, c: ComputerState) -> int:
+    times, n = c.times, c.filter.counters
+    if not times.has_fix:
+        return NOT_STARTED
+    if times.fix.fix != FIX_FIXED:
+        return NOT_FIXED
+    if times.fix.correction_age_s > MAX_CORRECTION_AGE_S:
+        return OLD_CORRECTIONS
+    if time_s - times.fix.stamp_s > c.pose.fix_age_s:
+        return NO_FIX
+    if n.fix_doubt >= CONTRADICTED:
+        return CONTRADICTION
+    if time_s - times.last_used_stamp_s > c.pose.fix_age_s:
+        return UNUSABLE_FIXES
+    return SCATTER if n.fix_nis_recent > MAX_NIS else GOOD
+
+
+@kernel
+def _silence(tick: int, c: ComputerState, ticks: int) -> int:
+    if tick - c.buffer.imu_tick > ticks:
+        return IMU_SILENT
+    return ENCODERS_SILENT if tick - c.buffer.encoder_tick > ticks else GOOD
+
+
+@kernel
+def speaks_against_driving(computer: Computer) -> int:
+    """Why not to drive at all after the tick that has been judged last; GOOD if nothing speaks against it."""
+    c = computer[0]
+    if c.filter.counters.fix_doubt >= CONTRADICTED:
+        return CONTRADICTION
+    blind = c.times.first_tick < 0
+    if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > c.pose.blind_sigma_m:
+        return UNKNOWN
+    return int(_silence(c.pose.tick, c, MAX_BLIND_TICKS))
+
+
+@kernel
+def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
+    """Why not to paint here and now, GOOD if nothing speaks against it.
+
+    Args:
+        computer: (1,) of which the tick has been judged; only driving makes the heading better.
+        nozzle_lateral_m: How far the nozzle is to the left of its path.
+    """
+    c = computer[0]
+    P = c.filter.covariances[c.times.tick % m.RING]
+    if c.pose.pose != GOOD:
+        return int(c.pose.pose)
+    if abs(nozzle_lateral_m) > MAX_LATERAL_M:
+        return OFF_LINE
+    return HEADING_UNCERTAIN if math.sqrt(P[m.HEADING, m.HEADING]) > MAX_HEADING_SIGMA_RAD else GOOD
+
+
+_USUAL: Final = PoseLimits()
+
+
+class LocalizationMonitor:
+    """Judges in every tick whether the pose is good enough to drive and to paint, and says why not.
+
+    Args:
+        computer: Whose estimate is watched.
+        limits: That it goes by.
+
+    Attributes:
+        findings: Of the last tick.
+        source: Who tells the position, for people.
+    """
+
+    def __init__(self, computer: ComputerState, limits: PoseLimits = _USUAL) -> None:
+        self._computer, self.findings = computer, computer.pose
+        found, (positioning, found.fix_age_s, found.sigma_m, found.blind_sigma_m) = self.findings, limits
+        found.needs_fixes = positioning != ODOMETRY
+        seen = positioning == OVERHEAD_CAMERA
+        self.source = "camera" if seen else "receiver"
+        self._fix, self._fixes = ("camera pose", "camera's poses") if seen else ("fix", "fixes")
+
+    def look(self, tick: int) -> None:
+        """Judge the tick."""
+        judge_pose(tick, self._computer.array)
+
+    @property
+    def pose_problem(self) -> str:
+        """Why the position cannot be trusted to a line's width, "" if it can."""
+        return self._words(self.findings.pose, MAX_SILENCE_TICKS)
+
+    def settled(self, time_s: float) -> bool:
+        """Whether the pose has been good for `SETTLE_S`, or `SLIP_SETTLE_S` if the wheels slipped."""
+        return self.findings.pose == GOOD and time_s >= self.findings.settled_at_s
+
+    def paint_problem(self, nozzle_lateral_m: float) -> str:
+        """Why not to paint here and now, "" if nothing speaks against it."""
+        code = speaks_against_painting(self._computer.array, nozzle_lateral_m)
+        return self._words(code, MAX_SILENCE_TICKS)
+
+    def drive_problem(self) -> str:
+        """Why not to drive at all, "" if nothing speaks against it."""
+        code = speaks_against_driving(self._computer.array)
+        return self._words(code, MAX_BLIND_TICKS)
+
+    def accepts_jump(self) -> bool:
+        """Whether nothing but a jump speaks against the receiver: it is fixed, corrected and fresh."""
+        return self.findings.pose == CONTRADICTION
+
+    def _words(self, code: int, silent_ticks: int) -> str:
+        """What a finding means to people; "" if all is well."""
+        if code == GOOD:
+            return ""
+        if code == NOT_FIXED:
+            fix = self._computer.times.fix.fix
+            return f"the GNSS has {FIX_NAMES.get(fix, 'an unknown fix')} instead of an RTK-fixed one"
+        silence = f"are older than {silent_ticks / TICKS_PER_S:.1f} s"
+        age = f"for more than {self.findings.fix_age_s:.1f} s"
+        return {
+            NOT_STARTED: "the estimator has not started",
+            OLD_CORRECTIONS: f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s",
+            NO_FIX: f"there has been no {self._fix} {age}",
+            CONTRADICTION: f"the {self._fixes} contradict the estimate",
+            UNUSABLE_FIXES: f"no {self._fix} has been usable {age}",
+            SCATTER: f"the {self._fixes} scatter more than the estimator can explain",
+            UNCERTAIN: f"the position is uncertain (σ above {self.findings.sigma_m * 1e3:.0f} mm)",
+            SLIP: "the wheels slip: they contradict the other sensors",
+            IMU_SILENT: f"the IMU's samples {silence}",
+            ENCODERS_SILENT: f"the wheel encoders' samples {silence}",
+            OFF_LINE: f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm",
+            HEADING_UNCERTAIN: f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)",
+            UNKNOWN: f"the position is unknown (σ above {self.findings.blind_sigma_m:.2f} m)",
+        }[code]

@@ -1,0 +1,231 @@
+"""The filter's states, and the records of its ring: what is measured in a tick, and what is learned and counted.
+
+States (index, unit; "tick" is the 10 ms period):
+
+| state | unit | model | source of the noise figure |
+| --- | --- | --- | --- |
+| EAST, NORTH | m | integrates the tick's mean speed; small random walk for side slip | grass, by distance |
+| HEADING | rad, unwrapped | integrates the tick's mean yaw rate | – |
+| SPEED | m/s, mean of the last tick | driven by the accelerometer less its bias | accelerometer density, vibration |
+| YAW_RATE | rad/s, mean of the last tick | random walk | largest yaw acceleration of the wheels |
+| GYRO_BIAS | rad/s | random walk | data sheet: turn-on bias, bias walk |
+| ACCEL_BIAS | m/s² | random walk; holds gravity's part too, and turns with it on a slope | data sheet |
+| ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip; offset of a steering | grass; vehicle |
+| MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
+| GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
+
+The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
+millimetre when their errors are the same error.
+
+Beside the states five figures are learned that change too slowly to be states (`estimation/calibration`): the slope of
+the ground (two), the bias of the accelerometer's left axis, and the means of the two errors of odometry:
+the slip of a wheel, which holds its radius error.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.records import Record
+
+Floats = NDArray[np.float64]
+
+EAST: Final = 0
+NORTH: Final = 1
+HEADING: Final = 2
+SPEED: Final = 3
+YAW_RATE: Final = 4
+GYRO_BIAS: Final = 5
+ACCEL_BIAS: Final = 6
+ODOMETRY_ERROR: Final = 7  # two, of the drive
+MAG_BIAS: Final = 9
+GNSS_EAST: Final = 10
+GNSS_NORTH: Final = 11
+STATES: Final = 12
+
+RING: Final = 64
+"""Ticks of history kept for late fixes [0.64 s]."""
+
+GATE_1_DOF: Final = 15.14  # χ², 99.99 %
+GATE_2_DOF: Final = 18.42
+FIX_DOF: Final = 3.5
+"""Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
+with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
+published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
+POSE_DOF: Final = 10.0
+"""The same of a camera's poses: nearly normal ones, yet a wild one, as of a robot taken for another, counts little: one
+that is a metre off with σ 1 cm as a thousandth of a good one."""
+
+
+class TickInputs(Record):
+    """A tick's measurements other than GNSS, kept in the ring for replay; nan where there is none."""
+
+    gyro_radps: float = math.nan
+    """Mean of the tick."""
+    accel_mps2: float = math.nan
+    """Mean of this tick and the one before: what the mean speed changed by."""
+    side_mps2: float = math.nan
+    """Of the accelerometer's left axis."""
+    mag_rad: float = math.nan
+    """Magnetic heading."""
+    odometry: Annotated[Floats, 2] = np.full(2, math.nan)
+    """Both numbers of the drive, means of the tick, in its units: nominal rim speeds [m/s]."""
+    span_ticks: int
+    """Over which those of `odometry` are means."""
+    still: bool
+    """Whether nothing of the drive has moved for a while."""
+
+    rise_east_mps2: float = math.nan
+    """Gravity times the ground's rise over run. This and the next three are what the tick is run with of that which is
+    learned beside the states; nan before the filter has started."""
+    rise_north_mps2: float = math.nan
+    rise_var: float = math.nan
+    """(m/s²)², of both axes together."""
+    error_mean: Annotated[Floats, 2] = np.full(2, math.nan)
+    """About which the errors of odometry vary."""
+
+    smooth: Annotated[Floats, 2] = np.full(2, math.nan)
+    """Of the drive: what the errors of odometry are a share of."""
+    refused_ticks: int
+    """In a row, up to this one, in which the encoders' readings were rejected."""
+    lean: Annotated[Floats, 2]
+    """Innovations of `odometry` in units of their σ, means over about the last half second: 0 but for chance."""
+    disputed_ticks: int
+    """In a row, up to this one, in which the accelerometer contradicted wheels that stand."""
+    rough: float
+    """(m/s²)², mean square step of `accel_mps2` over the last ticks."""
+
+
+class LearnedFigures(Record):
+    """What is learned beside the states."""
+
+    side_bias_mps2: float
+    rise_east_mps2: float
+    """Gravity times the ground's rise over run."""
+    rise_north_mps2: float
+    bias_var: float
+    """Covariance of these three, (m/s²)²: this and the next five."""
+    bias_east: float
+    bias_north: float
+    east_var: float
+    east_north: float
+    north_var: float
+    error_mean: Annotated[Floats, 2]
+    """About which the errors of odometry vary."""
+    mean_var: Annotated[Floats, 2]
+    """Of these means."""
+    start_east_m: float
+    """Where the filter started, as the next; what is not known of the ways' scale shows as the distance from there."""
+    start_north_m: float
+
+
+class FixInTick(Record):
+    """A fix in the tick in which it is valid."""
+
+    used: bool
+    east_m: float
+    north_m: float
+    variance_m2: float
+    """Of the white part, its tail included."""
+    after_s: float
+    """From the tick to the stamp."""
+    heading_rad: float = math.nan
+    """Of a camera's pose; nan if it has none."""
+    heading_variance_rad2: float
+
+
+class FilterFigures(Record):
+    """Noise figures and constants, see `estimation/noise`.
+
+    Those named q are variances that are added to a state, in each tick where not said otherwise; those named r are
+    variances of a measurement.
+    """
+
+    antenna_x_m: float
+    antenna_y_m: float
+    mast_s2: float
+    """Height of the antenna over gravity."""
+    q_speed: float
+    q_yaw_rate: float
+    q_gyro_bias: float
+    q_accel_bias: float
+    q_side_m: float
+    """m² of side slip per metre travelled."""
+    mag_decay: float
+    """Share of the magnetometer's error that is left after a tick."""
+    mag_var: float
+    gnss_decay: float
+    """The same of the slow part of the GNSS error."""
+    gnss_var: float
+    r_gyro: float
+    r_mag: float
+    r_gnss: float
+    """Of the white part of a fix, its tail included, or of a camera's pose."""
+    r_heading: float
+    """Of a camera's heading."""
+    fix_dof: float
+    """Degrees of freedom of the distribution of both."""
+    scale_var: float
+    """By which share, squared, ways may be longer or shorter than the wheels count and nothing can tell."""
+    r_side: float
+    """Of the accelerometer's left axis."""
+    rise_var: float
+    """(m/s²)²: at the start."""
+    q_rise: float
+    """Per metre."""
+    side_bias_var: float
+    """At the start."""
+    q_side_bias: float
+    side_slip_rad_per_mps2: float
+    """Slip angle per lateral acceleration."""
+    slip_decay: Annotated[Floats, 2]
+    """Of the errors of odometry, as the next three."""
+    slip_var: Annotated[Floats, 2]
+    mean_slip_var: Annotated[Floats, 2]
+    """Of their means, at the start."""
+    r_mean_slip: Annotated[Floats, 2]
+    """Of one fix's slip as a sample of the mean."""
+
+
+class FilterCounters(Record):
+    """What the filter's kernels count, and how well its measurements fit."""
+
+    fixes: int
+    """Used."""
+    fixes_rejected: int
+    fixes_outlying_run: int
+    """In a row, used or not."""
+    fixes_late: int
+    fixes_duplicate: int
+    fixes_out_of_order: int
+    recoveries: int
+    encoders: int
+    """Their readings, as `mags` are the magnetometer's."""
+    encoders_rejected: int
+    encoders_rejected_run: int
+    encoders_rejected_recent: float
+    """Share, exponential over about 0.3 s: the slip test."""
+    mags: int
+    mags_rejected: int
+    headings: int
+    """Of a camera's poses."""
+    headings_rejected: int
+    gyro_rejected: int
+    """At standstill: it turns, the wheels do not."""
+    fix_nis_sum: float
+    """Of fixes as they are weighed, each at most `fix_dof` + 2."""
+    fix_nis_last: float
+    fix_nis_recent: float
+    """Exponential mean over about the last ten fixes that were used."""
+    fix_doubt: float
+    """−ln of how likely an honest receiver's fixes are as outlying as those of the present run."""
+    encoder_nis_sum: float
+    mag_nis_sum: float
+    heading_nis_sum: float
+    innovation_east_m: float
+    """Of the last fix."""
+    innovation_north_m: float

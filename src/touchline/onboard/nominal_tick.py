@@ -1,0 +1,146 @@
+"""The robot's computer in nominal ticks, compiled: driving along a leg with nothing to decide.
+
+Nearly all ticks of a session are alike: the pose is good, no hazard is in sight, the robot follows its leg and the
+valve does what the plan says. Such a tick is made of the kernels that `Onboard.step` is made of, on the same arrays. If
+a tick needs a decision, `steer` says so and has changed nothing beyond what the estimator and the monitors have found;
+`Onboard.decide` then does the rest of that tick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.arrays import copy
+from touchline.core.jit import kernel
+from touchline.onboard import tracking_state as tracking
+from touchline.onboard.computer_state import Computer, ReceivedFix
+from touchline.onboard.control.path_tracker import STOPPED_MPS, has_arrived, is_held, nozzle_m, observe
+from touchline.onboard.drives.onboard_drive import command as drive_command
+from touchline.onboard.estimation.filter import take_frame
+from touchline.onboard.executive.failsafe import NOTHING, FenceArrays, judge_safety
+from touchline.onboard.executive.localization_monitor import (
+    GOOD,
+    judge_pose,
+    speaks_against_driving,
+    speaks_against_painting,
+)
+from touchline.onboard.executive.sprayer import Switches, due, switch, wanted_at
+from touchline.onboard.interface import TICK_S
+from touchline.onboard.trajectory import path_projection as t
+from touchline.onboard.trajectory.path import FORWARD
+from touchline.onboard.trajectory.path_projection import LegArrays, track
+from touchline.schemas.messages import Actuation
+
+Floats = NDArray[np.float64]
+
+DECIDE: Final = -1
+"""What `steer` returns when the tick is not nominal."""
+_DISC: Final = int(Actuation.DISC)
+
+
+class CourseArrays(NamedTuple):
+    """What a nominal tick reads of the loaded trajectory.
+
+    Attributes:
+        fence: Round it.
+        switches: What is sprayed where.
+        leg: That the robot is on.
+        sense: In which it drives that: FORWARD, or BACKWARD, where nothing is sprayed.
+        drive: Figures of the drive.
+    """
+
+    fence: FenceArrays
+    switches: Switches
+    leg: LegArrays
+    sense: int
+    drive: Any
+
+
+@kernel
+def perceive(tick: int, fixes: Sequence[ReceivedFix], count: int, computer: Computer, course: CourseArrays) -> None:
+    """Estimate, and judge the pose and what else could stop the robot.
+
+    Args:
+        tick: This tick.
+        fixes: (n,) that arrived in it.
+        count: How many of them count.
+        computer: (1,) with the frame, updated.
+        course: Its fence and drive.
+    """
+    take_frame(tick, fixes, count, course.drive, computer)
+    judge_pose(tick, computer)
+    judge_safety(tick, computer, course.fence)
+
+
+@kernel
+def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
+    """Advance along the leg, and fill in what the follower is given.
+
+    Args:
+        computer: (1,) that has perceived the tick; its leg is updated.
+        course: That is driven.
+        saved: (NOW,) scratch.
+
+    Returns:
+        What the plan wants actuated in the coming tick; DECIDE if the tick is not nominal, then nothing is changed.
+    """
+    c = computer[0]
+    if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
+        return DECIDE
+    leg = c.leg
+    before = leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s
+    copy(leg.now, saved)
+    leg.back_to_m = 0.0
+    observe(course.drive, computer)
+    track(computer, course.leg, course.sense, t.MODE_PROFILE)
+    place_m, speed_mps, switches = nozzle_m(computer), leg.now[tracking.SPEED], course.switches
+    forward = course.sense == FORWARD
+    held = is_held(computer)
+    forbidden = (
+        forward
+        and due(switches, computer, place_m, speed_mps)
+        and (held or speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD)
+    )
+    if forbidden or has_arrived(computer) or (held and abs(leg.speed_mps) < STOPPED_MPS):
+        leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s = before
+        copy(saved, leg.now)
+        return DECIDE
+    wanted: int = wanted_at(switches, place_m, speed_mps) if forward else 0
+    return wanted
+
+
+@kernel
+def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays) -> bool:
+    """End a nominal tick.
+
+    Args:
+        twist: (2 + ACTUATORS,) the follower's answer: speed [m/s], yaw rate [rad/s], and its commands of the actuators;
+            nan if the drive is to work them out.
+        wanted: By the plan, of `steer`.
+        computer: (1,) command, valve and clock are updated.
+        course: That is driven.
+
+    Returns:
+        Whether the valve is switched.
+    """
+    c = computer[0]
+    command, before = c.command, c.command.valve
+    if math.isnan(twist[2]):
+        drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
+    else:
+        copy(twist[2:], command.actuators)
+    if course.sense == FORWARD:
+        command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
+    else:
+        command.valve_after_s = 0.0
+        c.spray.last_m = nozzle_m(computer)
+    command.valve = c.spray.valve
+    command.disc = wanted & _DISC != 0
+    c.clock.elapsed_s += TICK_S
+    switched: bool = command.valve != before
+    return switched

@@ -1,0 +1,54 @@
+"""Compiles (or loads from the cache) every kernel before the first real tick."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard.computer import Onboard
+from touchline.onboard.control.pure_pursuit import PurePursuitFollower
+from touchline.onboard.drives import onboard_drive
+from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.executive.handover import PlanPlace, taken_over_at
+from touchline.onboard.interface import ACTUATORS, TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.tracking_state import NOW
+from touchline.onboard.trajectory.path_projection import AHEAD_COLUMNS
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import Actuation, Trajectory
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.schemas.vehicles import Vehicle
+
+_TICKS = 90
+
+
+def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
+    """Run all kernels once, as a throw-away robot sets off: seconds if nothing is cached, milliseconds if all is."""
+    vehicle = vehicle or Vehicle()
+    onboard = Onboard(vehicle, config or OnboardConfig())
+    course = onboard.prepare(straight(vehicle))
+    taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
+    onboard.take(course)
+    onboard.start()
+    for tick in range(1, _TICKS):
+        fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)
+        fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
+        imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
+        onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, (0.0, 0.0), fixes))
+    _warm_up_rare(vehicle)
+
+
+def _warm_up_rare(vehicle: Vehicle) -> None:
+    """Run what a robot that keeps to its path never needs: the fallback of followers, and braking off course."""
+    drive, pursuit = drive_of(vehicle), PurePursuitFollower(vehicle)
+    now, actuators = np.zeros(NOW), np.zeros(ACTUATORS)
+    pursuit.step(now, np.zeros((pursuit.fine_rows, AHEAD_COLUMNS)))
+    onboard_drive.command(drive.figures, 0.0, 0.0, now, actuators)
+    onboard_drive.actuators_of(drive.figures, 0.0, 0.0, now)
+    onboard_drive.twist(drive.figures, actuators, now)
+
+
+def straight(vehicle: Vehicle) -> Trajectory:
+    """A metre straight ahead at a speed that the vehicle can do, nothing sprayed."""
+    line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
+    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.drive.transit_speed_mps))])

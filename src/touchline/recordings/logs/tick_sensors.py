@@ -1,0 +1,251 @@
+"""A log's sensors at the ticks of the robot's computer, 100 a second.
+
+Rates (of a gyro, of an odometry) are interpolated linearly to the middle of each tick, totals (distances, turns, angles
+of wheels) to its end, so that no angle and no way is lost. Over a gap there is nothing. Fixes stay as they are.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, RateSeries
+from touchline.recordings.logs.log_table import Floats, LogError
+from touchline.schemas.log_mapping import LogMapping
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.differential_drive import DifferentialDrive
+
+TICKS_PER_S: Final = 100
+LONGEST_S: Final = 24 * 3600.0
+_GAP_PERIODS, _GAP_S = 5.0, 0.3  # a pause longer than both is a gap
+_STANDING_TICKS = 50  # before the estimator may start
+_MOVED_RAD = 0.1  # of a wheel: then the magnetometer is left out
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class TickSensors:
+    """See the module; n ticks, of which the first ends at `begin_s`.
+
+    Attributes:
+        begin_s: By the log's clock.
+        imu: (n, 6) rates and specific force, body axes; NaN where a sensor is not there.
+        imu_there: (n,) whether there is a sample.
+        angles_rad: (n, 2) of the left and right wheel.
+        wheels_there: (n,) whether there is a sample.
+        heading_rad: (n,) by the magnetometer; NaN where it is left out.
+        starts: Why the estimator cannot start; empty if it can.
+    """
+
+    begin_s: float
+    imu: Floats
+    imu_there: Flags
+    angles_rad: Floats
+    wheels_there: Flags
+    heading_rad: Floats
+    starts: str = ""
+
+    @property
+    def ticks(self) -> int:
+        """How many."""
+        return len(self.imu)
+
+    @property
+    def drives(self) -> bool:
+        """Whether wheels tell of motion, without which there is nothing to estimate by."""
+        return bool(self.wheels_there.any())
+
+
+def tick_sensors(sensors: ForeignSensors, mapping: LogMapping, vehicle: Vehicle) -> TickSensors:
+    """The sensors at ticks.
+
+    Args:
+        sensors: Of the log.
+        mapping: Has the window, and how the heading at the start is found.
+        vehicle: Whose wheels they become.
+
+    Raises:
+        LogError: Nothing is left in the window, the streams do not overlap, or the vehicle's wheels cannot be had.
+    """
+    begin_s, end_s = _window(sensors, mapping)
+    n = max(int((end_s - begin_s) * TICKS_PER_S), 1)
+    ends = begin_s + np.arange(1, n + 1) / TICKS_PER_S
+    imu, imu_there = _imu(sensors, ends)
+    angles, wheels_there, travelled = _wheels(sensors, ends, vehicle)
+    if mapping.standing:
+        wheels_there[:] = imu_there[:] = True
+        imu[:, :3] = np.nan_to_num(imu[:, :3])
+    turned = np.cumsum(np.nan_to_num(imu[:, 2])) / TICKS_PER_S if np.isfinite(imu[:, 2]).any() else travelled[:, 1]
+    ways = np.column_stack([travelled[:, 0], turned])
+    heading, starts = _magnetometer(sensors, mapping, ends, angles, ways)
+    return TickSensors(begin_s, imu, imu_there, angles, wheels_there, heading, starts)
+
+
+def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]:
+    """From when to when, by the log's clock."""
+    parts = {
+        "fixes": sensors.fixes,
+        "imu": sensors.rates or sensors.turn,
+        "wheels": sensors.travel or sensors.joints,
+    }
+    spans = {name: (float(s.time_s[0]), float(s.time_s[-1])) for name, s in parts.items() if s is not None}
+    if max(span[0] for span in spans.values()) > min(span[1] for span in spans.values()):
+        told = ", ".join(f"{name} {span[0]:,.1f} to {span[1]:,.1f} s" for name, span in spans.items())
+        raise LogError(f"the streams do not overlap in time ({told}); give time_offset_s of one of them in the mapping")
+    first_s = min(span[0] for span in spans.values())
+    begin_s = first_s + mapping.from_s
+    end_s = max(span[1] for span in spans.values())
+    if begin_s > end_s:
+        raise LogError(f"nothing is left from from_s on: the log has {end_s - first_s:,.1f} s; give less")
+    if mapping.until_s is not None:
+        end_s = min(end_s, first_s + mapping.until_s)
+    elif mapping.fixes is not None:
+        end_s += mapping.fixes.latency_s + 1.0 / TICKS_PER_S  # until the last fix has come
+    if end_s - begin_s > LONGEST_S:
+        raise LogError(f"the log spans {end_s - begin_s:,.0f} s; cut it to a day at most by from_s and until_s")
+    # A little before the first reading, at a whole tick.
+    return math.floor(begin_s * TICKS_PER_S - 1) / TICKS_PER_S, end_s
+
+
+def _there(series: RateSeries, at_s: Floats) -> Flags:
+    """At which of some times there are readings round about, and not a gap."""
+    time_s = series.time_s
+    if len(time_s) < 2:
+        return np.zeros(len(at_s), dtype=bool)
+    steps = np.diff(time_s)
+    longest = max(_GAP_PERIODS * float(np.median(steps)), _GAP_S)
+    after = np.searchsorted(time_s, at_s)
+    inside: Flags = (after > 0) & (after < len(time_s))
+    inside &= steps[(after - 1).clip(0, len(steps) - 1)] <= longest
+    return inside
+
+
+def _at(series: RateSeries, at_s: Floats) -> Floats:
+    """(n, k) readings by linear interpolation."""
+    return np.column_stack([np.interp(at_s, series.time_s, column) for column in series.values.T])
+
+
+def _imu(sensors: ForeignSensors, ends: Floats) -> tuple[Floats, Flags]:
+    imu, there = np.full((len(ends), 6), np.nan), np.zeros(len(ends), dtype=bool)
+    middles = ends - 0.5 / TICKS_PER_S
+    if sensors.rates is not None:
+        imu[:, :3] = _at(sensors.rates, middles)
+        there = _there(sensors.rates, middles)
+    elif sensors.turn is not None:
+        imu[:, :2] = 0.0
+        if sensors.turn.cumulative:
+            total = _at(sensors.turn, np.concatenate((ends[:1] - 1.0 / TICKS_PER_S, ends)))[:, 0]
+            imu[:, 2] = np.diff(total) * TICKS_PER_S
+        else:
+            imu[:, 2] = _at(sensors.turn, middles)[:, 0]
+        there = _there(sensors.turn, middles)
+    if sensors.force is not None:
+        imu[:, 3:] = _at(sensors.force, middles)
+    return imu, there
+
+
+def _wheels(sensors: ForeignSensors, ends: Floats, vehicle: Vehicle) -> tuple[Floats, Flags, Floats]:
+    """Angles of the wheels, where there are some, and the (distance, turn) that they tell, total."""
+    n, drive = len(ends), vehicle.drive
+    if sensors.joints is None and sensors.travel is None:
+        return np.zeros((n, 2)), np.zeros(n, dtype=bool), np.zeros((n, 2))
+    if not isinstance(drive, DifferentialDrive):
+        raise LogError(
+            f"{vehicle.name} has no two driven wheels; name a vehicle with a differential drive in the mapping"
+        )
+    radius_m, half_m = drive.wheel_radius_m, drive.half_track_m
+    if sensors.joints is not None:
+        angles = _at(sensors.joints, ends)
+        left, right = angles.T * radius_m
+        return (
+            angles,
+            _there(sensors.joints, ends),
+            np.column_stack([(left + right) / 2, (right - left) / (2 * half_m)]),
+        )
+    travel = sensors.travel
+    assert travel is not None
+    if travel.cumulative:
+        total = _at(travel, ends)
+    else:
+        middles = ends - 0.5 / TICKS_PER_S
+        there = _there(travel, middles)
+        total = np.cumsum(np.where(there[:, None], _at(travel, middles), 0.0), axis=0) / TICKS_PER_S
+    distance, turn = total.T
+    angles = np.column_stack([distance - half_m * turn, distance + half_m * turn]) / radius_m
+    return angles, _there(travel, ends), total
+
+
+def _magnetometer(
+    sensors: ForeignSensors, mapping: LogMapping, ends: Floats, angles: Floats, ways: Floats
+) -> tuple[Floats, str]:
+    """The heading while the robot stands at the start, and why it is not known.
+
+    Args:
+        sensors: Of the log.
+        mapping: Has how it is found.
+        ends: (n,) of the ticks.
+        angles: (n, 2) of the wheels.
+        ways: (n, 2) distance and turn, total.
+    """
+    heading = np.full(len(ends), np.nan)
+    fixes = sensors.fixes
+    if fixes is None:
+        return heading, "the log has no fixes"
+    begin, first = _start(ends, angles, fixes.time_s[fixes.fix == FIXED])
+    if first < 0:
+        if not (fixes.fix == FIXED).any():
+            return heading, "none of the fixes is RTK-fixed"
+        return heading, "the robot never stands for 0.5 s with an RTK-fixed position"
+    moved = np.flatnonzero(np.abs(angles[first:] - angles[first]).max(axis=1) > _MOVED_RAD)
+    last = first + int(moved[0]) if len(moved) else len(ends)
+    if mapping.standing:
+        heading[begin:last] = mapping.heading.start_rad or 0.0
+        return heading, ""
+    if mapping.heading.start_rad is not None:
+        heading[begin:last] = mapping.heading.start_rad + ways[begin, 1]
+        return heading, ""
+    there_s = fixes.time_s
+    after = (there_s >= ends[begin]) & (fixes.fix != 0)
+    tick = np.searchsorted(ends, there_s[after]).clip(0, len(ends) - 1)
+    east, north = _dead_reckoned(ways[begin:])
+    way = (east + 1j * north)[tick - begin]
+    place = fixes.place_m[after, 0] + 1j * fixes.place_m[after, 1]
+    standing = tick <= last
+    if not standing.any():
+        return heading, "there is no fix while the robot stands at the start"
+    far = np.flatnonzero(np.abs(way) >= mapping.heading.course_m)
+    if not len(far):
+        if sensors.joints is None and sensors.travel is None:
+            return (
+                heading,
+                "the log has no wheels, which would tell in which direction it sets out; give heading.start_rad",
+            )
+        return heading, f"by its wheels the robot never gets {mapping.heading.course_m:g} m away from its start"
+    used = slice(0, int(far[0]) + 1)
+    course = np.sum(np.conj(way[used]) * (place[used] - place[standing].mean()))
+    heading[begin:last] = float(np.angle(course))
+    return heading, ""
+
+
+def _start(ends: Floats, angles: Floats, fixed_s: Floats) -> tuple[int, int]:
+    """Ticks from which on the robot stands, and in which the estimator starts by a fix; −1 if there is none."""
+    moving = np.abs(np.diff(angles, axis=0, prepend=angles[:1])).max(axis=1) >= 1e-4
+    last_moving = np.maximum.accumulate(np.where(moving, np.arange(len(ends)), -1))
+    for tick in np.searchsorted(ends, fixed_s).clip(0, len(ends) - 1):
+        begin = int(last_moving[tick]) + 1
+        if tick - begin >= _STANDING_TICKS:
+            return begin, int(tick)
+    return -1, -1
+
+
+def _dead_reckoned(ways: Floats) -> tuple[Floats, Floats]:
+    """(x, y) [m] by distances and turns, from heading 0."""
+    steps = np.diff(ways[:, 0], prepend=ways[0, 0])
+    turned = ways[:, 1] - ways[0, 1]
+    middle = turned - 0.5 * np.diff(turned, prepend=0.0)
+    return np.cumsum(steps * np.cos(middle)), np.cumsum(steps * np.sin(middle))

@@ -1,0 +1,106 @@
+"""Heartbeat of a service's main loop: a time stamp in a small shared file that the supervisor watches.
+
+Threads of Zenoh live on when the loop of a process hangs, so neither its liveliness token nor its open connections say
+that anybody would answer an order.
+
+On a busy machine a sound loop does not turn for a while, either. So the time in which its process waits for a processor
+does not count: a loop hangs that has not turned though it had one, or wanted none. What counts is the processor time of
+its own thread: on a busy machine those of Zenoh have some, too. Only while it waits for them does theirs count.
+"""
+
+import mmap
+import os
+import struct
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from touchline.supervision.processor_use import ProcessorUse
+
+#: Names the file to a child; a service that runs alone has none, and no cost.
+VARIABLE: Final = "TOUCHLINE_HEARTBEAT"
+#: A loop that has not turned for this long hangs: the longest turn of a sound one takes some tenths of a second.
+HANGS_S: Final = 1.0
+#: From then on it is looked at what the process does: that takes a while, and most loops turn sooner.
+_SUSPICIOUS_S: Final = 0.2
+_BEAT: Final = struct.Struct("=Q")
+#: Between two looks counts at most this much: a supervisor that was itself held up knows nothing of the time between.
+_LOOK_S: Final = 0.25
+
+
+class Heartbeat:
+    """Written by the service."""
+
+    def __init__(self, path: Path) -> None:
+        """Map the file that the supervisor has made."""
+        self._map = _mapped(path)
+
+    @classmethod
+    def from_environment(cls) -> "Heartbeat | None":
+        """That of this process, if its supervisor gave it one; processes that it starts do not inherit it."""
+        path = os.environ.pop(VARIABLE, None)
+        return cls(Path(path)) if path else None
+
+    def beat(self) -> None:
+        """Show that the loop turns; takes less than a microsecond."""
+        _BEAT.pack_into(self._map, 0, time.monotonic_ns())
+
+
+class HeartbeatWatch:
+    """Read by the supervisor.
+
+    Attributes:
+        path: The file, for the environment of the child.
+        begun: Whether there was a beat; before the first one, a service compiles its kernels.
+        quiet_s: For how long there was none since, but for the time in which the process waited for a processor.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Make the file anew, readable by nobody else."""
+        self.path = path
+        path.unlink(missing_ok=True)
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+        try:
+            os.ftruncate(file, _BEAT.size)
+        finally:
+            os.close(file)
+        self._map = _mapped(path)
+        self.begun = False
+        self.quiet_s = 0.0
+        self._last = 0
+        self._looked_s: float | None = None
+        self._before: ProcessorUse | None = None
+
+    def look(self, now_s: float, use: Callable[[], ProcessorUse | None]) -> None:
+        """Read the beat.
+
+        Args:
+            now_s: Monotonic time.
+            use: Says what the process is doing; asked only when it has been quiet for a while.
+        """
+        (value,) = _BEAT.unpack_from(self._map, 0)
+        if value != self._last:
+            self._last, self.begun, self.quiet_s, self._before = value, True, 0.0, None
+        elif self.begun and self._looked_s is not None:
+            passed_s = min(now_s - self._looked_s, _LOOK_S)
+            self.quiet_s += passed_s if self.quiet_s < _SUSPICIOUS_S else self._counted_s(passed_s, use())
+        self._looked_s = now_s
+
+    def _counted_s(self, passed_s: float, doing: ProcessorUse | None) -> float:
+        """How much of a time counts in which the loop did not turn."""
+        before, self._before = self._before, doing
+        if doing is None or not (doing.loop_wants or doing.others_want):
+            return passed_s
+        if before is None:
+            return 0.0
+        had_s = doing.loop_s - before.loop_s if doing.loop_wants else doing.all_s - before.all_s
+        return min(passed_s, had_s)
+
+
+def _mapped(path: Path) -> mmap.mmap:
+    file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        return mmap.mmap(file, _BEAT.size)
+    finally:
+        os.close(file)

@@ -1,0 +1,66 @@
+"""Late compilations: what a service compiles though it has said that it is ready.
+
+That is a defect, but for plug-ins and for vehicles that were not known at the start.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from contextlib import AbstractContextManager
+from typing import Final
+
+from touchline.core.compilations import Compilations
+from touchline.supervision.shutdown import Stop
+
+KEY: Final = "late_compilations"
+"""Of the diagnostics."""
+
+
+class LateCompilations:
+    """Lists them from the first call of `watch` on, which is made in the service's loop, to the end of the process.
+
+    Each is written to the log. One in the loop holds that up, so the heartbeat goes on meanwhile: a process that is
+    killed while it compiles has to compile the same again.
+
+    Args:
+        stop: Of the service.
+
+    Attributes:
+        current: The function that is being compiled; "" if none is.
+    """
+
+    def __init__(self, stop: Stop) -> None:
+        self.current = ""
+        self._stop, self._loop = stop, 0
+        self._compilations = Compilations(self._begin, self._end)
+        self._begun_s = 0.0
+        self._beating: AbstractContextManager[None] | None = None
+
+    def watch(self) -> None:
+        """The service is ready; further calls do nothing."""
+        if not self._loop:
+            self._loop = threading.get_ident()
+            self._compilations.__enter__()
+
+    def values(self) -> dict[str, object]:
+        """Of the diagnostics: their names; nothing if there was none."""
+        return {KEY: ", ".join(self._compilations.names)} if self._compilations.names else {}
+
+    def _begin(self, name: str) -> None:
+        if self.current:  # one that the current one needs
+            return
+        self.current, self._begun_s = name, time.monotonic()
+        if threading.get_ident() == self._loop:
+            self._beating = self._stop.beating()
+            self._beating.__enter__()
+
+    def _end(self, name: str) -> None:
+        if name != self.current:
+            return
+        thread, took_s = threading.current_thread().name, time.monotonic() - self._begun_s
+        if self._beating is not None:
+            self._beating.__exit__(None, None, None)
+        self.current, self._beating = "", None
+        sys.stderr.write(f"{name} was compiled after the start, in {took_s:.1f} s by {thread}\n")

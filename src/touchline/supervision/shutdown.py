@@ -1,0 +1,81 @@
+"""Ends a service process on a signal or when its supervisor is gone, and beats its heartbeat."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from touchline.supervision.heartbeat import Heartbeat
+
+ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+#: Work within a turn that takes longer than this hangs, too.
+WORK_S = 60.0
+_BEAT_EVERY_S = 0.1
+
+
+class Stop:
+    """Whether this process has been asked to end. Evaluating it also beats the heartbeat."""
+
+    def __init__(self, supervisor: int | None, heartbeat: Heartbeat | None = None) -> None:
+        """`supervisor` is the process id of the parent, if this process must not outlive it.
+
+        It is the parent that says so: by the time that one looks for it here, it may be gone, and another in its place.
+        """
+        self._signalled = False
+        self._parent = supervisor
+        self._heartbeat = heartbeat
+
+    def signal(self, _number: int, _frame: FrameType | None) -> None:
+        """Note a signal; the main loop sees it at its next turn."""
+        self._signalled = True
+
+    def beat(self) -> None:
+        """Beat the heartbeat during long waits within a turn of the loop."""
+        if self._heartbeat is not None:
+            self._heartbeat.beat()
+
+    @contextmanager
+    def beating(self) -> Iterator[None]:
+        """Beat from another thread while this one is at known work that takes long, but no longer than `WORK_S`."""
+        done, last_s = threading.Event(), time.monotonic() + WORK_S
+
+        def go_on() -> None:
+            while not done.wait(_BEAT_EVERY_S) and time.monotonic() < last_s:
+                self.beat()
+
+        thread = threading.Thread(target=go_on, name="heartbeat", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+    @property
+    def asked(self) -> bool:
+        """Whether to end now, without beating the heartbeat: for use before the loop begins."""
+        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+
+    def __bool__(self) -> bool:
+        """Whether to end now."""
+        self.beat()
+        return self.asked
+
+
+@contextmanager
+def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
+    """Turn SIGTERM, SIGINT and a hang-up into a flag, so that a service closes everything it has open.
+
+    It is one, too, that `supervisor`, the process id of the parent, is not the parent any more.
+    """
+    stop = Stop(supervisor, Heartbeat.from_environment() if supervisor is not None else None)
+    wanted = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = {number: signal.signal(number, stop.signal) for number in wanted}
+    try:
+        yield stop
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,260 @@
+"""Starts and stops planner, robots and bridge as processes of this machine, on a private or given bus."""
+
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from touchline.bus import Bus, BusConfig, HealthReporter
+from touchline.bus.health import STARTING
+from touchline.bus.ports import free_port
+from touchline.bus.presence import Presence
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
+from touchline.schemas.setup import Setup
+from touchline.supervision.supervisor import Child, Notice, Supervisor
+
+#: A first start compiles the kernels, which takes minutes on a small computer; a later one takes a second or two.
+_START_TIMEOUT_S = 600.0
+_WATCH_PERIOD_S = 0.02
+#: A robot whose loop hangs is out of control, and comes back with brakes on and valve closed; nobody waits longer.
+_ROBOT_PATIENCE_S = 3.0
+#: What hangs with a plan or a recording that could be lost gets more time to come round; the robot goes on meanwhile.
+_PATIENCE_S = 10.0
+
+
+@dataclass
+class LocalSystem:
+    """Planner, robots and bridge as processes.
+
+    Attributes:
+        buses: Of each robot.
+        presences: Who is there, by robot.
+        serving: Nodes that serve every robot once the system is ready.
+    """
+
+    buses: Sequence[Bus]
+    supervisor: Supervisor
+    presences: Mapping[str, Presence]
+    serving: Collection[str]
+    health: Sequence[HealthReporter] = ()
+
+    @property
+    def bus(self) -> Bus:
+        """The first robot's."""
+        return self.buses[0]
+
+    @property
+    def presence(self) -> Presence:
+        """The first robot's."""
+        return self.presences[self.bus.namespace]
+
+    def poll(self) -> list[Notice]:
+        """Watch the services; restarts what died."""
+        for presence in self.presences.values():
+            presence.poll()
+        for reporter in self.health:
+            reporter.poll({})
+        return self.supervisor.poll(self.presences)
+
+    def wait_until_ready(self, tell: Callable[[str], None], enough: Callable[[], bool] = lambda: False) -> bool:
+        """Wait until every service answers, passing on what they say they are doing.
+
+        Args:
+            tell: Told what they do.
+            enough: Whether to wait no longer.
+
+        Returns:
+            Whether they all answer.
+
+        Raises:
+            TouchlineError: One keeps failing, or the wait was too long.
+        """
+        inboxes = [bus.inbox([topics.DIAGNOSTICS]) for bus in self.buses]
+        start = _Start(len(inboxes), self.serving, tell)
+        deadline = time.monotonic() + _START_TIMEOUT_S
+        while not start.done:
+            if enough():
+                return False
+            for notice in self.poll():
+                if notice.kind != "died":
+                    tell(notice.text)
+                else:
+                    tail = self.supervisor.log_tail(notice.node, "".join(notice.robots))
+                    raise TouchlineError(f"{notice.text} while starting; its last words:\n{tail}")
+            for number, inbox in enumerate(inboxes):
+                for _, message in inbox.messages():
+                    if isinstance(message, DiagnosticArray):
+                        start.hear(number, message)
+            if time.monotonic() > deadline:
+                raise TouchlineError(f"{start.missing} did not become ready in {_START_TIMEOUT_S:.0f} s")
+            time.sleep(0.005)
+        return True
+
+
+class _Start:
+    """Which services do not serve every robot yet, and what they have said."""
+
+    def __init__(self, robots: int, serving: Collection[str], tell: Callable[[str], None]) -> None:
+        self._waiting = {(number, node) for number in range(robots) for node in serving}
+        self._said: dict[str, str] = {}
+        self._tell = tell
+
+    @property
+    def done(self) -> bool:
+        """Whether all serve."""
+        return not self._waiting
+
+    @property
+    def missing(self) -> str:
+        """Those that do not."""
+        return ", ".join(sorted({node for _, node in self._waiting}))
+
+    def hear(self, robot: int, message: DiagnosticArray) -> None:
+        """Take what one says of itself to a robot."""
+        for status in message.status:
+            if not status.message.startswith(STARTING):
+                self._waiting.discard((robot, status.name))
+            elif self._said.get(status.name) != status.message:
+                self._said[status.name] = status.message
+                self._tell(f"{status.name}: {status.message}")
+
+
+@dataclass(frozen=True)
+class ProcessOptions:
+    """How the processes of a system are started.
+
+    Attributes:
+        robot_sim: Further options of ``touchline robot-sim``.
+        bridge: Further options of ``touchline bridge``.
+        recordings: The folder of recordings; by default the present one.
+        apart: Whether each robot has a process of its own.
+        without: Of the nodes that serve robots, those that this job does not need and that are not started.
+        coordinator: Options of ``touchline coordinator``, if there is to be one.
+    """
+
+    robot_sim: Sequence[str] = ()
+    bridge: Sequence[str] = ()
+    recordings: Path | None = None
+    apart: bool = False
+    without: Collection[str] = ()
+    coordinator: Sequence[str] | None = None
+
+
+_USUAL = ProcessOptions()
+
+
+@contextmanager
+def local_system(
+    robots: Mapping[str, Setup],
+    config: BusConfig | None = None,
+    options: ProcessOptions = _USUAL,
+    *,
+    join_as: str = topics.OPERATOR,
+) -> Iterator[LocalSystem]:
+    """Start planner, robots and bridge, and stop them at the end.
+
+    Args:
+        robots: The robots by namespace: each itself, its computer and its world.
+        config: The bus to use; by default a private one, so that several jobs can run at once.
+        options: How its processes are started.
+        join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
+            supervisor minds processes and tells how it is, and on a bus that was given its robots are there again
+            another time: what their journals say, such as an emergency stop, is kept for that.
+    """
+    lasting = config is not None and join_as == topics.SUPERVISOR
+    config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
+    recordings = (options.recordings or Path()).absolute()
+    with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
+        state = Path(folder)
+        children = _robot_children(robots, options, state, lasting=lasting)
+        if topics.PLANNER not in options.without:
+            children.append(Child(topics.PLANNER, ["planner", "--robots", _robots(robots, state)], _PATIENCE_S))
+        if topics.BRIDGE not in options.without:
+            command = ["bridge", *options.bridge, "--recordings", str(recordings)]
+            beside = (topics.TEAM_NAMESPACE,) if options.coordinator is not None else ()
+            children.append(Child(topics.BRIDGE, command, _PATIENCE_S, beside=beside))
+        if options.coordinator is not None:
+            command = ["coordinator", *options.coordinator]
+            children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
+        # The bus first: should its endpoint be of no use, that is told before anything is started.
+        with Bus.open_all(join_as, config) as buses:
+            supervisor = Supervisor(children, config, state)
+            supervisor.start()
+            try:
+                health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
+                presences = {bus.namespace: bus.presence() for bus in buses}
+                if options.coordinator is not None:
+                    presences[topics.TEAM_NAMESPACE] = buses[0].of(topics.TEAM_NAMESPACE).presence()
+                serving = [node for node in topics.SERVING if node not in options.without]
+                yield LocalSystem(buses, supervisor, presences, serving, health)
+            finally:
+                supervisor.stop()
+
+
+def _robot_children(
+    robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, lasting: bool
+) -> list[Child]:
+    """The robots' process, or processes; robots of one job end with it, and so do their journals."""
+    groups = [{name: setup} for name, setup in robots.items()] if options.apart else [dict(robots)]
+    children = []
+    for number, group in enumerate(groups):
+        path = folder / f"robots-{number}.json"
+        path.write_text(Fleet.of(group).model_dump_json(), encoding="utf-8")
+        journal = [] if lasting else ["--journal", str(folder)]
+        alone = next(iter(group)) if len(groups) > 1 else ""
+        command = ["robot-sim", "--robots", str(path), *options.robot_sim, *journal]
+        children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))
+    return children
+
+
+def _robots(robots: Mapping[str, Setup], folder: Path) -> str:
+    """A file of all robots, for whose vehicles the planner has kernels; it plans for that of a request."""
+    path = folder / "robots.json"
+    path.write_text(Fleet.of(robots).model_dump_json(), encoding="utf-8")
+    return str(path)
+
+
+def severity_of(notice: Notice) -> int:
+    """How bad a notice is, as in ``touchline_msgs/Event``."""
+    return Event.ERROR if notice.kind in ("died", "hangs", "hung") else Event.WARN
+
+
+def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:
+    """Watch the services until ``until()``, telling ``tell`` and everyone on the bus what happens to them."""
+    publishers = {bus.namespace: bus.publisher(topics.SUPERVISOR_EVENTS) for bus in system.buses}
+    while not until():
+        for notice in system.poll():
+            tell(notice)
+            for namespace in notice.robots or publishers:
+                publishers[namespace].send(_event(notice))
+        time.sleep(_WATCH_PERIOD_S)
+
+
+@contextmanager
+def watched(system: LocalSystem) -> Iterator[None]:
+    """:func:`publish_notices` in the background."""
+    done = threading.Event()
+    watcher = threading.Thread(target=publish_notices, args=(system, done.is_set, lambda notice: None))
+    watcher.start()
+    try:
+        yield
+    finally:
+        done.set()
+        watcher.join()
+
+
+def _event(notice: Notice) -> Event:
+    """A notice as the console shows it; its stamp is wall-clock time."""
+    return Event(
+        header=Header(stamp=Time.of_ns(time.time_ns())),
+        severity=severity_of(notice),
+        source=topics.SUPERVISOR,
+        code=notice.kind,
+        text=notice.text,
+    )
