@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from textual import events
 from textual.app import App, ComposeResult, SystemCommand
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
@@ -39,6 +39,7 @@ from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
+from touchline.tui.keys import TABLE, bindings
 from touchline.tui.keys_dialog import KeysDialog
 from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
@@ -101,43 +102,7 @@ class ConsoleApp(App[None]):
     CSS_PATH = "console.tcss"
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-normal"), (160, "-wide")]  # noqa: RUF012, as in the base class
     VERTICAL_BREAKPOINTS = [(0, "-low"), (34, "-high")]  # noqa: RUF012, as in the base class
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+e", "estop", "Emergency stop", priority=True),
-        Binding("e", "estop", "Emergency stop"),
-        Binding("t", "template", "Template"),
-        Binding("p", "plan", "Plan"),
-        Binding("l", "load", "Load"),
-        Binding("s", "command('start')", "Start"),
-        Binding("space", "command('pause')", "Pause"),
-        Binding("g", "command('resume')", "Go on"),
-        Binding("a", "abort", "Abort"),
-        Binding("d", "drive", "Drive to a goal"),
-        Binding("enter", "aim('go')", "Preview the drive, then drive", show=False),
-        Binding("h", "aim('free')", "Any heading", show=False),
-        Binding("m", "aim('how')", "How to drive there", show=False),
-        Binding("escape", "aim('leave')", "Aim no longer", show=False),
-        Binding("less_than_sign", "turn(1)", "Turn the goal left", show=False),
-        Binding("greater_than_sign", "turn(-1)", "Turn the goal right", show=False),
-        Binding("less_than_sign", "seek(-10)", "Replay: 10 s back", show=False),
-        Binding("greater_than_sign", "seek(10)", "Replay: 10 s on", show=False),
-        Binding("left_curly_bracket", "seek(-60)", "Replay: a minute back", show=False),
-        Binding("right_curly_bracket", "seek(60)", "Replay: a minute on", show=False),
-        Binding("n", "step", "Replay: a step", show=False),
-        Binding("r", "command('reset')", "Reset"),
-        Binding("u", "command('refill')", "Tank filled up"),
-        Binding("b", "command('battery')", "Battery replaced"),
-        Binding("right_square_bracket,full_stop", "speed(1)", "Faster"),
-        Binding("left_square_bracket,comma", "speed(-1)", "Slower"),
-        Binding("o", "next_robot", "Other robot"),
-        Binding("v", "fleet", "All robots"),
-        Binding("x", "order_all", "An order to all"),
-        Binding("f", "follow", "Follow the robot"),
-        Binding("0,home", "fit", "Show the whole job"),
-        Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
-        Binding("minus,underscore", "zoom(-1)", "Zoom out"),
-        Binding("question_mark", "keys", "Keys"),
-        Binding("q", "quit", "Quit"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [*bindings(TABLE)]
 
     def __init__(
         self,

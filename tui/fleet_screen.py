@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Container
 from textual.content import Content
 from textual.screen import Screen
@@ -17,7 +17,7 @@ from touchline.tui import theme
 from touchline.tui.fleet_list import FleetList, RobotPicked, totals_line
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.fleet_rows import FleetRow, fleet_rows, totals
-from touchline.tui.key_bar import Key
+from touchline.tui.keys import FLEET_TABLE, Bar, BarKey, bar, bindings
 from touchline.tui.panels import LinesPanel
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import roll_lines
@@ -26,22 +26,6 @@ from touchline.tui.signal_bar import SignalBar
 ROLL_HEIGHT = 5
 LEAST_FOR_BOTH = 16
 """Rows from which on map and list are shown together."""
-FLEET_KEYS = (
-    Key("e", "E-STOP", "app.estop", 0),
-    Key("enter", "Show", "screen.leave", 1),
-    Key("x", "All…", "app.order_all", 1),
-    Key("space", "Pause", "app.command('pause')", 2),
-    Key("g", "Resume", "app.command('resume')", 2),
-    Key("a", "Abort", "app.abort", 3),
-    Key("r", "Reset", "app.command('reset')", 3),
-    Key("n", "Sort", "screen.sort", 4),
-    Key("m", "Map/list", "screen.shown", 4),
-    Key("0", "Fit", "screen.fit", 5),
-    Key("f", "Follow", "screen.follow", 6),
-    Key("+ -", "Zoom", "screen.zoom(1)", 6),
-    Key("?", "Keys", "app.keys", 5),
-    Key("q", "Quit", "app.quit", 7),
-)
 
 
 class Shown(Enum):
@@ -59,8 +43,8 @@ class FleetKeyBar(LinesPanel):
 
     def show_keys(self, selected: str) -> None:
         """Redraw what changed."""
-        room, chosen = max(self.size.width, 20), set[Key]()
-        keys = [replace(key, text=f"{key.text} {selected}") if key.key == "enter" else key for key in FLEET_KEYS]
+        room, chosen = max(self.size.width, 20), set[BarKey]()
+        keys = [replace(key, text=f"{key.text} {selected}") if key.key == "enter" else key for key in bar(Bar.FLEET)]
         for key in sorted(keys, key=lambda key: key.rank):
             if (width := len(key.key) + len(key.text) + 3) <= room:
                 chosen.add(key)
@@ -87,17 +71,7 @@ class FleetKeyBar(LinesPanel):
 class FleetScreen(Screen[None]):
     """All robots at a time; the picked one is the robot in view, to which keys apply."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "back", "Back", show=False),
-        Binding("v", "leave", "Back", show=False),
-        Binding("n", "sort", "Sort", show=False),
-        Binding("m", "shown", "Map or list", show=False),
-        Binding("0", "fit", "Show all robots", show=False),
-        Binding("f", "follow", "Follow the robot", show=False),
-        Binding("plus,equals_sign", "zoom(1)", "Zoom in", show=False),
-        Binding("minus,underscore", "zoom(-1)", "Zoom out", show=False),
-        Binding("t,p,l,d", "app.one_at_a_time", "Of one robot", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [*bindings(FLEET_TABLE)]
 
     def __init__(self, robots: Robots) -> None:
         """`robots` is what is shown."""

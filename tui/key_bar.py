@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from textual import events
 from textual.content import Content
 
@@ -11,74 +9,11 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
 from touchline.tui.alerts import alerts
 from touchline.tui.goal_orders import why_no_goal
+from touchline.tui.keys import Bar, BarKey, bar
 from touchline.tui.panels import LinesPanel, hint
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import offered
 
-
-@dataclass(frozen=True)
-class Key:
-    """A key as it is shown, what it does, the action behind it, and its rank when room is short (0 is first)."""
-
-    key: str
-    text: str
-    action: str
-    rank: int
-
-
-KEYS = (
-    Key("e", "E-STOP", "estop", 0),
-    Key("t", "Template", "template", 1),
-    Key("p", "Plan", "plan", 1),
-    Key("l", "Load", "load", 1),
-    Key("s", "Start", "command('start')", 1),
-    Key("space", "Pause", "command('pause')", 1),
-    Key("g", "Go on", "command('resume')", 1),
-    Key("a", "Abort", "abort", 1),
-    Key("r", "Reset", "command('reset')", 1),
-    Key("u", "Refill", "command('refill')", 1),
-    Key("b", "Battery", "command('battery')", 1),
-    Key("d", "Drive to", "drive", 1),
-    Key("[ ]", "Speed", "speed(1)", 1),
-    Key("v", "Fleet", "fleet", 1),
-    Key("o", "Other robot", "next_robot", 1),
-    Key("x", "All…", "order_all", 3),
-    Key("f", "Follow", "follow", 3),
-    Key("0", "Fit", "fit", 4),
-    Key("+ -", "Zoom", "zoom(1)", 5),
-    Key("?", "Keys", "keys", 2),
-    Key("^p", "Commands", "command_palette", 6),
-    Key("q", "Quit", "quit", 7),
-)
-AIM_KEYS = (
-    Key("e", "E-STOP", "estop", 0),
-    Key("enter", "Go", "aim('go')", 1),
-    Key("arrows", "Place", "keys", 2),
-    Key("< >", "Turn", "turn(1)", 1),
-    Key("h", "Any heading", "aim('free')", 1),
-    Key("m", "How", "aim('how')", 1),
-    Key("esc", "Leave", "aim('leave')", 1),
-    Key("+ -", "Zoom", "zoom(1)", 3),
-    Key("space", "Pause", "command('pause')", 1),
-    Key("?", "Keys", "keys", 3),
-)
-"""Instead of the others, which still work, while the operator aims at a goal."""
-REPLAY_KEYS = (
-    Key("e", "E-STOP", "estop", 0),
-    Key("space", "Pause/go on", "command('pause')", 1),
-    Key("< >", "10 s", "seek(10)", 1),
-    Key("{ }", "1 min", "seek(60)", 2),
-    Key("n", "Step", "step", 1),
-    Key("[ ]", "Speed", "speed(1)", 1),
-    Key("v", "Fleet", "fleet", 2),
-    Key("o", "Other robot", "next_robot", 2),
-    Key("f", "Follow", "follow", 3),
-    Key("0", "Fit", "fit", 4),
-    Key("+ -", "Zoom", "zoom(1)", 5),
-    Key("?", "Keys", "keys", 2),
-    Key("q", "Quit", "quit", 7),
-)
-"""Instead of the others, which are refused, while the robot is a replay."""
 _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
@@ -111,17 +46,17 @@ def _out_of_order(state: ConsoleState) -> frozenset[str]:
     return _DRIVING | {"s", "r"}
 
 
-def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
+def layout(state: ConsoleState, width: int) -> list[tuple[BarKey, int, int]]:
     """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
     idle = useless(state)
-    room, chosen = width, set[Key]()
-    keys = REPLAY_KEYS if state.replayed else KEYS if state.drive.goal is None else AIM_KEYS
+    room, chosen = width, set[BarKey]()
+    keys = bar(Bar.REPLAY if state.replayed else Bar.JOB if state.drive.goal is None else Bar.AIM)
     offered = [key for key in keys if not (state.alone and key.key in _OF_SEVERAL)]
     for key in sorted(offered, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
         if _width(key) <= room:
             chosen.add(key)
             room -= _width(key)
-    placed, column = list[tuple[Key, int, int]](), 0
+    placed, column = list[tuple[BarKey, int, int]](), 0
     for key in keys:
         if key in chosen:
             placed.append((key, column, column + _width(key)))
@@ -129,7 +64,7 @@ def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
     return placed
 
 
-def _width(key: Key) -> int:
+def _width(key: BarKey) -> int:
     return len(key.key) + len(key.text) + 3
 
 

@@ -53,7 +53,7 @@ async def test_every_command_is_in_the_palette(template: Template) -> None:
         orders = {
             "Start": topics.START,
             "Pause": topics.PAUSE,
-            "Resume": topics.RESUME,
+            "Go on": topics.RESUME,
             "Refill tank": topics.REFILL_TANK,
             "Replace battery": topics.REPLACE_BATTERY,
         }
