@@ -3,6 +3,7 @@
 Keys on the wire are ``<namespace>/<name>``, the mapping of zenoh-plugin-ros2dds.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
@@ -84,6 +85,11 @@ class Service(Generic[Request, Response]):
         object.__setattr__(self, "ros_type", self.request.ros_type.removesuffix("_Request"))
 
 
+def _rows_since(known: Collection[Topic]) -> tuple[Topic, ...]:
+    """The rows of this module so far, in their order, but for those that are known."""
+    return tuple(row for row in globals().values() if isinstance(row, Topic) and row not in known)
+
+
 CLOCK = Topic("clock", m.Clock, 10, units="s")
 GNSS_FIX = Topic("gnss/fix", m.NavSatFix, 10, units="deg, m", tolerance=1e-9)
 GNSS_STATUS = Topic("gnss/status", m.GnssStatus, 10, latched=True, units="m, s", tolerance=1e-9)
@@ -146,50 +152,7 @@ SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
 #: From the bridge while its recording is behind: how far sim time may go that passes faster than real time.
 RECORDER_LIMIT = Topic("recording/limit", m.Clock, recorded=False, units="s", general=False)
 
-TOPICS: tuple[Topic, ...] = (
-    CLOCK,
-    GNSS_FIX,
-    GNSS_STATUS,
-    CAMERA_POSE,
-    IMU,
-    MAGNETIC_FIELD,
-    JOINT_STATES,
-    ACTUATOR_COMMAND,
-    ODOMETRY,
-    ESTIMATOR,
-    TRUTH,
-    REFERENCE,
-    SPRAYER,
-    TRUE_COVERAGE,
-    PAINT,
-    AREA,
-    AREA_REPORT,
-    STATUS,
-    PAUSE_STATUS,
-    ABOUT_TO_MOVE,
-    REPORT,
-    BATTERY,
-    EVENTS,
-    ORDERS,
-    INITIAL_STATE,
-    CLAIMED,
-    UNFINISHED,
-    WHEREABOUTS,
-    TRUE_WAY,
-    GUIDANCE,
-    PLAN,
-    TEMPLATE,
-    SETUP,
-    TEAM_SETUP,
-    TEAM_CELLS,
-    TEAM_STATUS,
-    TEAM_REPORT,
-    REPLAY_STATUS,
-    PLANNER_PROGRESS,
-    DIAGNOSTICS,
-    SUPERVISOR_EVENTS,
-    RECORDER_LIMIT,
-)
+TOPICS: tuple[Topic, ...] = _rows_since(())
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 
 #: What viewers (Foxglove, Lichtblick, RViz) draw. The bridge makes it of the topics above, for who looks at them live
@@ -204,17 +167,7 @@ TRUE_BODY_MARKERS = Topic("truth/body/markers", m.MarkerArray, latched=True, uni
 #: Of the paint, or what a covering tool has been over: all but the latest stretch, and that stretch.
 WORK_MARKERS = Topic("truth/ground/markers", m.MarkerArray, latched=True, units="m")
 LATEST_WORK_MARKERS = Topic("truth/ground/latest_markers", m.MarkerArray, 1, latched=True, units="m")
-VIEWING: tuple[Topic, ...] = (
-    TRANSFORMS,
-    STATIC_TRANSFORMS,
-    PLAN_PATH,
-    TEMPLATE_MARKERS,
-    BODY_MARKERS,
-    TRUE_TRANSFORMS,
-    TRUE_BODY_MARKERS,
-    WORK_MARKERS,
-    LATEST_WORK_MARKERS,
-)
+VIEWING: tuple[Topic, ...] = _rows_since(TOPICS)
 VIEWING_BY_NAME = {topic.name: topic for topic in VIEWING}
 #: Topics by names that they have in older recordings.
 FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
