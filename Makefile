@@ -12,14 +12,23 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test lint tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test test-full quick lint tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
-	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(TESTS)
+	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m "not full" $(TESTS)
+
+# What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks.
+test-full: $(STAMP)
+	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m full tests
+
+# Rooms that start no process and compile little.
+quick: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/python -m pytest -q -n 2 -m "not full" tests/schemas tests/core tests/drawings tests/imports tests/onboard
 
 lint: $(STAMP) tree
 	$(BIN)/ruff check .

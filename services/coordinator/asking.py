@@ -18,6 +18,8 @@ GUIDED_S: Final = 110.0
 """Wall time: a robot that has never been guided compiles what it needs for that."""
 _LOOK_S: Final = 0.001
 _SILENT: Final = "does not answer"
+_LATER_S: Final = 1.0
+"""Zenoh gives up a question so much later than is done here, and says nothing of its own of a silent robot."""
 
 
 class AskedRobots:
@@ -40,7 +42,8 @@ class AskedRobots:
         """
         self._service, self._deadline_s = service, time.monotonic() + timeout_s
         payload = encode(request)
-        self._open = {name: bus.ask(service, payload, timeout_s) for name, bus in buses.items()}
+        zenoh_s = timeout_s + _LATER_S
+        self._open = {name: bus.ask(service, payload, zenoh_s) for name, bus in buses.items()}
         self.refused: dict[str, str] = {}
 
     @property

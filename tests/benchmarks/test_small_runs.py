@@ -30,7 +30,19 @@ def without(lines: tuple[str, ...], text: str) -> list[str]:
     return [line for line in lines if not as_pattern(line).search(text)]
 
 
-@pytest.mark.parametrize("name", available())
+LONG = frozenset(
+    (
+        *("check_estimator", "console", "coverage", "fleet_console", "fleet_recorded", "foxglove_cost", "joints"),
+        *("kills", "lockstep", "random_fields", "recording_kills", "recording_rate", "shared", "soak", "stops"),
+        *("system", "visits"),
+    )
+)
+"""Those of more than four seconds."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.full) if name in LONG else name for name in available()]
+)
 def test_a_small_run(name, capfd):
     try:
         module = benchmark(name)

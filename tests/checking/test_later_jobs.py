@@ -132,12 +132,17 @@ def test_a_job_after_one_that_went_on_from_a_process_that_died_is_checked(tmp_pa
 @pytest.mark.parametrize(
     ("vehicle", "follower"),
     [
-        ("turf-tank-two", "pure-pursuit"),
-        ("turf-tank-two", "dynamic"),
-        ("turf-tank-two", "pursuit-lanes"),
-        ("clay-roller", "mpc"),
-        ("turtlebot3-waffle-pi", "frenet"),
         ("turtlebot2", "mpc"),
+        *(
+            pytest.param(vehicle, follower, marks=pytest.mark.full)
+            for vehicle, follower in (
+                ("turf-tank-two", "pure-pursuit"),
+                ("turf-tank-two", "dynamic"),
+                ("turf-tank-two", "pursuit-lanes"),
+                ("clay-roller", "mpc"),
+                ("turtlebot3-waffle-pi", "frenet"),
+            )
+        ),
     ],
 )
 def test_later_jobs_of_every_kind_of_robot_are_checked(tmp_path, vehicle, follower):

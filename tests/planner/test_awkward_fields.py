@@ -1,8 +1,11 @@
 """A sample of the benchmark's awkward fields: each is planned or refused with a reason, whatever its shape."""
 
+import pytest
+
 from benchmarks.fields import planned_fields
 
 
+@pytest.mark.full
 def test_small_awkward_fields_end_in_a_plan_or_a_reason() -> None:
     rows = planned_fields(range(3), 7, (0.002, 0.004))
     assert {row.vehicle for row in rows} == {"clay-roller", "half-roller", "mower"}

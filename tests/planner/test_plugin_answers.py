@@ -28,7 +28,7 @@ from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.pricing import OneByOne
 from touchline.services.planner.transitions.transitions import TransitionFamily
 
-LAWN = Template.model_validate({"name": "lawn", "areas": [{"id": "lawn", "outline": [[0, 0], [9, 0], [9, 8], [0, 8]]}]})
+LAWN = Template.model_validate({"name": "lawn", "areas": [{"id": "lawn", "outline": [[0, 0], [7, 0], [7, 6], [0, 6]]}]})
 TO_GOAL = PlanOptions(start=np.zeros(3))
 
 

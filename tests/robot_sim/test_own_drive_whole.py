@@ -39,6 +39,7 @@ def started(scenario: Scenario) -> Emulator:
     return robot
 
 
+@pytest.mark.full
 def test_it_paints_a_template() -> None:
     robot = started(Scenario(noise="none", seed=3))
     FastRunner(robot).run(200_000)

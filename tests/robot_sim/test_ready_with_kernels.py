@@ -33,15 +33,20 @@ def job(vehicle):
     ("vehicle", "follower"),
     [
         ("turf-tank-two", "mpc"),
-        ("turf-tank-two", "pure-pursuit"),
         ("clay-roller", "pure-pursuit"),
-        ("clay-roller", "pursuit-lanes"),
-        ("turtlebot3-waffle-pi", "dynamic"),
-        ("turtlebot3-waffle-pi", "linear"),
-        ("turtlebot3-waffle-pi", "frenet"),
-        ("turtlebot3-waffle-pi", "linear-scaled"),
-        ("turtlebot3-waffle-pi", "nonlinear"),
         ("turtlebot3-waffle-pi", "regularised"),
+        *(
+            pytest.param(vehicle, follower, marks=pytest.mark.full)
+            for vehicle, follower in (
+                ("turf-tank-two", "pure-pursuit"),
+                ("clay-roller", "pursuit-lanes"),
+                ("turtlebot3-waffle-pi", "dynamic"),
+                ("turtlebot3-waffle-pi", "linear"),
+                ("turtlebot3-waffle-pi", "frenet"),
+                ("turtlebot3-waffle-pi", "linear-scaled"),
+                ("turtlebot3-waffle-pi", "nonlinear"),
+            )
+        ),
     ],
 )
 def test_nothing_is_prepared_after_the_warm_up(vehicle, follower, tmp_path):

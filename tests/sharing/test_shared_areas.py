@@ -109,6 +109,7 @@ def taken_over(tmp_path_factory):
     return path, job, both
 
 
+@pytest.mark.full
 def test_the_other_covers_what_one_leaves_round_it_and_all_once_it_is_carried_away(taken_over):
     _, job, both = taken_over
     figures = team_figures(job, both, NAMES)
@@ -125,6 +126,7 @@ def test_the_other_covers_what_one_leaves_round_it_and_all_once_it_is_carried_aw
     assert all(each["area"]["coverage_pct"] > 0.0 for each in figures["robots"]["r2"]["taken_over"])
 
 
+@pytest.mark.full
 def test_what_was_taken_over_comes_out_the_same_again_from_its_recording(taken_over):
     path, _, _ = taken_over
     checks = check_recording(path)

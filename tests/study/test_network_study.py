@@ -17,7 +17,7 @@ from touchline.research.network.network_study import NetworkStudy, TeamCounts, r
 from touchline.research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial, listed
 
 # With cold kernels on a busy machine the first use takes a minute or two.
-pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
+pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
 
 DEPLOYED, SWAPPED, SPEEDS = range(3)
 SVG = "{http://www.w3.org/2000/svg}"

@@ -28,7 +28,7 @@ PINNED = {*ROW_11, "12a", "12b", "12c", "12 and 13, ideal", "13", "14", "14, fin
 
 
 # With cold kernels on a busy machine the first use takes a minute or two.
-pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("study")]  # one worker measures it
+pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("study")]  # one worker measures it
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
 from touchline.services.planner.poses.shipped_methods import BEARING
 
 # With cold kernels on a busy machine the first use takes a minute or two.
-pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("tracking study")]
+pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("tracking study")]
 
 LEAST, TURNING, SET_UP, TRACKERS, ATTRACTION, SPEEDS = range(6)
 

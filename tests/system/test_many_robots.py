@@ -195,6 +195,7 @@ def session(fleet: Path, config: BusConfig, folder: Path) -> Session:
     return Session(folder / "session.mcap", driven, status)
 
 
+@pytest.mark.full
 def test_each_robot_says_the_same_in_one_process_in_three_at_another_pace_and_alone(fleet, together, apart):
     shared, setups = together, Fleet.read(fleet).setups()
     ours, theirs = contents(shared.recording), contents(apart.recording)

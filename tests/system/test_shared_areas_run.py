@@ -79,6 +79,7 @@ class Operator:
         self.answers += [bus.call(service, CommandRequest(request_id=fresh_id())) for bus in self.buses]
 
 
+@pytest.mark.full
 def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_and_one_is_killed(tmp_path, monkeypatch):
     record, vehicle, operator = tmp_path / "both.mcap", load_vehicle("clay-roller"), Operator(monkeypatch)
     job = share_areas(TEMPLATE, PlanOptions(coverage_pct=50.0), vehicle, [None] * 2)

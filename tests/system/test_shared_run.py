@@ -252,6 +252,7 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     assert told["robots"]["r2"]["out_of_service"] == "its process is gone" and told["robots"]["r2"]["tasks"] == []
 
 
+@pytest.mark.full
 def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(system, job):
     killer = Killer(system, "r1")
     with begun(system, job, Conduct(20.0, take_over_after_s=1.0), killer) as run:
@@ -347,6 +348,7 @@ def test_a_job_that_is_not_accepted_ends_with_exit_code_1(tmp_path, bus_config):
     assert "the paint is not accepted" in json.loads(done.stdout)["reason"]
 
 
+@pytest.mark.full
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
     team = site("--take-over-after", "1000")  # long after an operator has ordered it
     team.paints("r2")
