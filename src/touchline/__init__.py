@@ -8,3 +8,5 @@ import os
 
 if os.name != "posix":
     raise ImportError("Touchline needs Linux (or macOS, untested): locks and signals of POSIX; on Windows, use WSL")
+
+import touchline.shipped_plugins  # noqa: F401 - which fills the registries

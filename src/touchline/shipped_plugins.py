@@ -1,0 +1,132 @@
+"""What comes with Touchline of each kind of plug-in, and where it is found: it is imported when it is first used."""
+
+from touchline.schemas.plugins import (
+    AREA_METHODS,
+    DRIVES,
+    EXTERNAL,
+    EXTERNAL_TIMED,
+    FOLLOWERS,
+    METHODS,
+    POSE_METHODS,
+    SPEED_LAWS,
+    TOOLS,
+    KindParts,
+)
+
+_VEHICLES = "touchline.schemas.vehicles"
+_DRIVES = "touchline.services.planner.drives"
+_METHODS = "touchline.services.planner.transitions.methods"
+_COVERAGE = "touchline.services.planner.coverage"
+_POSES = "touchline.services.planner.poses.shipped_methods"
+_LAWS = "touchline.services.planner.poses.laws"
+_WORLD = "touchline.services.robot_sim.world"
+_FOLLOWERS = "touchline.onboard.control"
+
+DRIVES.register(
+    "differential",
+    "two driven wheels on one axle, and casters",
+    KindParts(
+        f"{_VEHICLES}:DifferentialDrive",
+        planner=f"{_DRIVES}.differential_caps:PlannedDifferential",
+        onboard="touchline.onboard.drives.differential_onboard:OnboardDifferential",
+        world=f"{_WORLD}.drives.differential:DifferentialInWorld",
+    ),
+)
+DRIVES.register(
+    "rear-steered",
+    "a driven drum, and a steered wheel behind it",
+    KindParts(
+        f"{_VEHICLES}:RearSteeredDrive",
+        planner=f"{_DRIVES}.rear_steered_caps:PlannedRearSteered",
+        onboard="touchline.onboard.drives.rear_steered_onboard:OnboardRearSteered",
+        world=f"{_WORLD}.drives.rear_steered:RearSteeredInWorld",
+    ),
+)
+TOOLS.register(
+    "sprayer",
+    "a nozzle that paints lines, with valve, discs and tank",
+    KindParts(f"{_VEHICLES}:SprayerTool", world=f"{_WORLD}.tools.spraying:SprayerInWorld"),
+)
+TOOLS.register(
+    "none",
+    "nothing: the vehicle drives along lines and leaves nothing there",
+    KindParts(f"{_VEHICLES}:NoTool", world=f"{_WORLD}.tools.idle_tool:NoToolInWorld"),
+)
+TOOLS.register(
+    "roller",
+    "a drum that rolls the ground, both ways and at any speed",
+    KindParts(f"{_VEHICLES}:RollerTool", world=f"{_WORLD}.tools.rolling:RollerInWorld"),
+)
+METHODS.register(
+    "g2",
+    "quickest: turns by the wheels' limits, reversing too",
+    f"{_METHODS}:G2",
+    empty={"kappa_max_1pm": "by the wheels", "sigma_max_1pm2": "by the wheels"},
+)
+METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_METHODS}:CCD")
+METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
+AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
+AREA_METHODS.register(
+    "lap-and-lanes",
+    "for rollers: laps along the edges, then lanes",
+    f"{_COVERAGE}.coverage_methods:LAP_AND_LANES",
+    covering=True,
+)
+AREA_METHODS.register(
+    "zigzag",
+    "for rollers, baseline: lanes there and back, an S between them",
+    f"{_COVERAGE}.coverage_methods:ZIGZAG",
+    covering=True,
+)
+FOLLOWERS.register("mpc", "model predictive control of the nozzle", f"{_FOLLOWERS}:make_mpc")
+FOLLOWERS.register("pure-pursuit", "pursuit of a point ahead, with less computing", f"{_FOLLOWERS}:make_pure_pursuit")
+FOLLOWERS.register(
+    "pursuit-lanes",
+    "baseline: a study's pursuit of a point 5 m ahead, lane by lane",
+    f"{_FOLLOWERS}:make_pursuit_lanes",
+)
+FOLLOWERS.register("frenet", "a path law with a proof: steers by distance and angle", f"{_FOLLOWERS}:make_frenet")
+FOLLOWERS.register(
+    "regularised",
+    "keeps the plan's time: a nonlinear law with the linear one's gains",
+    f"{_FOLLOWERS}.timed:make_regularised",
+)
+FOLLOWERS.register(
+    "nonlinear",
+    "keeps the plan's time: a law that converges from anywhere",
+    f"{_FOLLOWERS}.timed:make_nonlinear",
+)
+FOLLOWERS.register(
+    "linear",
+    "baseline, keeps the plan's time: a study's law, wild where the plan rests",
+    f"{_FOLLOWERS}.timed:make_linear",
+)
+FOLLOWERS.register(
+    "linear-scaled",
+    "baseline, keeps the plan's time: linear, its gains scaled by the speed",
+    f"{_FOLLOWERS}.timed:make_linear_scaled",
+)
+FOLLOWERS.register(
+    "dynamic",
+    "baseline, keeps the plan's time: linear in the position, blind to the heading",
+    f"{_FOLLOWERS}.timed:make_dynamic",
+)
+FOLLOWERS.register(EXTERNAL, "your own program, asked over the bus", f"{_FOLLOWERS}:ExternalFollower")
+FOLLOWERS.register(
+    EXTERNAL_TIMED,
+    "your own program, asked over the bus, with a reference that keeps the plan's time",
+    f"{_FOLLOWERS}:make_external_timed",
+)
+POSE_METHODS.register("g2", "quickest: continuous in curvature, reversing and turning on the spot too", f"{_POSES}:G2")
+POSE_METHODS.register("cubic", "one cubic curve, which bends evenly", f"{_POSES}:CUBIC")
+POSE_METHODS.register("dubins", "shortest of arcs of one radius and lines", f"{_POSES}:DUBINS")
+POSE_METHODS.register("dubins-free", "the same to a place, with whatever heading", f"{_POSES}:DUBINS_FREE")
+POSE_METHODS.register("bearing", "baseline: the same, heading as the goal lies from the start", f"{_POSES}:BEARING")
+POSE_METHODS.register("turn-line-turn", "turn on the spot, drive straight, turn", f"{_POSES}:TURN_LINE_TURN")
+SPEED_LAWS.register("limits", "fastest: as limits of speed and acceleration allow", f"{_LAWS}:LIMITS")
+SPEED_LAWS.register("quintic", "s = 10τ³ − 15τ⁴ + 6τ⁵: smooth at both ends", f"{_LAWS}:QUINTIC")
+SPEED_LAWS.register("cubic", "s = 3τ² − 2τ³: at rest at both ends", f"{_LAWS}:CUBIC")
+SPEED_LAWS.register("uniform", "baseline: s = τ, which begins and ends in a jump", f"{_LAWS}:UNIFORM")
+
+for _registry in (DRIVES, TOOLS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS):
+    _registry.close_shipped()
