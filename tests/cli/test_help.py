@@ -12,7 +12,8 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.cli.commands import PANELS, command_line
+from touchline.cli.commands import command_line
+from touchline.cli.overview import PANELS, overview
 from touchline.cli.ros2_choice import Ros2Choice
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,3 +92,11 @@ def test_every_message_package_carries_its_licence() -> None:
         licence, maintainer = described.find("license"), described.find("maintainer")
         assert licence is not None and maintainer is not None and maintainer.text
         assert (package / licence.attrib["file"]).read_text() == (ROOT / "LICENSE").read_text()
+
+
+def test_the_list_of_all_commands_is_read_from_their_texts_and_says_the_same() -> None:
+    shown = [CliRunner().invoke(each, ["--help"], env={"COLUMNS": "80"}).output for each in (overview(), app)]
+    assert shown[0] == shown[1]
+    code = "import sys; sys.argv[1:] = ['-h']; import touchline.cli as c\ntry: c.main()\nfinally: print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"touchline.schemas.messages", "numba", "numpy", "zenoh"} & set(loaded)

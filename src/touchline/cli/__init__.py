@@ -38,6 +38,10 @@ def main() -> None:
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
     with without_collecting():
+        if sys.argv[1:] in ([], ["-h"], ["--help"]):
+            from touchline.cli.overview import overview
+
+            overview()()
         from touchline.cli.commands import execute
     gc.freeze()  # modules stay to the end; no later collection need go through them
 
