@@ -451,6 +451,10 @@ class ConsoleApp(App[None]):
         """Let a replay go one step."""
         self.operator.replay.step()
 
+    def action_go_on(self) -> None:
+        """Go on with the job that an abort or a restart of the robot left, whoever has its plan."""
+        self.operator.go_on()
+
     def action_abort(self) -> None:
         """Give up the job, once confirmed."""
         operator = self.operator

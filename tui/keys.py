@@ -77,8 +77,9 @@ TABLE = (
         {Bar.JOB: ("Pause", 1), Bar.REPLAY: ("Pause/go on", 1)},
     ),
     ConsoleKey(
-        "g", "command('resume')", "Go on", "g", "After a pause, or with an unfinished job", {Bar.JOB: ("Go on", 1)}
+        "g", "command('resume')", "Go on", "g", "Resume after a pause; or an unfinished job", {Bar.JOB: ("Go on", 1)}
     ),
+    ConsoleKey("g", "go_on", "Go on with the job", about="Do what an abort or a restart of the robot left"),
     ConsoleKey("a", "abort", "Abort", "a", "Give up the job", {Bar.JOB: ("Abort", 1)}),
     ConsoleKey(
         *("r", "command('reset')", "Reset", "r", "Make ready again after a stop or an abort"), {Bar.JOB: ("Reset", 1)}

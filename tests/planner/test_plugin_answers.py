@@ -16,7 +16,7 @@ from touchline.schemas.plugins import AREA_METHODS, METHODS, POSE_METHODS, SPEED
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.coverage.area_method import CoverageMethod
-from touchline.services.planner.coverage.coverage_methods import LAP_AND_LANES
+from touchline.services.planner.coverage.coverage_methods import ZIGZAG
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.method_choice import Method
@@ -132,10 +132,11 @@ def test_an_area_method(flaw: str, registered: Any) -> None:
 @pytest.mark.parametrize("flaw", ["a jump", "a NaN curvature", "none"])
 def test_the_route_of_a_coverage_method(flaw: str, registered: Any) -> None:
     def cover(task: Any, progress: Any) -> Any:
-        route = LAP_AND_LANES.cover(task, progress)
+        route = ZIGZAG.cover(task, progress)
         first, *rest = route.pieces
         if flaw == "a jump":
-            return replace(route, pieces=(*rest[1:], first))
+            path = rest[-1].path
+            rest[-1] = replace(rest[-1], path=PiecePath(path.start._replace(x_m=path.start.x_m + 0.1), path.pieces))
         if flaw == "a NaN curvature":
             parts = tuple(part._replace(curvature_1pm=math.nan) for part in rest[-1].path.pieces)
             rest[-1] = replace(rest[-1], path=PiecePath(rest[-1].path.start, parts))

@@ -1,5 +1,7 @@
 """Two markers on a soccer pitch: little more than half of one's time, drier than one, and never near each other."""
 
+import pytest
+
 from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.schemas.catalogue import load_template
@@ -9,6 +11,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 
 
+@pytest.mark.full
 def test_two_markers_on_a_soccer_pitch():
     template = load_template("soccer-7", {})
     one = plan(template, Vehicle()).report

@@ -4,6 +4,8 @@ import os
 import signal
 import uuid
 
+import pytest
+
 from tests.meeting import eventually
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE
 from touchline.schemas import topics
@@ -18,6 +20,7 @@ from touchline.supervision.temporary_system import ProcessOptions, local_system
 ALONE = ProcessOptions(without=(topics.PLANNER, topics.BRIDGE))
 
 
+@pytest.mark.full
 def test_it_is_not_killed_again_for_what_it_would_have_to_compile(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     told, notices = [], []

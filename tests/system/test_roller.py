@@ -102,6 +102,7 @@ def undisturbed(trajectory: Trajectory) -> AreaReport:
     return report
 
 
+@pytest.mark.full
 def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
     recording = tmp_path / "pan.mcap"
     with local_system({"tt2": SETUP}, options=ProcessOptions(recordings=tmp_path)) as system:

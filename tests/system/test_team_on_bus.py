@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from tests.meeting import eventually
 from tests.system.commands import figures, start_touchline, touchline, touchline_here
 from touchline.bus import Bus, BusConfig
@@ -35,6 +37,7 @@ from touchline.schemas.team import TeamScenario
 RUN = ("--robots", "2", "--duration", "4", "--seed", "5", "--json")
 
 
+@pytest.mark.full
 def test_over_the_bus_a_process_for_each_robot_has_the_bytes_of_the_simulation(tmp_path: Path) -> None:
     """One process for all has them, too: below."""
     recording, one = tmp_path / "team.mcap", tmp_path / "simulated.mcap"

@@ -125,10 +125,12 @@ async def test_a_plan_can_be_loaded_to_go_on_by_who_has_it_though_the_robot_has_
         await until(pilot, lambda: app.state.path is not None)
         link.asked.clear()
         link.answers[topics.LOAD.name] = m.LoadResponse(success=True, message="loaded, to go on at 7.00 m")
+        assert app.state.job.path is not None
+        planned = app.state.job.path.trajectory
         (command,) = (c for c in app.get_system_commands(app.screen) if c.title == "Go on with the job")
         command.callback()
         await until(pilot, lambda: link.asked)
-        assert link.asked[0][1].resume and link.asked[0][1].trajectory == app.state.job.path.trajectory
+        assert link.asked[0][1].resume and link.asked[0][1].trajectory == planned
 
 
 async def test_the_paint_of_a_plan_is_as_long_as_the_template(template: Template) -> None:
