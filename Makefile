@@ -12,14 +12,14 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test test-full quick lint tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test test-full quick lint bytecode tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
-	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
-	$(BIN)/python -m pytest -q -n 3 --dist loadgroup -m "not full" $(TESTS)
+	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint bytecode
+	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
 # What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks.
 test-full: $(STAMP)
@@ -36,6 +36,10 @@ lint: $(STAMP) tree
 	$(BIN)/mypy
 	PYTHONPATH=build/tree $(BIN)/lint-imports
 	$(BIN)/python -m tests.house
+
+# Of the tests, which otherwise every process that tests would make for itself.
+bytecode: $(STAMP)
+	$(BIN)/python -m pytest -q --collect-only $(TESTS) > /dev/null
 
 # The package in one place, as it is when installed: for type checkers, editors and drawings of the imports.
 tree:

@@ -39,7 +39,9 @@ def run_as_command(body):
     """A process of ``touchline`` whose command is the function `command` of this text."""
     begin = "import ctypes, os, signal\nimport touchline.cli\nfrom touchline.cli import commands\n"
     script = begin + dedent(body) + "\ncommands.execute = command\ntouchline.cli.main()\n"
-    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=100)
+    return subprocess.run(
+        [sys.executable, "-c", script, "command"], capture_output=True, text=True, check=False, timeout=100
+    )
 
 
 def test_an_interruption_that_python_ignores_comes_again():

@@ -44,7 +44,7 @@ def changed_places(robots: int, seed: int) -> tuple[Team, int]:
     return found, int((np.hypot(*(found.states[:, :2] - goals).T) >= 0.1).sum())
 
 
-@pytest.mark.parametrize(("robots", "median_s"), [(4, 15.0), (8, 21.0), (20, 34.0)])
+@pytest.mark.parametrize(("robots", "median_s"), [(4, 15.0), (8, 21.0), pytest.param(20, 34.0, marks=pytest.mark.full)])
 def test_a_team_changes_places_across_a_circle(robots: int, median_s: float) -> None:
     took_s = []
     for seed in range(5):

@@ -50,6 +50,7 @@ def test_the_pan_forward_only() -> None:
     assert route.remarks == ()
 
 
+@pytest.mark.full
 def test_the_pan_with_cusped_corners() -> None:
     route = cover(asked(PAN))
     check(route, PAN)
@@ -93,7 +94,7 @@ def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
     assert "m² are left out: the way there is too narrow" in route.remarks[-1]
 
 
-@pytest.mark.parametrize(("laps", "sides"), [(0, 0), (2, 8)])
+@pytest.mark.parametrize(("laps", "sides"), [(0, 0), pytest.param(2, 8, marks=pytest.mark.full)])
 def test_as_many_laps_are_driven_as_are_asked_for(laps: int, sides: int) -> None:
     field = shapely.box(0.0, 0.0, 32.0, 24.0)
     route = cover(asked(field, laps=laps, coverage_pct=85.0))

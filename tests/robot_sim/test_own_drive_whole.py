@@ -16,7 +16,7 @@ from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
-pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
+pytestmark = [pytest.mark.full, pytest.mark.xdist_group("drum")]  # what is compiled for it is not kept on disk
 TEMPLATE = load_template("study-square")
 ROLLER = Vehicle(name="roller", drive=DrumDrive(transit_speed_mps=1.2))
 
@@ -39,7 +39,6 @@ def started(scenario: Scenario) -> Emulator:
     return robot
 
 
-@pytest.mark.full
 def test_it_paints_a_template() -> None:
     robot = started(Scenario(noise="none", seed=3))
     FastRunner(robot).run(200_000)

@@ -116,6 +116,7 @@ def test_a_weaker_robot_breaks_its_limits(square: Template) -> None:
     assert series.violations(Vehicle().changed(drive={"max_wheel_speed_radps": 9.0})) > 0
 
 
+@pytest.mark.full
 def test_plots_are_drawn_the_same_every_time(square: Template, pitch: Pitch, tmp_path: Path) -> None:
     planned = plan(square, Vehicle(), PlanOptions(order="given", forward_only=True))
     for colour in ("plain", "speed", "curvature"):

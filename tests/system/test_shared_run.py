@@ -270,6 +270,7 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
     assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
 
 
+@pytest.mark.full
 def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
     conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
     with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
@@ -340,6 +341,7 @@ def site(tmp_path):
         each.run.wait()
 
 
+@pytest.mark.full
 def test_a_job_that_is_not_accepted_ends_with_exit_code_1(tmp_path, bus_config):
     template = tmp_path / "fine.json"
     template.write_text(TEMPLATE.model_copy(update={"tolerance_m": 0.001}).to_json())

@@ -23,7 +23,12 @@ from touchline.tui.signal_bar import SignalBar
 from touchline.tui.stop_screen import NoteBar, StopKey
 from touchline.tui.template_dialog import TemplateDialog, size_of
 
-SIZES = [(120, 40), (80, 24), (60, 18), (40, 12)]
+SIZES = [
+    pytest.param((120, 40), marks=pytest.mark.full),
+    (80, 24),
+    pytest.param((60, 18), marks=pytest.mark.full),
+    (40, 12),
+]
 KEYS = {
     "template": ("t",),
     "plan": ("p",),
