@@ -266,7 +266,7 @@ METHODS: Registry[Any] = Registry("transition method")
 AREA_METHODS: Registry[Any] = Registry("area method")
 """How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 FOLLOWERS: Registry[Any] = Registry("follower")
-"""What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of onboard/control each."""
+"""Steering along the path: each a function from `Vehicle` and `Ask` to a `Follower` of onboard/control."""
 EXTERNAL = "external"
 """The follower that is asked over the bus."""
 EXTERNAL_TIMED = "external-timed"

@@ -150,7 +150,7 @@ PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
 #: From the bridge while its recording is behind: how far sim time may go that passes faster than real time.
-RECORDER_LIMIT = Topic("recording/limit", m.Clock, recorded=False, units="s", general=False)
+RECORDER_LIMIT = Topic("recording/limit", m.Clock, recorded=False, block=False, units="s", general=False)
 
 TOPICS: tuple[Topic, ...] = _rows_since(())
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}

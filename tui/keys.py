@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 
 from textual.binding import Binding
 
@@ -16,7 +17,7 @@ class Bar(Enum):
     AIM = "aim"
     """While the operator aims at a goal; keys that are not shown still work."""
     REPLAY = "replay"
-    """Of a robot that is a replay; keys that are not shown are refused."""
+    """For a replay; keys that are not shown are refused."""
     FLEET = "fleet"
 
 
@@ -153,7 +154,7 @@ FLEET_TABLE = (
     ConsoleKey("?", "app.keys", bars={Bar.FLEET: ("Keys", 5)}),
     ConsoleKey("q", "app.quit", bars={Bar.FLEET: ("Quit", 7)}),
 )
-"""Of the fleet's screen; where a key has no name the console's own binding serves."""
+"""Keys of the fleet's screen; where one has no name the console's own binding serves."""
 
 
 def bindings(table: tuple[ConsoleKey, ...]) -> list[Binding]:
@@ -161,6 +162,7 @@ def bindings(table: tuple[ConsoleKey, ...]) -> list[Binding]:
     return [Binding(each.keys, each.action, each.name, show=False, priority=each.urgent) for each in table if each.keys]
 
 
+@cache
 def bar(which: Bar) -> tuple[BarKey, ...]:
     """The keys of a bar, from left to right."""
     found = ((each, each.bars[which]) for each in (*TABLE, *FLEET_TABLE) if which in each.bars)

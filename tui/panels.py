@@ -155,7 +155,7 @@ def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> 
 
 
 def _starting(state: ConsoleState, width: int) -> list[str]:
-    """What planner and robot are at while they start."""
+    """The progress of robot and planner while they start."""
     lines = []
     for name in (topics.ROBOT_SIM, topics.PLANNER):
         node = state.nodes.get(name)

@@ -433,7 +433,7 @@ class _RobotEnd:
         self.unasked: set[str] = set()
         """Publishers that could not be asked what they have sent since then."""
         self.limit = bus.publisher(topics.RECORDER_LIMIT)
-        """Of sim time, while the recording is behind."""
+        """Publishes the limit of sim time while the recording is behind."""
         self._events = bus.publisher(topics.EVENTS)
 
     def look(self) -> frozenset[str]:

@@ -62,8 +62,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
     if leaves_out(options):
-        lines = reachable_lines(segments, template, vehicle, task.limits, turned=ordering(options))
-        return _reachable(task, lines, progress, enough)[0]
+        return _reachable(task, _clear_of_outlines(segments, task), progress, enough)[0]
     return _along(segments, task, progress, enough)
 
 
@@ -85,8 +84,7 @@ def lines_reached(task: PlanTask, progress: Progress) -> ReachableLines:
     Raises:
         PlanningError: As `marked`.
     """
-    template, options = task.template, task.options
-    lines = reachable_lines(template.segments, template, task.vehicle, task.limits, turned=ordering(options))
+    lines = _clear_of_outlines(task.template.segments, task)
     return _reachable(task, lines, progress, lambda: False)[1] if lines.left_out else lines
 
 
@@ -101,9 +99,18 @@ def _reachable(
             lines = lines.shortened(error.parts, error.segment_id)
         else:
             return replace(route, left_out=lines.left_out), lines
+    raise nothing_reached(lines)
+
+
+def nothing_reached(lines: ReachableLines) -> PlanningError:
+    """The error of a template of which no line is left."""
     outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
     problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
-    raise PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
+    return PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
+
+
+def _clear_of_outlines(segments: tuple[TemplateSegment, ...], task: PlanTask) -> ReachableLines:
+    return reachable_lines(segments, task.template, task.vehicle, task.limits, turned=ordering(task.options))
 
 
 def _along(

@@ -1,4 +1,4 @@
-"""What plug-ins of others give the planner is looked at before anything is reckoned with it.
+"""Checks of the answers that plug-ins of others give the planner, before anything is computed from them.
 
 Compiled kernels trust their numbers; with NaN or a wrong shape they would write where they may not.
 """
@@ -17,7 +17,7 @@ from touchline.schemas.plugins import Registry, tracebacks_wanted
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
 MISSED_M: Final = 1e-3
-"""A way that ends further from where it was to lead is wrong, not rounded."""
+"""A path that ends further from its goal is wrong, not rounded."""
 MISSED_RAD: Final = 1e-3
 _MOST_PIECES: Final = 10_000
 _LONGEST: Final = 200
@@ -28,7 +28,7 @@ Blame = Callable[[str], PlanningError]
 
 
 def blaming(registry: Registry[Any], name: str) -> Blame | None:
-    """How to blame the plug-in of that name ("": the default one); None if it is shipped, and trusted."""
+    """Make the error that names the plug-in of that name ("": the default one); None if it is shipped, and trusted."""
     if registry.is_shipped(name or registry.default):
         return None
 
@@ -40,10 +40,10 @@ def blaming(registry: Registry[Any], name: str) -> Blame | None:
 
 
 def called(blame: Blame, function: Callable[..., T], *given: Any) -> T:
-    """What a function of the plug-in gives.
+    """Call a function of the plug-in.
 
     Raises:
-        PlanningError: It raises that itself, or anything else.
+        PlanningError: The function raises that itself, or anything else.
     """
     try:
         return function(*given)
@@ -64,7 +64,7 @@ def sound(pieces: Any, blame: Blame) -> tuple[Piece, ...]:
     if not (isinstance(pieces, Sequence) and all(isinstance(each, Piece) for each in pieces)):
         raise blame(f"it gave a {type(pieces).__name__} instead of pieces of path")
     if len(pieces) > _MOST_PIECES:
-        raise blame(f"it gave {len(pieces)} pieces of path for one way")
+        raise blame(f"it gave {len(pieces)} pieces for one path")
     for each in pieces:
         usable = all(map(math.isfinite, each)) and each.length_m >= 0.0 and each.direction in (1, -1)
         if not usable or (each.spin_rad and each.length_m):
@@ -80,10 +80,10 @@ def leading(pieces: Any, start: PathPose, goal: PathPose, blame: Blame) -> tuple
     """
     driven = sound(pieces, blame)
     if not all(map(math.isfinite, start)):
-        raise blame(f"its way begins at {tuple(start)}")
+        raise blame(f"its path begins at {tuple(start)}")
     end = PiecePath(start, driven).end
     missed_m = abs(end.point - goal.point)
     missed_rad = 0.0 if math.isnan(goal.heading_rad) else math.remainder(end.heading_rad - goal.heading_rad, math.tau)
     if not (missed_m <= MISSED_M and abs(missed_rad) <= MISSED_RAD):
-        raise blame(f"its way ends {missed_m:.3g} m and {abs(missed_rad):.3g} rad from where it was to lead")
+        raise blame(f"its path ends {missed_m:.3g} m and {abs(missed_rad):.3g} rad from its goal")
     return driven

@@ -162,7 +162,7 @@ class Journal:
         return checkpoint if checkpoint.leg >= 0 else None
 
     def left_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
-        """Where and with what the job that is kept ended, if it is of a robot and a world like these."""
+        """The place and the totals at which the kept job ended, if it is of a robot and a world like these."""
         newest = self._newest() if self._map is not None else _NO_ENTRY
         return newest[3:] if newest.checkpoint.leg >= 0 and newest.setup == setup.digest else None
 

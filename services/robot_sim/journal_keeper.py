@@ -51,7 +51,7 @@ class JournalKeeper:
         self._taken: Taken | None = None
         self._under_way = False
         self._given_up = journal.left_with(self._setup) if journal is not None else None
-        """Where and with what the job ended that can be gone on with, and with which levels since."""
+        """The end of the job that can be gone on with, and the levels since."""
         if self._given_up is not None:
             emulator.begin_with(self._given_up[1].supplies)
         self.unfinished = self._unfinished_before()
@@ -115,7 +115,7 @@ class JournalKeeper:
         return found
 
     def as_of_now(self, remains: Remains) -> Remains:
-        """What is left, with the levels of now: somebody may have filled up since."""
+        """The rest of a job with the levels of now: somebody may have filled up since."""
         return remains._replace(totals=remains.totals._replace(supplies=self._emulator.world.supplies))
 
     def loaded(self, taken: Taken) -> str:

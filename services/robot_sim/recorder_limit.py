@@ -16,7 +16,7 @@ _LOOK_S: Final = 0.02
 
 
 class RecorderLimit:
-    """What the recorder has said last of how far sim time may go; it is only asked at a pace that can be held back."""
+    """The last limit of sim time that the recorder has set; it is only asked for at a pace that can be held back."""
 
     def __init__(self, bus: Bus, clock: Callable[[], float] = time.monotonic) -> None:
         """Listen on the bus of the robot; `clock` is in seconds."""
@@ -25,7 +25,7 @@ class RecorderLimit:
         self._limit_s = self._heard_s = self._look_at_s = float("-inf")
 
     def passed(self, time_s: float) -> bool:
-        """Whether a sim time (s) lies beyond it."""
+        """True if a sim time (s) lies beyond the limit."""
         now_s = self._clock()
         if now_s >= self._look_at_s:
             self._look_at_s = now_s + _LOOK_S

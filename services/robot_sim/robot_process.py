@@ -217,7 +217,9 @@ class RobotProcess:
         self._rate.note(now, self._emulator.tick_count)
         self._tell_health()
         if self._time_passes:
-            if not self._held:
+            if self._held:
+                self._held_at_s = now
+            else:
                 waits = self._run(self._pacer.due(now, self._emulator.tick_count), now + slice_s)
                 now = time.monotonic()
                 longest_s = max(self._idle_s, LONGEST_SLICE_S)
@@ -257,21 +259,18 @@ class RobotProcess:
 
     @property
     def _held(self) -> bool:
-        """Whether sim time stands still until the telemetry so far is taken; never while the robot is to stop.
+        """True if sim time stands still until the telemetry so far is taken; never while the robot is to stop.
 
         At real time or slower it never does: an operator would see a robot that stands though it drives.
         """
         hurries = self._pacer.factor < 0.0 or self._pacer.factor > 1.0
         if not (hurries and self._running):
             return False
-        held = self._outlet.behind or self._recorder_limit.passed(self._emulator.time_s)
-        if held:
-            self._held_at_s = time.monotonic()
-        return held
+        return self._outlet.behind or self._recorder_limit.passed(self._emulator.time_s)
 
     @property
     def _held_back(self) -> bool:
-        """Whether sim time was held lately."""
+        """True if sim time was held lately."""
         return time.monotonic() - self._held_at_s < HELD_BACK_S
 
     def _begin_guided(self, coordinator: str, lockstep_s: float) -> None:

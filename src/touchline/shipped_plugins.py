@@ -1,4 +1,4 @@
-"""What comes with Touchline of each kind of plug-in, and where it is found: it is imported when it is first used."""
+"""The shipped plug-ins of each kind, and the modules that make them, which are imported when they are first used."""
 
 from touchline.schemas.plugins import (
     AREA_METHODS,

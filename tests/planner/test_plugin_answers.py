@@ -80,7 +80,7 @@ METHODS_OF_OTHERS = {
     "an endless piece": (turning(spoiled(length_m=math.inf)), "'length_m': inf"),
     "a negative length": (turning(spoiled(length_m=-1.0)), "'length_m': -1.0"),
     "no direction": (turning(spoiled(direction=0)), "'direction': 0"),
-    "a way to elsewhere": (turning(spoiled(sharpness_1pm2=0.0)), "from where it was to lead"),
+    "a way to elsewhere": (turning(spoiled(sharpness_1pm2=0.0)), "from its goal"),
     "nothing": (turning(lambda _self, _start, _goal: None), "a NoneType instead of pieces"),
     "numbers": (turning(lambda _self, _start, _goal: [(1.0, 0.0)]), "a list instead of pieces"),
     "no lead-in": (turning(lead_in=lambda _self, _curvature: 3.0), "it fails with TypeError"),
@@ -127,6 +127,14 @@ def test_an_area_method(flaw: str, registered: Any) -> None:
         plan(LAWN, load_vehicle("clay-roller" if covers else "turf-tank-two"), PlanOptions(area_method="theirs"))
     assert 'cannot use the area method "theirs"' in str(caught.value)
     assert told in str(caught.value)
+
+
+def test_a_swath_in_the_corner_that_an_area_does_not_have_leads_out_of_it(registered: Any) -> None:
+    corner = [[0, 0], [9, 0], [9, 3], [3, 3], [3, 8], [0, 8]]
+    area = Template.model_validate({"name": "L", "areas": [{"id": "L", "outline": corner}]})
+    registered(AREA_METHODS, lambda _area, _width_m: [Curve.from_line((5.0, 6.0), (8.0, 6.0))])
+    with pytest.raises(PlanningError, match='swath 1 leads out of the area "L"'):
+        plan(area, Vehicle(), PlanOptions(area_method="theirs"))
 
 
 @pytest.mark.parametrize("flaw", ["a jump", "a NaN curvature", "none"])

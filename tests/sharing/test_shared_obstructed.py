@@ -42,6 +42,13 @@ def test_what_can_be_reached_is_shared_and_painted_and_the_rest_told() -> None:
     assert outcome.work.metrics.coverage_pct > 99.5
 
 
+def test_where_nothing_can_be_reached_the_outlines_are_named() -> None:
+    shed = Polygon(id="shed", corners=((-9.0, -9.0), (30.0, -9.0), (30.0, 40.0), (-9.0, 40.0)))
+    template = TEMPLATE.model_copy(update={"obstacles": (shed,)})
+    with pytest.raises(PlanningError, match=r'no line that can be painted: everywhere .* would touch "shed"'):
+        share_reachable(template, PlanOptions(), Vehicle(), 2, lambda _done, _doing: None)
+
+
 def test_it_is_refused_if_that_is_asked_for() -> None:
     with pytest.raises(PlanningError, match=r'"posted" cannot be painted: the robot\'s body would touch "post"'):
         shared(PlanOptions(obstructed="refuse"))

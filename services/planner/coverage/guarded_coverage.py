@@ -17,7 +17,7 @@ from touchline.schemas.vehicles import ToolSpec
 from touchline.services.planner.coverage.area_method import AreaMethod, CoverageMethod, area_method_name, area_method_of
 from touchline.services.planner.coverage.coverage_route import CoverageRoute
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.geometry.clothoid import PathPose, Piece
+from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plugin_answers import Blame, blaming, called, leading, sound
 
 
@@ -43,7 +43,7 @@ def _guarded_area(method: Any, blame: Blame) -> Callable[[Area, float], Sequence
         if not isinstance(found, Iterable):
             raise blame(f'it gave a {type(found).__name__} instead of lines and arcs for the area "{area.id}"')
         curves = list(found)
-        around = shapely.box(*area.polygon.bounds).buffer(width_m, join_style="mitre")
+        around = shapely.Polygon(area.polygon.exterior).buffer(width_m, join_style="mitre")
         for number, curve in enumerate(curves, 1):
             if not isinstance(curve, Curve):
                 raise blame(f'it gave a {type(curve).__name__} instead of a line or arc for the area "{area.id}"')
@@ -66,7 +66,7 @@ def _guarded_coverage(method: CoverageMethod, blame: Blame) -> CoverageMethod:
         at: PathPose | None = None
         for piece in route.pieces:
             start = at or piece.path.start
-            leading((Piece(0.0),), start, piece.path.start, blame)
+            leading((), start, piece.path.start, blame)
             sound(piece.path.pieces, blame)
             if not piece.path.pieces or len({part.direction for part in piece.path.pieces}) > 1:
                 raise blame(f"its {piece.label} is not driven in one direction")

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
-from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.plugin_answers import Blame, blaming, called, leading
 from touchline.services.planner.poses.laws import SpeedLaw
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
@@ -45,7 +45,7 @@ class _GuardedPoseMethod:
         found = called(self._blame, self._inner.between, start, goal, traveller)
         if not (isinstance(found, PosePath) and isinstance(found.path, PiecePath)):
             raise self._blame(f"it gave a {type(found).__name__} instead of a PosePath")
-        leading((Piece(0.0),), start, found.path.start, self._blame)
+        leading((), start, found.path.start, self._blame)
         free = goal._replace(heading_rad=math.nan)  # it may choose another one, and says so
         leading(found.path.pieces, found.path.start, free, self._blame)
         if found.progress is not None:

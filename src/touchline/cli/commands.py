@@ -5,7 +5,6 @@ import os
 import sys
 import traceback
 from importlib import import_module
-from typing import Annotated
 
 import typer
 
@@ -26,7 +25,6 @@ def command_line(asked: str | None = None) -> typer.Typer:
             most have to do. All are loaded if it is None or there is none of that name.
     """
     app = bare()
-    app.callback()(touchline)
     known = asked == "--version" or any(asked in names for modules in PANELS.values() for names in modules.values())
     for panel, modules in PANELS.items():
         for module, names in modules.items():
@@ -34,17 +32,6 @@ def command_line(asked: str | None = None) -> typer.Typer:
                 import_module(f"touchline.cli.{module}").register(app)
                 in_panel(app, panel)
     return app
-
-
-def touchline(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
-) -> None:
-    """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
-    if version:
-        from importlib.metadata import version as version_of
-
-        typer.echo(f"touchline {version_of('touchline')}")
-        raise typer.Exit
 
 
 def execute() -> int:

@@ -52,9 +52,8 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
 
 def bare() -> typer.Typer:
     """The command without subcommands."""
-    return typer.Typer(
+    app = typer.Typer(
         name="touchline",
-        help="Plan, drive and record ground robots that mark lines or cover areas, emulated ones included.",
         no_args_is_help=True,
         invoke_without_command=True,
         add_completion=True,
@@ -62,12 +61,24 @@ def bare() -> typer.Typer:
         rich_markup_mode="rich",
         context_settings={"help_option_names": ["-h", "--help"]},
     )
+    app.callback()(touchline)
+    return app
+
+
+def touchline(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+) -> None:
+    """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"touchline {version_of('touchline')}")
+        raise typer.Exit
 
 
 def overview() -> typer.Typer:
     """The command with subcommands that have a name and a summary, and do nothing."""
     app = bare()
-    app.callback()(_root)
     late = []  # Typer lists groups of subcommands behind all others
     for panel, modules in PANELS.items():
         for module, names in modules.items():
@@ -79,12 +90,6 @@ def overview() -> typer.Typer:
     for add in late:
         add()(_nothing)
     return app
-
-
-def _root(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
-) -> None:
-    """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
 
 
 def _nothing() -> None:

@@ -19,7 +19,7 @@ _NAME = re.compile(rb"[\w.]+")
 _COMMENT = re.compile(rb"#[^\n]*")
 _PACKAGE = Path(__file__).absolute().parents[1]
 _OURS = (_PACKAGE, _PACKAGE.parents[1])
-"""Where our package's modules are: in its folder or, some of a checkout's, at the top of that."""
+"""Folders of our package's modules: its own and, for some in a checkout, the top of that."""
 
 
 @cache
@@ -83,7 +83,7 @@ def _named(file: Path, root: Path) -> Iterator[Path]:
 
 
 def _below(base: Path, name: bytes) -> Iterator[Path]:
-    """Where a module is, without suffix; `base` is the folder of its topmost package, if that is not ours."""
+    """Candidate places of a module, without suffix; `base` is the folder of its topmost package, unless ours."""
     first, *rest = name.decode().split(".")
     if first == _PACKAGE.name:
         yield from (ours.joinpath(*rest) for ours in _OURS)

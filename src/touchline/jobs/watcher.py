@@ -10,7 +10,7 @@ class JobFailed(TouchlineError):
 
 
 class Watcher(Protocol):
-    """Whoever watches a job."""
+    """Somebody who watches a job."""
 
     def stage(self, text: str) -> None:
         """A new stage begins."""

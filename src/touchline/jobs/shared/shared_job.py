@@ -19,7 +19,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import LeftOutStretch, PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.marking import REFUSE, leaves_out, lines_reached
+from touchline.services.planner.marking import REFUSE, leaves_out, lines_reached, nothing_reached
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
@@ -111,7 +111,7 @@ def share_reachable(
     if template.areas or not leaves_out(options):
         return share_job(template, options, vehicle, [None] * robots, progress)
     lines = lines_reached(PlanTask(template, vehicle, options), lambda stage, done: progress(0.0, f"Looking: {stage}"))
-    while True:
+    while lines.segments:
         part = template.model_copy(update={"segments": lines.segments})
         try:
             job = share_job(part, options, vehicle, [None] * robots, progress)
@@ -119,6 +119,7 @@ def share_reachable(
             lines = lines.shortened(error.parts, error.segment_id)
         else:
             return replace(job, left_out=lines.left_out, planning_time_s=time.perf_counter() - begun)
+    raise nothing_reached(lines)
 
 
 def share_job(
