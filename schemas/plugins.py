@@ -262,7 +262,7 @@ DRIVES: Registry[KindParts] = Registry("drive")
 TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
 METHODS: Registry[Any] = Registry("transition method")
-"""How painted lines are joined: a `Method` of services/planner/method_choice.py each."""
+"""How painted lines are joined: a `Method` of services/planner/transitions/method_choice.py each."""
 AREA_METHODS: Registry[Any] = Registry("area method")
 """How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 FOLLOWERS: Registry[Any] = Registry("follower")

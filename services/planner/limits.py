@@ -11,7 +11,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.drives.caps import Caps, square_caps
 from touchline.services.planner.drives.planned_drive import PlannedDrive, planned_drive
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.method_choice import method_of
+from touchline.services.planner.method_traits import MethodTraits, method_as
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01
@@ -47,7 +47,7 @@ class Limits:
         curvatures = (CURVATURE_MIN_1PM, drive.curvature_max_1pm)
         tightest, sharpest = vehicle.drive.default_kappa_max_1pm, vehicle.drive.default_sigma_max_1pm2
         # A method with one turn for all speeds turns as the vehicle's data say; else the drive's dynamics do.
-        if method_of(options).by_dynamics:
+        if method_as(MethodTraits, options).by_dynamics:
             tightest = drive.tightest_1pm
             sharpest = min(drive.sharpness_at(TURN_SPEEDS_MPS[0]), SHARPNESS_RANGE_1PM2[1])
         curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")

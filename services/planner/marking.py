@@ -17,7 +17,6 @@ from touchline.services.planner.coverage.swath_figures import swath_figures
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.given_pose import START, pose_of
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method_choice import method_of
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.route.route import route
@@ -35,6 +34,7 @@ from touchline.services.planner.tour import (
     refuse_too_many,
 )
 from touchline.services.planner.transitions.guarded_turns import guarded_transitions
+from touchline.services.planner.transitions.method_choice import method_of
 from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
 
 LEAVE_OUT, REFUSE = "leave-out", "refuse"

@@ -40,7 +40,8 @@ from touchline.services.robot_sim.packing import (
     whereabouts_at,
 )
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
-from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
 from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, odometry_of, sprayer_state
 from touchline.services.robot_sim.standing_twin import StandingTwin

@@ -23,9 +23,9 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.marking import transitions_of
-from touchline.services.planner.method_choice import Method, method_of
 from touchline.services.planner.steering.ccd import ContinuousDubins
-from touchline.services.planner.transitions.pricing import OneByOne
+from touchline.services.planner.transitions.method_choice import Method, method_of
+from touchline.services.planner.transitions.pricing import OneByOne, pricing_of
 from touchline.services.planner.transitions.transitions import TransitionFamily
 from touchline.tui.dialogs import Choice, PlanDialog
 
@@ -84,7 +84,7 @@ def test_newcomers_plan_and_drive() -> None:
     outcome = simulate(job, Scenario(), config)
     assert outcome.report.success
     assert outcome.report.coverage_pct > 99.0
-    assert isinstance(transitions_of(Vehicle(), options, Limits.of(Vehicle(), options)).pricing, OneByOne)
+    assert isinstance(pricing_of(transitions_of(Vehicle(), options, Limits.of(Vehicle(), options))), OneByOne)
 
 
 @pytest.mark.parametrize("follower", ["outsider", "dawdler"])

@@ -15,12 +15,12 @@ from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.collision.via_poses import detours
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method_choice import Method, method_of
 from touchline.services.planner.plan import plan
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
-from touchline.services.planner.transitions.pricing import OneByOne, Pricing
-from touchline.services.planner.transitions.transitions import Transition, TransitionFamily
+from touchline.services.planner.transitions.method_choice import Method, method_of
+from touchline.services.planner.transitions.pricing import OneByOne, pricing_of
+from touchline.services.planner.transitions.transitions import Pricing, Transition, TransitionFamily
 
 
 class Shuttle:
@@ -101,7 +101,7 @@ def test_poses_in_between_are_tried_by_the_times_of_the_method(south_m: float) -
     assert offered
     assert not any(checker.collision(transition.path) for transition in offered)
     assert all(middle.pose.y_m >= south_m for middle in transitions.middles)
-    price = transitions.pricing.rough_s
+    price = pricing_of(transitions).rough_s
     around = price(transitions, [START], transitions.middles)[0] + price(transitions, transitions.middles, [GOAL])[:, 0]
     assert np.all(np.diff(around) >= -1e-9)
 

@@ -25,8 +25,8 @@ from touchline.services.planner.steering.plain_words import plain_lengths
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.transitions.methods import SteeredPricing
-from touchline.services.planner.transitions.pricing import OneByOne, Pricing
-from touchline.services.planner.transitions.transitions import TransitionFamily
+from touchline.services.planner.transitions.pricing import OneByOne, pricing_of
+from touchline.services.planner.transitions.transitions import Pricing, TransitionFamily
 
 VEHICLE = Vehicle()
 FIELDS = ("soccer-11", "soccer-7", "tennis")
@@ -103,7 +103,7 @@ def test_many_transitions_at_once_take_what_each_alone_takes(
     on = PiecePath(start.pose, (Piece(length, start.curvature_1pm),)).end
     transitions, begins = transitions_for(method), [*some, start._replace(pose=on)]
     pairs = np.stack(np.divmod(np.arange(len(some) * len(begins)), len(begins)), axis=1)
-    many = transitions.pricing.timer(transitions, some, begins)(pairs, False)
+    many = pricing_of(transitions).timer(transitions, some, begins)(pairs, False)
     single = OneByOne().timer(transitions, some, begins)(pairs, False)
     assert many.seconds == pytest.approx(single.seconds, abs=1e-6)
     for (a, b), pieces, count in zip(pairs.tolist(), many.pieces, many.counts.tolist(), strict=True):
@@ -126,9 +126,9 @@ def test_rough_times_tell_near_from_far(method: str) -> None:
     rng = np.random.default_rng(8)
     poses = rng.uniform((0.0, 0.0, -3.0), (60.0, 60.0, 3.0), (30, 3)).tolist()
     some, transitions = [CurveEnd(PathPose(*pose), 0.0) for pose in poses], transitions_for(method)
-    rough = transitions.pricing.rough_s(transitions, some, some)
+    rough = pricing_of(transitions).rough_s(transitions, some, some)
     pairs = np.stack(np.divmod(np.arange(900), 30), axis=1)
-    exact = transitions.pricing.timer(transitions, some, some)(pairs, False).seconds.reshape(30, 30)
+    exact = pricing_of(transitions).timer(transitions, some, some)(pairs, False).seconds.reshape(30, 30)
     for table in (rough, exact):
         np.fill_diagonal(table, np.inf)
     found = [set(np.argsort(exact[a])[:5]) <= set(np.argsort(rough[a])[:12]) for a in range(30)]

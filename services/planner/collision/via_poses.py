@@ -8,6 +8,7 @@ import numpy as np
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.transitions.pricing import pricing_of
 from touchline.services.planner.transitions.transitions import Transition, TransitionFamily
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
@@ -42,7 +43,7 @@ def detours(
     if leaving in closed or reaching in closed:
         return
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
-    price = transitions.pricing.rough_s
+    price = pricing_of(transitions).rough_s
     around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
     offered = tried = left = 0
     for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():

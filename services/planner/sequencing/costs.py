@@ -15,7 +15,7 @@ from touchline.services.planner.sequencing.order import Problem
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.chains import GAP_M
 from touchline.services.planner.swaths.swaths import Painting, Swath
-from touchline.services.planner.transitions.pricing import end_rows
+from touchline.services.planner.transitions.pricing import end_rows, pricing_of
 from touchline.services.planner.transitions.transitions import TransitionFamily
 
 # Every node's nearest neighbours are timed exactly; at the nearest of these methods with more transitions look closer.
@@ -172,7 +172,7 @@ def seconds_between(
     else:
         _rough(ends, begins, transitions, table, budget)
         pairs = _nearest(table, segment, TIMED)
-    for timing in (FIRST, SECOND) if transitions.pricing.looks_closer else (FIRST._replace(ended=1.0),):
+    for timing in (FIRST, SECOND) if pricing_of(transitions).looks_closer else (FIRST._replace(ended=1.0),):
         if timing.closer:
             pairs = _nearest(table, segment, CLOSER)
         chosen, seconds, which, pieces, counts = _timed(ends, begins, transitions, pairs, timing, budget)
@@ -194,7 +194,7 @@ def _rough(
 ) -> None:
     """Fill in the rough seconds of the method in use."""
     for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
-        table[part] = transitions.pricing.rough_s(transitions, ends[part], begins)
+        table[part] = pricing_of(transitions).rough_s(transitions, ends[part], begins)
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
@@ -235,8 +235,8 @@ def _timed(
     """
     first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
     pairs = pairs[first]
-    price = transitions.pricing.timer(transitions, ends, begins)
-    size = min(timing.part, transitions.pricing.part)
+    price = pricing_of(transitions).timer(transitions, ends, begins)
+    size = min(timing.part, pricing_of(transitions).part)
     priced = [price(pairs[part], timing.closer) for part in budget.parts(len(pairs), size, timing.begun, timing.ended)]
     seconds = np.concatenate([np.zeros(0), *(each.seconds for each in priced)])
     pieces, counts = stacked([NO_TRANSITIONS, *((each.pieces, each.counts) for each in priced)])

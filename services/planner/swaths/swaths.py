@@ -17,7 +17,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method_choice import method_of
+from touchline.services.planner.method_traits import MethodTraits, method_as
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.swaths.chains import Chain, ChainLink, chains, chains_as_given, joins
 from touchline.services.planner.swaths.offset import CIRCLE_STARTS, Stroke
@@ -98,7 +98,7 @@ class Painting:
         segment.
         """
         valve_s = max(vehicle.tool.closes_s - vehicle.tool.opens_s, 0.0)
-        return cls(limits, method_of(options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
+        return cls(limits, method_as(MethodTraits, options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
 
     def stroke_mps(self, stroke: Stroke) -> float:
         """The speed (m/s) along one stroke."""

@@ -11,11 +11,10 @@ import numpy as np
 from touchline.schemas.plugins import METHODS
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, Piece
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method_choice import Method
 from touchline.services.planner.plugin_answers import Blame, blaming, called, leading, sound
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod
-from touchline.services.planner.transitions.pricing import OneByOne, Priced, Pricing, Timer
-from touchline.services.planner.transitions.transitions import TransitionFamily
+from touchline.services.planner.transitions.method_choice import Method
+from touchline.services.planner.transitions.transitions import Priced, Pricing, Timer, TransitionFamily
 
 
 def guarded_transitions(method: Method, name: str, limits: Limits) -> TransitionFamily:
@@ -32,7 +31,7 @@ def guarded_transitions(method: Method, name: str, limits: Limits) -> Transition
         raise blame("it has no transitions")
     turns = tuple(each._replace(method=_GuardedTurns(each.method, blame)) for each in family.turns)
     own = family.pricing
-    return replace(family, turns=turns, pricing=own if isinstance(own, OneByOne) else _GuardedPricing(own, blame))
+    return replace(family, turns=turns, pricing=own and _GuardedPricing(own, blame))
 
 
 class _GuardedTurns:

@@ -6,17 +6,15 @@ import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method_choice import Method
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.method_choice import Method
 from touchline.services.planner.transitions.piece_table import PieceTable
 from touchline.services.planner.transitions.plain_times import PLAIN_PIECES, plain_times
 from touchline.services.planner.transitions.pricing import (
-    Priced,
-    Timer,
     carry_on,
     end_rows,
     rough_plain_s,
@@ -24,7 +22,7 @@ from touchline.services.planner.transitions.pricing import (
 )
 from touchline.services.planner.transitions.transition_rows import transition_rows
 from touchline.services.planner.transitions.transition_times import TRACK_PIECES, TurnRows, transition_times
-from touchline.services.planner.transitions.transitions import TransitionFamily
+from touchline.services.planner.transitions.transitions import Priced, Timer, TransitionFamily
 
 # So many pairs are timed within about 50 ms.
 PART = 3000

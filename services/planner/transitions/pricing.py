@@ -1,9 +1,6 @@
 """Prices the transitions of a method for ordering: the times of many at once."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,51 +8,13 @@ from touchline.core.angles import wrapped_all
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.method import CurveEnd, carried_on
 from touchline.services.planner.steering.plain_words import plain_lengths
-
-if TYPE_CHECKING:
-    from touchline.services.planner.transitions.transitions import TransitionFamily, Turns
+from touchline.services.planner.transitions.transitions import Priced, Pricing, Timer, TransitionFamily, Turns
 
 # As many pairs are timed within about 50 ms, one by one.
 ONE_BY_ONE_PART = 50
 # Ends from which a line or arc might be carried on to a beginning are off it by no more than this (1/m, share of the
 # distance), and the transition there is longer by no more (share); `carried_on` then says whether one is.
 NEARLY_ON = 1e-8
-
-
-class Priced(NamedTuple):
-    """The quickest transition of each of n pairs.
-
-    Attributes:
-        seconds: (n,) how long it takes.
-        pieces: (n, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (n,) how many of them there are.
-    """
-
-    seconds: Floats
-    pieces: Floats
-    counts: Ints
-
-
-# Prices pairs (n, 2) of the numbers of an end and a beginning; if told to, looks closer, at more transitions for each.
-Timer = Callable[[Ints, bool], Priced]
-
-
-class Pricing(Protocol):
-    """Times many transitions of a method at once, without regard to obstacles."""
-
-    @property
-    def part(self) -> int:
-        """The number of pairs that are timed within about 50 ms."""
-
-    @property
-    def looks_closer(self) -> bool:
-        """Whether near pairs may have quicker transitions that are found only by looking closer."""
-
-    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
-        """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
-
-    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """A function that times the quickest transitions of pairs of these ends and beginnings."""
 
 
 class OneByOne:
@@ -82,6 +41,11 @@ class OneByOne:
             return Priced(np.array([transition.seconds for transition in found]), pieces, counts)
 
         return timed
+
+
+def pricing_of(transitions: TransitionFamily) -> Pricing:
+    """The pricing of transitions: their method's own, else one by one."""
+    return transitions.pricing or OneByOne()
 
 
 def end_rows(ends: Sequence[CurveEnd]) -> Floats:

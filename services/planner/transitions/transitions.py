@@ -2,17 +2,24 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, arc_displacement, joined
+from touchline.services.planner.geometry.clothoid import (
+    Floats,
+    Ints,
+    PathPose,
+    Piece,
+    PiecePath,
+    arc_displacement,
+    joined,
+)
 from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, carried_on
-from touchline.services.planner.transitions.pricing import OneByOne, Pricing
 
 # Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
 BRAKING_SHARE = 0.98
@@ -48,6 +55,42 @@ class Lead(NamedTuple):
     curvature_1pm: float
 
 
+class Priced(NamedTuple):
+    """The quickest transition of each of n pairs.
+
+    Attributes:
+        seconds: (n,) how long it takes.
+        pieces: (n, k, 5) the columns of `Piece`, from the end of the painted segment on.
+        counts: (n,) how many of them there are.
+    """
+
+    seconds: Floats
+    pieces: Floats
+    counts: Ints
+
+
+# Prices pairs (n, 2) of the numbers of an end and a beginning; if told to, looks closer, at more transitions for each.
+Timer = Callable[[Ints, bool], Priced]
+
+
+class Pricing(Protocol):
+    """Times many transitions of a method at once, without regard to obstacles."""
+
+    @property
+    def part(self) -> int:
+        """The number of pairs that are timed within about 50 ms."""
+
+    @property
+    def looks_closer(self) -> bool:
+        """Whether near pairs may have quicker transitions that are found only by looking closer."""
+
+    def rough_s(self, transitions: "TransitionFamily", ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+        """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
+
+    def timer(self, transitions: "TransitionFamily", ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """A function that times the quickest transitions of pairs of these ends and beginnings."""
+
+
 @dataclass(frozen=True)
 class TransitionFamily:
     """A method's transitions with each of a family of turns, from which the fastest between two poses is chosen.
@@ -56,13 +99,13 @@ class TransitionFamily:
         limits: Those of the plan.
         turns: The members of the family.
         standing: What the robot may do beside driving forward.
-        pricing: Says how long many of the transitions take.
+        pricing: The method's own way to time many transitions at once; None: one by one.
     """
 
     limits: Limits
     turns: tuple[Turns, ...]
     standing: frozenset[str] = frozenset()
-    pricing: Pricing = field(default_factory=OneByOne)
+    pricing: Pricing | None = None
 
     @classmethod
     def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
@@ -82,7 +125,7 @@ class TransitionFamily:
             painting, slowest = limits.paint_speed_mps, min(TURN_SPEEDS_MPS[0], fastest)
             offers.setdefault((limits.turn_at(slowest)[0], limits.turn_at(painting)[1]), painting)
         turns = tuple(Turns(speed, *turn, make(*turn)) for turn, speed in offers.items())
-        return cls(limits, turns, pricing=pricing or OneByOne())
+        return cls(limits, turns, pricing=pricing)
 
     @classmethod
     def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
@@ -94,7 +137,7 @@ class TransitionFamily:
             pricing: The method's own; without one its transitions are timed one by one.
         """
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
-        return cls(limits, (Turns(limits.drive.max_speed_mps, *turn, make(*turn)),), pricing=pricing or OneByOne())
+        return cls(limits, (Turns(limits.drive.max_speed_mps, *turn, make(*turn)),), pricing=pricing)
 
     def speed_mps(self, end: CurveEnd) -> float:
         """The speed (m/s) at an end of a painted curve."""

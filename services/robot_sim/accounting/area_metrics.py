@@ -15,7 +15,8 @@ from touchline.services.robot_sim.accounting.body_outside import body_outside_m
 from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground, thinned
 from touchline.services.robot_sim.paint.ledger import PaintLedger
-from touchline.services.robot_sim.paint.metrics import LateralError, lateral_error
+from touchline.services.robot_sim.paint.metrics import lateral_error
+from touchline.services.robot_sim.paint.segment_metrics import LateralError
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.paint.verdict import Verdict
 

@@ -1,12 +1,9 @@
 """Whether the paint is as the template asks: where it lies, within the template's tolerance."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
-if TYPE_CHECKING:
-    from touchline.services.robot_sim.paint.metrics import SegmentMetrics
+from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
 
 REQUIRED_PCT: Final = 99.0
 """Of the length of all lines together."""

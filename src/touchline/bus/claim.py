@@ -3,13 +3,15 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final, Protocol
 
 import zenoh
 from zenoh import handlers
 
-from touchline.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
+from touchline.bus.calls import Server
+from touchline.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
 from touchline.bus.presence import all_tokens, parse_token, token_prefix
+from touchline.bus.publisher import Publisher
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError, TouchlineError
@@ -22,9 +24,7 @@ from touchline.schemas.messages import (
     Header,
     Time,
 )
-
-if TYPE_CHECKING:
-    from touchline.bus.bus import Bus
+from touchline.schemas.topics import Request, Response, Service, Topic
 
 #: A newcomer knows all of its peers after this long: it hears of them from the first one.
 _GETTING_TO_KNOW_S: Final = 0.3
@@ -38,7 +38,23 @@ _POLL_S: Final = 0.005
 _CLAIMING: Final = "starting: claiming its name"
 
 
-def claim(bus: "Bus", session: zenoh.Session, opened_at_s: float) -> None:
+class Claimant(Protocol):
+    """The part of a `Bus` that claims its node's name."""
+
+    node: str
+    config: BusConfig
+
+    def key(self, name: str) -> str:
+        """The key of a topic or service name."""
+
+    def publisher(self, topic: Topic) -> Publisher:
+        """A publisher of a topic."""
+
+    def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
+        """A server of a service."""
+
+
+def claim(bus: Claimant, session: zenoh.Session, opened_at_s: float) -> None:
     """Make sure that no other process of this name serves; use :meth:`touchline.bus.Bus.claim`.
 
     A token proves nothing, anybody can declare one: a namesake counts if it answers for itself. Of two that claim
@@ -66,7 +82,7 @@ def claim(bus: "Bus", session: zenoh.Session, opened_at_s: float) -> None:
         time.sleep(0.02)
 
 
-def _namesakes(bus: "Bus", session: zenoh.Session) -> set[str]:
+def _namesakes(bus: Claimant, session: zenoh.Session) -> set[str]:
     """Ids of other sessions of this name."""
     namespace = bus.config.namespace
     replies = session.liveliness().get(
@@ -81,7 +97,7 @@ def _namesakes(bus: "Bus", session: zenoh.Session) -> set[str]:
 
 
 def _somebody_serves(
-    bus: "Bus", session: zenoh.Session, namesakes: set[str], while_waiting: Callable[[], None]
+    bus: Claimant, session: zenoh.Session, namesakes: set[str], while_waiting: Callable[[], None]
 ) -> bool:
     """Whether one of the namesakes answers, by its own session, how it is."""
     service = topics.diagnostics_service(bus.node)
@@ -129,7 +145,7 @@ def _claiming(node: str) -> GetDiagnosticsResponse:
     return GetDiagnosticsResponse(diagnostics=DiagnosticArray(status=(status,)))
 
 
-def _warn(bus: "Bus", namesakes: set[str]) -> None:
+def _warn(bus: Claimant, namesakes: set[str]) -> None:
     """Tell, in the log and on the bus, of namesakes that do not serve."""
     ids = ", ".join(sorted(namesakes)[:3]) + (" …" if len(namesakes) > 3 else "")
     text = (

@@ -3,16 +3,13 @@
 import math
 import time
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import zenoh
 from zenoh import handlers
 
-from touchline.bus.presence import EVERY_TOKEN, namespace_of, parse_token, token_prefix
+from touchline.bus.presence import EVERY_TOKEN, LivelinessReplies, namespace_of, parse_token, token_prefix
 from touchline.schemas.topics import is_namespace
-
-if TYPE_CHECKING:
-    from touchline.bus.presence import LivelinessReplies
 
 #: Robots that are told of; whoever declares more tokens than that is none of ours.
 MOST_ROBOTS: Final = 256

@@ -1,45 +1,38 @@
-"""Transition methods and their choice by name."""
+"""Traits of a transition method that the stages before the transitions ask for."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.plugin_answers import blaming
 
-if TYPE_CHECKING:
-    from touchline.services.planner.limits import Limits
-    from touchline.services.planner.transitions.transitions import TransitionFamily
+T = TypeVar("T", bound="MethodTraits")
 
 
-@dataclass(frozen=True)
-class Method:
-    """A transition method, registered in `METHODS`.
+@dataclass(frozen=True, kw_only=True)
+class MethodTraits:
+    """Traits of a transition method.
 
     Attributes:
-        transitions: Makes the method's transitions within given limits.
         by_dynamics: Whether it turns as tightly as the wheels' dynamics allow, where the options do not say; else as
             the vehicle's data say.
         joins: Whether segments that go on into each other are painted in one go.
     """
 
-    transitions: Callable[[Limits], TransitionFamily]
     by_dynamics: bool = False
     joins: bool = True
 
 
-def method_of(options: PlanOptions) -> Method:
-    """The method that the options name; "" is the default one.
+def method_as(kind: type[T], options: PlanOptions) -> T:
+    """The method that the options name, or the traits of it; "" is the default one.
 
     Raises:
         PlanningError: There is no such method, or another package's is none.
     """
-    found: Method = chosen(METHODS, options.method, "method")
+    found: T = chosen(METHODS, options.method, "method")
     blame = blaming(METHODS, options.method)
-    if blame is not None and not isinstance(found, Method):
+    if blame is not None and not isinstance(found, kind):
         raise blame(f"it is {found!r}, not a Method")
     return found

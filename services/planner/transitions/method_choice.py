@@ -1,0 +1,29 @@
+"""Transition methods and their choice by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from touchline.schemas.messages import PlanOptions
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.method_traits import MethodTraits, method_as
+from touchline.services.planner.transitions.transitions import TransitionFamily
+
+
+@dataclass(frozen=True)
+class Method(MethodTraits):
+    """A transition method, registered in `METHODS`.
+
+    Attributes:
+        transitions: Makes the method's transitions within given limits.
+    """
+
+    transitions: Callable[[Limits], TransitionFamily]
+
+
+def method_of(options: PlanOptions) -> Method:
+    """The method that the options name; "" is the default one.
+
+    Raises:
+        PlanningError: There is no such method, or another package's is none.
+    """
+    return method_as(Method, options)
