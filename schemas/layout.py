@@ -17,6 +17,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 
 _HEADER = b"\x00\x01\x00\x00"
+_LAID_OUT = frozenset({"size", "leaves", "_codes", "_head", "_pieces", "_runs", "_template"})
 
 
 class FixedLayout:
@@ -27,10 +28,15 @@ class FixedLayout:
         strings: Constant of each string field, by dotted path; a tuple for a sequence of strings. Missing: empty.
         lengths: Length of each numeric sequence, by dotted path. Missing: 0.
 
+    It is laid out when first used: that takes the definitions of all types, which few processes need.
+
     Attributes:
         size: Payload length in bytes.
         leaves: Dotted path of each number, in the order of :meth:`pack`; elements of arrays as ``path[i]``.
     """
+
+    size: int
+    leaves: list[str]
 
     def __init__(
         self,
@@ -38,9 +44,19 @@ class FixedLayout:
         strings: Mapping[str, str | tuple[str, ...]] | None = None,
         lengths: Mapping[str, int] | None = None,
     ) -> None:
-        strings, lengths = dict(strings or {}), dict(lengths or {})
         self.kind = kind
-        self.leaves: list[str] = []
+        self._constants: tuple[Mapping[str, Any], Mapping[str, Any]] = strings or {}, lengths or {}
+
+    def __getattr__(self, name: str) -> Any:
+        """An attribute before anything is laid out."""
+        if name not in _LAID_OUT:
+            raise AttributeError(name)
+        self._lay_out()
+        return getattr(self, name)
+
+    def _lay_out(self) -> None:
+        kind, (strings, lengths) = self.kind, map(dict, self._constants)
+        self.leaves = []
         self._body = bytearray()
         self._codes: list[tuple[int, str]] = []
         for path, primitive, count in flat_fields(kind.ros_type):

@@ -60,7 +60,7 @@ def listed(value: Any, count: int | None) -> list[Any]:
 
 def test_a_fixed_layout_refuses_fields_that_are_not_there() -> None:
     with pytest.raises(KeyError, match="frame"):
-        FixedLayout(messages.Imu, {"frame": "map"})
+        FixedLayout(messages.Imu, {"frame": "map"}).pack()
     with pytest.raises(PayloadError, match="other frame"):
         FixedLayout(messages.Imu, {"header.frame_id": "abc"}).unpack(
             encode(messages.Imu(header=messages.Header(frame_id="xyz")))

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from touchline.core.angles import wrapped_all
+from touchline.core.near_points import near_pairs
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.order import Problem
@@ -132,9 +132,10 @@ def problem(
 def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: Tracks) -> Tracks:
     """Lower the cost between swaths that join to the extra time of painting both in one go."""
     places = [np.array([end.pose[:2] for end in each]) for each in ([n.end for n in nodes], [n.begin for n in nodes])]
-    near = cKDTree(places[0]).query_ball_tree(cKDTree(places[1]), GAP_M)
     pairs = []
-    for a, b in ((a, b) for a, found in enumerate(near) for b in found if cost[a, b] < NEVER_S):
+    for a, b in near_pairs(places[0], places[1], GAP_M).tolist():
+        if cost[a, b] >= NEVER_S:
+            continue
         both = painting.in_one_go(nodes[a], nodes[b])
         longer_s = both.seconds - nodes[a].seconds - nodes[b].seconds if both else math.inf
         if longer_s < cost[a, b]:

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from touchline.core.near_points import near_pairs
 from touchline.services.planner.swaths.offset import Stroke
 
 # Ends nearer to each other than this (m, rad) are one: less than what the robot's own computer takes for a gap.
@@ -102,9 +102,9 @@ def _mates(links: Sequence[ChainLink]) -> dict[End, End]:
         for last, place in ((stroke.flipped, (stroke.nozzle.x_m, stroke.nozzle.y_m)), (not stroke.flipped, (x, y))):
             ends.append(End(i, last))
             places.append(place)
-    near = cKDTree(np.array(places).reshape(-1, 2)).query_pairs(GAP_M, output_type="ndarray")
+    points = np.array(places).reshape(-1, 2)
     offers = []
-    for a, b in ((ends[i], ends[k]) for i, k in near.tolist()):
+    for a, b in ((ends[i], ends[k]) for i, k in near_pairs(points, points, GAP_M).tolist() if i < k):
         step = _step_1pm(links, a, b)
         if a.segment != b.segment and step is not None:
             offers.append((abs(a.segment - b.segment) != 1, step, min(a, b), max(a, b)))
