@@ -44,7 +44,8 @@ bytecode: $(STAMP)
 # The package in one place, as it is when installed: for type checkers, editors and drawings of the imports.
 tree:
 	rm -rf build/tree && mkdir -p build/tree/touchline
-	ln -s $(abspath $(wildcard src/touchline/*) schemas services tui research) build/tree/touchline
+	ln -s $(abspath $(wildcard src/touchline/*) schemas services tui) build/tree/touchline
+	ln -s $(abspath research) build/tree/touchline_research
 
 # Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
 planner-kernels: $(STAMP)
@@ -92,11 +93,11 @@ node-readers: $(STAMP)
 	npm install --prefix build/node-readers --no-package-lock --no-audit --no-fund --silent
 	$(BIN)/python -m pytest -q tests/bridge/test_foreign_readers.py
 
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml research/pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]' -e ./research
 	@touch $@
 
 clean:

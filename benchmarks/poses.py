@@ -11,7 +11,6 @@ import numpy as np
 
 from benchmarks._settings import Small
 from touchline.core.jit import kernel
-from touchline.research.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plugins import SPEED_LAWS
@@ -22,6 +21,7 @@ from touchline.services.planner.plan import Plan
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.kernels.free_heading import shortest_lengths
 from touchline.services.planner.steering.plain_words import plain_word
+from touchline_research.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 
 SMALL = Small(
     {"goals": 20, "headings": 1000},

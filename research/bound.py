@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 
-from touchline.research.driven_template import STUDY_SPEED_MPS, UNPADDED
-from touchline.research.pitch import Pitch
 from touchline.schemas.messages import PlanOptions
 from touchline.services.planner.drives.planned_drive import planned_drive
 from touchline.services.planner.limits import Limits
@@ -13,6 +11,8 @@ from touchline.services.planner.sequencing.costs import NEVER_S, nodes_of
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
+from touchline_research.driven_template import STUDY_SPEED_MPS, UNPADDED
+from touchline_research.pitch import Pitch
 
 
 def straight_hops_s(pitch: Pitch) -> float:

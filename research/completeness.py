@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from functools import partial
 
-from touchline.research.driven_template import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from touchline.research.pairs import Tally, close_pairs, random_pairs, tally
-from touchline.research.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
-from touchline.research.table import Row, of_each
+from touchline_research.driven_template import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline_research.pairs import Tally, close_pairs, random_pairs, tally
+from touchline_research.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
+from touchline_research.table import Row, of_each
 
 CLOSE_SHARE = 0.1
 # What the study tried, and what ours must manage.

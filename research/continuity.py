@@ -4,19 +4,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from touchline.research.driven_template import (
-    CONTESTANTS,
-    STEP_1PM,
-    STUDY_CCD,
-    STUDY_KAPPA_1PM,
-    Contestant,
-    drive,
-)
-from touchline.research.pairs import joints, tally
-from touchline.research.pitch import STUDY_SIGMA_1PM2, Pitch
-from touchline.research.sent import as_biarcs, as_chords
-from touchline.research.sent import joints as joints_of
-from touchline.research.table import Row, of_each
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -24,6 +11,19 @@ from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.swaths.offset import strokes
+from touchline_research.driven_template import (
+    CONTESTANTS,
+    STEP_1PM,
+    STUDY_CCD,
+    STUDY_KAPPA_1PM,
+    Contestant,
+    drive,
+)
+from touchline_research.pairs import joints, tally
+from touchline_research.pitch import STUDY_SIGMA_1PM2, Pitch
+from touchline_research.sent import as_biarcs, as_chords
+from touchline_research.sent import joints as joints_of
+from touchline_research.table import Row, of_each
 
 GAP_M, KINK_RAD = 1e-9, 1e-9
 ARC_CURVATURES_1PM = (0.0, 0.6, -0.6)

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from touchline.research.driven_template import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
 from touchline.schemas.messages import Trajectory
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.output.message import trajectory_message
@@ -17,6 +16,7 @@ from touchline.services.planner.segments.sent_segments import send
 from touchline.services.planner.speed.timing import SpeedProfile
 from touchline.services.planner.steering.method import CurveEnd, transition
 from touchline.services.planner.steering.turns import ContinuousTurn
+from touchline_research.driven_template import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
 
 LEG_M = 3.0
 RUN_M = 5.0

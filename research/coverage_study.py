@@ -16,7 +16,6 @@ import shapely
 
 from touchline.core.robust_overlay import intersection
 from touchline.jobs.single.simulation import Job, simulate
-from touchline.research.judged_table import judged
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import FenceLimits, LanePursuit, OnboardConfig
@@ -27,6 +26,7 @@ from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept
 from touchline.services.planner.coverage.machine_of import machine_of
 from touchline.services.planner.coverage.zigzag import ZigzagOptions, zigzag
 from touchline.services.planner.limits import Limits
+from touchline_research.judged_table import judged
 
 FIELD: Final = "salt-pan"
 UNFENCED_M: Final = 3.0

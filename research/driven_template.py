@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from touchline.research.study_ccd import StudyContinuousDubins
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath
 from touchline.services.planner.steering.dubins import dubins_pieces
@@ -15,6 +14,7 @@ from touchline.services.planner.steering.dubins_padded import PaddedDubins
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, transition
 from touchline.services.planner.swaths.offset import Stroke
+from touchline_research.study_ccd import StudyContinuousDubins
 
 STUDY_KAPPA_1PM = 1.125
 STUDY_SPEED_MPS = 1.5

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from touchline.research.bound import straight_hops_s
-from touchline.research.driven_template import DPP, STUDY_CCD, STUDY_SPEED_MPS
-from touchline.research.pitch import HAND_ORDERED, IDEAL_SIGMA_1PM2, STUDY_SIGMA_1PM2, Pitch
-from touchline.research.table import Row
 from touchline.services.planner.plan import Plan
+from touchline_research.bound import straight_hops_s
+from touchline_research.driven_template import DPP, STUDY_CCD, STUDY_SPEED_MPS
+from touchline_research.pitch import HAND_ORDERED, IDEAL_SIGMA_1PM2, STUDY_SIGMA_1PM2, Pitch
+from touchline_research.table import Row
 
 # How long the study's DPP took on its own pitch.
 STUDY_DPP_S = 18 * 60 + 41

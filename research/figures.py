@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from touchline.research.corner import LEG_M, corner_path
-from touchline.research.driven_template import CONTESTANTS, Drive
-from touchline.research.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath
 from touchline.services.planner.plots.style import INK, save
+from touchline_research.corner import LEG_M, corner_path
+from touchline_research.driven_template import CONTESTANTS, Drive
+from touchline_research.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

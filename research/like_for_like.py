@@ -13,11 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.research.bound import turning_bound_s
-from touchline.research.driven_template import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
-from touchline.research.durations import painting_seconds
-from touchline.research.pitch import Pitch
-from touchline.research.table import Cause, Row
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
@@ -29,6 +24,11 @@ from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, before, carried_on
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Transition, TransitionFamily
+from touchline_research.bound import turning_bound_s
+from touchline_research.driven_template import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
+from touchline_research.durations import painting_seconds
+from touchline_research.pitch import Pitch
+from touchline_research.table import Cause, Row
 
 LAW, HAND, OURS = "Law 1", "by hand", "ours"
 WHEELS = 0.0

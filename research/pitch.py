@@ -2,7 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from touchline.research.driven_template import (
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.swaths.offset import Stroke, strokes
+from touchline_research.driven_template import (
     DPP,
     OURS,
     STUDY_CCD,
@@ -14,12 +19,7 @@ from touchline.research.driven_template import (
     drive,
     study_vehicle,
 )
-from touchline.research.table import Row
-from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import Template, TemplateSegment
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.plan import Plan, plan
-from touchline.services.planner.swaths.offset import Stroke, strokes
+from touchline_research.table import Row
 
 STUDY_SIGMA_1PM2 = 1.0
 # (σ_max 1/m², most that ours may be longer than DPP without padding); the last is the σ of the dynamics at 1.5 m/s.

@@ -9,10 +9,6 @@ import numpy.typing as npt
 
 from touchline.drawings.hatch import hatch
 from touchline.onboard.interface import TICK_S
-from touchline.research import completeness, continuity, durations, figures, like_for_like, pitch
-from touchline.research.corner import FINE_M, RUN_M, corner_trajectory
-from touchline.research.driven_template import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
-from touchline.research.table import Cause, Row, as_csv, as_json, as_markdown
 from touchline.schemas.catalogue import line_templates, load_template, parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.lettering import write
@@ -22,6 +18,10 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.segments.fit_arcs import TOLERANCE_M
 from touchline.services.robot_sim.emulator import Emulator
+from touchline_research import completeness, continuity, durations, figures, like_for_like, pitch
+from touchline_research.corner import FINE_M, RUN_M, corner_trajectory
+from touchline_research.driven_template import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
+from touchline_research.table import Cause, Row, as_csv, as_json, as_markdown
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[str, float], None]

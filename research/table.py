@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-from touchline.research.driven_template import CONTESTANTS
-from touchline.research.judged_table import markdown_lines
+from touchline_research.driven_template import CONTESTANTS
+from touchline_research.judged_table import markdown_lines
 
 NAMES = tuple(contestant.name for contestant in CONTESTANTS)
 HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")

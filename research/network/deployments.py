@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.network.team_trials import BEARING, TeamRecord, by_team, listed
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.network.team_trials import BEARING, TeamRecord, by_team, listed
 
 OFF_BODIES_M: Final = 0.01
 """So much more than two bodies' radii robots keep apart."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from touchline.fleet.cells import voronoi
 from touchline.fleet.free_area import FreeArea
-from touchline.research.network.team_trials import TeamRecord
 from touchline.services.planner.plots.style import INK
+from touchline_research.network.team_trials import TeamRecord
 
 Floats = NDArray[np.float64]
 

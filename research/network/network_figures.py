@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from touchline.fleet.lloyd import square_cost
-from touchline.research.network.moving_picture import TOUCHING, moving_picture
-from touchline.research.network.team_trials import BEARING, FREE, OURS, TeamRecord
 from touchline.services.planner.plots.style import INK, plan_style, save
+from touchline_research.network.moving_picture import TOUCHING, moving_picture
+from touchline_research.network.team_trials import BEARING, FREE, OURS, TeamRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from touchline.research.judged_table import JudgedTable
-from touchline.research.network.deployments import deployment_table
-from touchline.research.network.swaps import swap_table
-from touchline.research.network.team_trials import (
+from touchline_research.judged_table import JudgedTable
+from touchline_research.network.deployments import deployment_table
+from touchline_research.network.swaps import swap_table
+from touchline_research.network.team_trials import (
     BEARING,
     DEPLOY_S,
     FREE,
@@ -18,7 +18,7 @@ from touchline.research.network.team_trials import (
     run_trials,
     trials_of,
 )
-from touchline.research.tracking.dubins_speeds import dubins_speeds
+from touchline_research.tracking.dubins_speeds import dubins_speeds
 
 Progress = Callable[[str, float], None]
 

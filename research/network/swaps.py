@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.network.deployments import keeps_apart
-from touchline.research.network.team_trials import TeamRecord, by_team, listed
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.network.deployments import keeps_apart
+from touchline_research.network.team_trials import TeamRecord, by_team, listed
 
 WITHIN_S: Final = 45.0
 COLUMNS: Final = ("rules", "robots", "all arrived after", "not arrived", "contacts", "closest", "driven each")

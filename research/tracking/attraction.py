@@ -7,16 +7,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking.tracker_runs import LAWS, SETTLED_M, looks_ahead, settled_after_s
-from touchline.research.tracking.tracking_loop import (
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking.tracker_runs import LAWS, SETTLED_M, looks_ahead, settled_after_s
+from touchline_research.tracking.tracking_loop import (
     STUDIED,
     TimedReference,
     by_law,
     reference_of,
     track_reference,
 )
-from touchline.services.planner.geometry.clothoid import Floats
 
 DURATION_S: Final = 40.0
 SPEED_MPS: Final = 0.15

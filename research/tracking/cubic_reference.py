@@ -5,11 +5,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from touchline.research.tracking.studied_robot import SPEED_MPS, YAW_RADPS
-from touchline.research.tracking.tracking_loop import STEP_S, TimedReference
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.poses.kernels.cubic_curve import CubicCurve, point, tangent, tangent_change
 from touchline.services.planner.poses.laws import SpeedLaw
+from touchline_research.tracking.studied_robot import SPEED_MPS, YAW_RADPS
+from touchline_research.tracking.tracking_loop import STEP_S, TimedReference
 
 # Places of τ at which the limits are looked at.
 PLACES: Final = 20_001

@@ -6,8 +6,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking.studied_robot import ORIGIN
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.vehicles.shipped import TURTLEBOT2
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
@@ -15,6 +13,8 @@ from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.poses.law4 import ARRIVED_M, SLOW_MPS, STEP_S, Law4
 from touchline.services.planner.poses.shipped_methods import BEARING
 from touchline.services.planner.poses.traveller import Traveller
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking.studied_robot import ORIGIN
 
 RADIUS_M: Final = 0.3
 HALF_BOX_M: Final = 2.5

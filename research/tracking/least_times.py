@@ -6,8 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking.studied_robot import (
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
+from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, chosen_lengths, curve_of
+from touchline.services.planner.poses.g2_path import paths_by_g2
+from touchline.services.planner.poses.kernels.cubic_curve import SLOWEST_SHARE, Terms, price, quickest_lengths
+from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking.studied_robot import (
     ORIGIN,
     SPEED_MPS,
     STUDY_CAPS,
@@ -16,11 +21,6 @@ from touchline.research.tracking.studied_robot import (
     YAW_RADPS,
     goals_anywhere,
 )
-from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
-from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, chosen_lengths, curve_of
-from touchline.services.planner.poses.g2_path import paths_by_g2
-from touchline.services.planner.poses.kernels.cubic_curve import SLOWEST_SHARE, Terms, price, quickest_lengths
-from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
 
 BY_LIMITS: Final = np.zeros(0)
 ANY: Final = Terms(math.inf, 0.0, BY_LIMITS, STUDY_CAPS)

@@ -12,26 +12,6 @@ from touchline.onboard.control.timed.linear import LinearLaw
 from touchline.onboard.control.timed.linear_scaled import ScaledLinearLaw
 from touchline.onboard.control.timed.nonlinear import NonlinearLaw
 from touchline.onboard.control.timed.regularised import RegularisedLaw
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking.cubic_reference import SLOWER, timed_curve
-from touchline.research.tracking.studied_robot import (
-    ORIGIN,
-    SPEED_MPS,
-    STUDY_CAPS,
-    STUDY_TANGENT_M,
-    WAFFLE,
-    YAW_RADPS,
-    goals_ahead,
-)
-from touchline.research.tracking.tracking_loop import (
-    IDEAL,
-    STEP_S,
-    STUDIED,
-    Disturbances,
-    Tracked,
-    by_law,
-    track_reference,
-)
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, curve_of
 from touchline.services.planner.poses.kernels.cubic_curve import (
@@ -42,6 +22,26 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     quickest_lengths,
 )
 from touchline.services.planner.poses.laws import CUBIC, UNIFORM, SpeedLaw, rates_over
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking.cubic_reference import SLOWER, timed_curve
+from touchline_research.tracking.studied_robot import (
+    ORIGIN,
+    SPEED_MPS,
+    STUDY_CAPS,
+    STUDY_TANGENT_M,
+    WAFFLE,
+    YAW_RADPS,
+    goals_ahead,
+)
+from touchline_research.tracking.tracking_loop import (
+    IDEAL,
+    STEP_S,
+    STUDIED,
+    Disturbances,
+    Tracked,
+    by_law,
+    track_reference,
+)
 
 A_RADPS, ZETA, SCALE_1PM2 = 1.0, 1.0, 10.0
 SLOW_MPS: Final = 0.02

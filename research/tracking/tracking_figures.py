@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from touchline.research.tracking.attraction import Domain
-from touchline.research.tracking.cubic_reference import timed_curve
-from touchline.research.tracking.studied_robot import YAW_RADPS
-from touchline.research.tracking.tracker_runs import LAWS, CurveTo, by_choice, by_distance, by_study
-from touchline.research.tracking.tracking_loop import STEP_S, STUDIED, by_law, track_reference
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.poses.kernels.cubic_curve import point
 from touchline.services.planner.poses.laws import CUBIC
+from touchline_research.tracking.attraction import Domain
+from touchline_research.tracking.cubic_reference import timed_curve
+from touchline_research.tracking.studied_robot import YAW_RADPS
+from touchline_research.tracking.tracker_runs import LAWS, CurveTo, by_choice, by_distance, by_study
+from touchline_research.tracking.tracking_loop import STEP_S, STUDIED, by_law, track_reference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

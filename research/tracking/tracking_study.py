@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from touchline.research.judged_table import JudgedTable
-from touchline.research.tracking.attraction import Domain, attraction, domains
-from touchline.research.tracking.dubins_speeds import dubins_speeds
-from touchline.research.tracking.least_times import least_times
-from touchline.research.tracking.tracker_runs import disturbed, set_up_of_the_study
-from touchline.research.tracking.winding import winding
+from touchline_research.judged_table import JudgedTable
+from touchline_research.tracking.attraction import Domain, attraction, domains
+from touchline_research.tracking.dubins_speeds import dubins_speeds
+from touchline_research.tracking.least_times import least_times
+from touchline_research.tracking.tracker_runs import disturbed, set_up_of_the_study
+from touchline_research.tracking.winding import winding
 
 Progress = Callable[[str, float], None]
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking.studied_robot import ORIGIN, STUDY_TANGENT_M, WAFFLE, goals_ahead
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.poses.cubic_path import CubicPath, curve_of
 from touchline.services.planner.poses.kernels.cubic_curve import tangent
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking.studied_robot import ORIGIN, STUDY_TANGENT_M, WAFFLE, goals_ahead
 
 # How finely the headings of a curve are added up.
 FINE_HEADINGS = 20_000

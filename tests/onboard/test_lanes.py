@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from tests.planner.strategies import floats
 from touchline.onboard.control.lane_profile import lane_speed_mps
-from touchline.research.lane_edges import lane_edges
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import LanePursuit, OnboardConfig
 from touchline.schemas.spec import parse
+from touchline_research.lane_edges import lane_edges
 
 STEP_M = 0.2
 STUDY = LanePursuit()

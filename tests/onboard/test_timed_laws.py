@@ -15,7 +15,7 @@ from touchline.onboard.control.timed.linear_scaled import ScaledLinearLaw
 from touchline.onboard.control.timed.nonlinear import NonlinearLaw
 from touchline.onboard.control.timed.regularised import RegularisedLaw
 from touchline.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
-from touchline.research.tracking.tracking_loop import (
+from touchline_research.tracking.tracking_loop import (
     STEP_S,
     STUDIED,
     Disturbances,

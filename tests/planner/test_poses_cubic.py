@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 
 from tests.planner.strategies import floats, headings, poses
-from touchline.research.tracking.studied_robot import SPEED_MPS, STUDY_CAPS, YAW_RADPS
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles.shipped import SHIPPED
@@ -32,6 +31,7 @@ from touchline.services.planner.poses.times import rest_to_rest_s
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.segments.fit_arcs import cut
 from touchline.services.planner.segments.sections import runs
+from touchline_research.tracking.studied_robot import SPEED_MPS, STUDY_CAPS, YAW_RADPS
 
 pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
 

@@ -4,9 +4,15 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.research.driven_template import DPP, study_vehicle
-from touchline.research.durations import painting_seconds
-from touchline.research.like_for_like import (
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.transitions.transitions import TransitionFamily
+from touchline_research.driven_template import DPP, study_vehicle
+from touchline_research.durations import painting_seconds
+from touchline_research.like_for_like import (
     LAW,
     WHEELS,
     Setting,
@@ -16,15 +22,9 @@ from touchline.research.like_for_like import (
     match_rows,
     matches,
 )
-from touchline.research.pitch import Pitch
-from touchline.research.run import Study
-from touchline.research.table import Cause
-from touchline.schemas.catalogue import load_template
-from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.limits import Limits
-from touchline.services.planner.steering.g2 import Steering
-from touchline.services.planner.transitions.transitions import TransitionFamily
+from touchline_research.pitch import Pitch
+from touchline_research.run import Study
+from touchline_research.table import Cause
 
 CAUSES = [Cause("everything", 2.0, 1.0, 2.0)]
 
@@ -78,5 +78,5 @@ def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> Non
 def test_the_command_fails_if_a_row_is_missed_and_only_then(court: Pitch, monkeypatch: pytest.MonkeyPatch) -> None:
     for pitch, code in ((court, 0), (of_weak_wheels(court), 1)):
         study = Study(match_rows(matches({LAW: pitch})), CAUSES, pitch, {})
-        monkeypatch.setattr("touchline.research.run.run_study", lambda *_, study=study: study)
+        monkeypatch.setattr("touchline_research.run.run_study", lambda *_, study=study: study)
         assert CliRunner().invoke(app, ["study", "--quick"]).exit_code == code

@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.research.network import deployments, network_study, swaps
-from touchline.research.network.deployments import AskedSpread, deployment_table
-from touchline.research.network.moving_picture import BODY, TOUCHING, moving_picture, touching
-from touchline.research.network.network_study import NetworkStudy, TeamCounts, run_network_study
-from touchline.research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial, listed
+from touchline_research.network import deployments, network_study, swaps
+from touchline_research.network.deployments import AskedSpread, deployment_table
+from touchline_research.network.moving_picture import BODY, TOUCHING, moving_picture, touching
+from touchline_research.network.network_study import NetworkStudy, TeamCounts, run_network_study
+from touchline_research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial, listed
 
 # With cold kernels on a busy machine the first use takes a minute or two.
 pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]

@@ -8,17 +8,17 @@ from hypothesis import given, settings
 
 from tests.planner.strategies import pose_pairs
 from touchline.core.angles import TAU
-from touchline.research.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from touchline.research.pairs import close_pairs, joints, random_pairs, tally
-from touchline.research.pitch import Pitch
-from touchline.research.sent import CHORD_M, as_biarcs, as_chords
-from touchline.research.sent import joints as joints_of
-from touchline.research.study_ccd import CLOSEST_M, StudyContinuousDubins
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
+from touchline_research.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline_research.pairs import close_pairs, joints, random_pairs, tally
+from touchline_research.pitch import Pitch
+from touchline_research.sent import CHORD_M, as_biarcs, as_chords
+from touchline_research.sent import joints as joints_of
+from touchline_research.study_ccd import CLOSEST_M, StudyContinuousDubins
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 KAPPA, SIGMA = STUDY_KAPPA_1PM, 1.0

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.research.run import CORNER_PHASES, Study, run_study, save_study
+from touchline_research.run import CORNER_PHASES, Study, run_study, save_study
 
 ROW_11 = [*(f"11.{k}" for k in range(1, 13)), "11, too fast"]
 ROW_11 += ["11a", "11b", "11c", "11a, by hand", "11b, by hand", "11c, by hand"]
@@ -124,7 +124,7 @@ def test_what_is_saved_can_be_read(study: Study, tmp_path: Path) -> None:
 def test_the_command_prints_the_rows_and_says_whether_all_are_met(
     study: Study, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("touchline.research.run.run_study", lambda pairs, quick, progress: study)
+    monkeypatch.setattr("touchline_research.run.run_study", lambda pairs, quick, progress: study)
     result = CliRunner().invoke(app, ["study", "--quick", "--json"])
     assert result.exit_code == (1 if any(row.met is False for row in study.rows) else 0)
     assert len(json.loads(result.stdout)["rows"]) == len(NUMBERS)

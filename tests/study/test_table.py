@@ -8,10 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from touchline.research import continuity, figures
-from touchline.research.driven_template import DPP, OURS, STUDY_CCD
-from touchline.research.pitch import Pitch, length_rows
-from touchline.research.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
@@ -20,6 +16,10 @@ from touchline.services.planner.plan import plan
 from touchline.services.planner.plots.actuator_picture import plot_actuators
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.plots.plan_picture import plot_plan
+from touchline_research import continuity, figures
+from touchline_research.driven_template import DPP, OURS, STUDY_CCD
+from touchline_research.pitch import Pitch, length_rows
+from touchline_research.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 
 ROWS = [
     Row("1", "what", ("a, b", "c", "d"), "must", True, {"x": 1.5, "n": None}, "a note"),

@@ -10,10 +10,14 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.command import app
-from touchline.research.judged_table import JudgedRow, JudgedTable, judged
-from touchline.research.tracking import tracking_study
-from touchline.research.tracking.cubic_reference import SLOWER, timed_curve
-from touchline.research.tracking.studied_robot import (
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
+from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
+from touchline.services.planner.poses.shipped_methods import BEARING
+from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.tracking import tracking_study
+from touchline_research.tracking.cubic_reference import SLOWER, timed_curve
+from touchline_research.tracking.studied_robot import (
     ORIGIN,
     SPEED_MPS,
     WAFFLE,
@@ -21,13 +25,9 @@ from touchline.research.tracking.studied_robot import (
     goals_ahead,
     goals_anywhere,
 )
-from touchline.research.tracking.tracker_runs import by_choice, by_distance, by_study
-from touchline.research.tracking.tracking_loop import STEP_S as CONTROL_STEP_S
-from touchline.research.tracking.tracking_study import Counts, TrackingStudy, run_tracking_study
-from touchline.services.planner.geometry.clothoid import PathPose
-from touchline.services.planner.poses.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
-from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
-from touchline.services.planner.poses.shipped_methods import BEARING
+from touchline_research.tracking.tracker_runs import by_choice, by_distance, by_study
+from touchline_research.tracking.tracking_loop import STEP_S as CONTROL_STEP_S
+from touchline_research.tracking.tracking_study import Counts, TrackingStudy, run_tracking_study
 
 # With cold kernels on a busy machine the first use takes a minute or two.
 pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("tracking study")]

@@ -10,8 +10,8 @@ from touchline.cli.display import print_line, progress_bar
 from touchline.cli.judged_output import as_text, exit_if_missed, print_tables, write_tables
 
 if TYPE_CHECKING:
-    from touchline.research.coverage_study import CoverageRow
-    from touchline.research.judged_table import JudgedTable
+    from touchline_research.coverage_study import CoverageRow
+    from touchline_research.judged_table import JudgedTable
 
 COLUMNS = ("", "of the field", "of the reachable (planned)", "min", "cusps", "drum p95", "body outside")
 STEM = "coverage-study"
@@ -19,8 +19,8 @@ STEM = "coverage-study"
 
 def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
     """Measure and print it; exit code 1 if something that is asked for is missed."""
-    from touchline.research.coverage_study import run_coverage_study
-    from touchline.research.lane_edges import edge_cases
+    from touchline_research.coverage_study import run_coverage_study
+    from touchline_research.lane_edges import edge_cases
 
     with progress_bar("Study") as advance:
         rows = run_coverage_study(seeds, lambda what, done: advance(done, what))
@@ -38,7 +38,7 @@ def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
 
 
 def _table(rows: "list[CoverageRow]") -> "JudgedTable":
-    from touchline.research.judged_table import JudgedRow, JudgedTable
+    from touchline_research.judged_table import JudgedRow, JudgedTable
 
     judged = tuple(JudgedRow(_cells(row), row.must, row.met) for row in rows)
     return JudgedTable("Covering 93 × 47.6 m with a roller", COLUMNS, judged)

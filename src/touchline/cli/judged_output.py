@@ -14,7 +14,7 @@ from touchline.cli.options import ExitCode
 from touchline.recordings.writing import write_text, writing
 
 if TYPE_CHECKING:
-    from touchline.research.judged_table import JudgedTable
+    from touchline_research.judged_table import JudgedTable
 
 _STYLES = {True: "green", False: "bold red", None: "dim"}
 

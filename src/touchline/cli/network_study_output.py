@@ -11,9 +11,9 @@ STEM = "network-study"
 
 def network_study(seeds: int, places: StudyPlaces, *, quick: bool, as_json: bool) -> None:
     """Measure and print it; exit code 1 if something that is asked for is missed."""
-    from touchline.research.network.network_figures import save_team_pictures
-    from touchline.research.network.network_study import FULL, QUICK, run_network_study
     from touchline.services.robot_sim.warm_up import warm_up
+    from touchline_research.network.network_figures import save_team_pictures
+    from touchline_research.network.network_study import FULL, QUICK, run_network_study
 
     team = TeamScenario()
     with progress_bar("Study") as advance:

@@ -14,6 +14,7 @@ from touchline.cli.network_study_output import network_study
 from touchline.cli.options import ExitCode, JsonOption
 from touchline.cli.tracking_study_output import tracking_study
 from touchline.recordings.writing import writing
+from touchline.schemas.optional_packages import require
 
 _PAIRS, _QUICK_PAIRS = 100, 20
 _STYLES = {True: "green", False: "bold red", None: "dim"}
@@ -62,6 +63,7 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
+    require("touchline_research", "study")
     if subject == "tracking":
         tracking_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)
         return
@@ -71,9 +73,9 @@ def study(
     if subject == "coverage":
         coverage_study(1 if quick else seeds, out, as_json=as_json)
         return
-    from touchline.research.run import run_study, save_study
-    from touchline.research.table import CAUSE_HEADINGS, HEADINGS, with_total
-    from touchline.research.table import as_json as json_text
+    from touchline_research.run import run_study, save_study
+    from touchline_research.table import CAUSE_HEADINGS, HEADINGS, with_total
+    from touchline_research.table import as_json as json_text
 
     with progress_bar("Study") as advance:
         result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))

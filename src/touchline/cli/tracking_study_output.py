@@ -8,8 +8,8 @@ STEM = "tracking-study"
 
 def tracking_study(places: StudyPlaces, *, quick: bool, as_json: bool) -> None:
     """Measure and print it; exit code 1 if something that is asked for is missed."""
-    from touchline.research.tracking.tracking_figures import save_pictures
-    from touchline.research.tracking.tracking_study import FULL, QUICK, run_tracking_study
+    from touchline_research.tracking.tracking_figures import save_pictures
+    from touchline_research.tracking.tracking_study import FULL, QUICK, run_tracking_study
 
     with progress_bar("Study") as advance:
         study = run_tracking_study(QUICK if quick else FULL, lambda what, done: advance(done, what))
