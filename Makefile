@@ -12,13 +12,13 @@ TESTS := tests/system $(filter-out tests/system,$(patsubst %/,%,$(wildcard tests
 # ROS 2's own tools, which are no part of the tests: wheels, and what they make.
 ROS2 := build/ros2
 
-.PHONY: demo test test-full quick lint bytecode tree planner-kernels robot-kernels bench ros2-hashes ros2-packages node-readers clean
+.PHONY: demo test test-full quick lint bytecode tree kernels wheel bench ros2-hashes ros2-packages node-readers clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
-	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint bytecode
+	$(MAKE) --no-print-directory -j 3 kernels lint bytecode
 	$(BIN)/python -m pytest -q -n 4 --dist loadgroup -m "not full" $(TESTS)
 
 # What `test` leaves out: many seeds, vehicles and followers, the published studies, the longer benchmarks.
@@ -47,23 +47,15 @@ tree:
 	ln -s $(abspath $(wildcard src/touchline/*) schemas services tui) build/tree/touchline
 	ln -s $(abspath research) build/tree/touchline_research
 
-# Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
-planner-kernels: $(STAMP)
-	$(BIN)/touchline plan tennis > /dev/null
-	$(BIN)/touchline plan salt-pan --vehicle clay-roller --set length=15 --set width=15 > /dev/null
+# On all cores; without it each kernel is compiled when it is first called.
+kernels: $(STAMP)
+	$(BIN)/python kernels.py
 
-WARM_UP_ROLLER := from touchline.schemas.setup import Setup; \
-	from touchline.schemas.vehicles.shipped import CLAY_ROLLER; \
-	from touchline.services.robot_sim.warm_up import warm_up; \
-	warm_up(setup=Setup(vehicle=CLAY_ROLLER))
-
-robot-kernels: $(STAMP)
-	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
-	$(BIN)/python -c '$(WARM_UP_ROLLER)'
-	$(BIN)/touchline fleet simulate --robots 1 --duration 1 > /dev/null
-	$(BIN)/touchline goto 0.8 0.2 --vehicle turtlebot3-waffle-pi --method cubic --follower pure-pursuit > /dev/null
-	mkdir -p build && rm -f build/kernels.mcap
-	$(BIN)/touchline simulate study-square --record build/kernels.mcap > /dev/null
+# With the code of all kernels in it, for this kind of processor.
+wheel: $(STAMP)
+	$(BIN)/python kernels.py build/kernels
+	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist . ./research
+	rm -rf research/build
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

@@ -1,4 +1,4 @@
-"""Kernels that a process prepares, compiling them or loading them from the cache, after a point of time."""
+"""Kernels that a process prepares, compiling or loading them, after a point of time."""
 
 from touchline.core.jit import Kernel
 
@@ -11,16 +11,13 @@ class LateKernels:
 
     def __init__(self):
         self.doing, self.found = "", []
-        compile_or_load = Kernel.compile
+        prepare = Kernel._made
 
-        def listed(kernel, sig):
-            known = len(kernel.overloads)
-            code = compile_or_load(kernel, sig)
-            if len(kernel.overloads) > known:
-                self.found.append(f"{kernel.py_func.__module__}.{kernel.py_func.__name__} ({self.doing})")
-            return code
+        def listed(kernel, trees):
+            self.found.append(f"{kernel.py_func.__module__}.{kernel.py_func.__name__} ({self.doing})")
+            return prepare(kernel, trees)
 
-        Kernel.compile = listed
+        Kernel._made = listed
 
     def tell(self):
         """Print them, a line each."""

@@ -70,3 +70,13 @@ def test_the_folder_of_the_checkout_does_not_matter(package: Path, tmp_path: Pat
     moved.mkdir()
     package.rename(moved / "pack")
     assert _digest(moved / "pack" / "a.py") == before
+
+
+def test_other_packages_beside_it_are_not_followed(package: Path) -> None:
+    beside = package.parent / "beside"
+    beside.mkdir()
+    (beside / "__init__.py").write_text("E = 1\n")
+    (package / "a.py").write_text("import beside\n")
+    before = _digest(package / "a.py")
+    (beside / "__init__.py").write_text("E = 2\n")
+    assert _digest(package / "a.py") == before

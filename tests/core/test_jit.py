@@ -1,4 +1,4 @@
-"""Kernels: what is compiled for Python, and what only as a part of another kernel."""
+"""Kernels: compiled once, kept on disk, called from Python and from each other."""
 
 import gc
 import math
@@ -6,19 +6,18 @@ import os
 import resource
 import subprocess
 import sys
-import threading
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba.core.caching import IndexDataCacheFile
 from numba.core.errors import NumbaError, TypingError
 
+from touchline.core import kernel_store
 from touchline.core.arrays import ascending, copy, least
-from touchline.core.jit import _Cache, borrowing, kernel, kernel_of_class
+from touchline.core.jit import borrowing, kernel, kernel_of_class
+from touchline.core.records import Record
 
 
 @pytest.fixture(autouse=True)
@@ -40,32 +39,111 @@ def chain() -> tuple[Any, Any]:
     return inner, outer
 
 
-def test_a_kernel_that_only_kernels_call_is_not_made_for_python() -> None:
+def test_a_kernel_is_called_from_python_and_from_kernels_with_defaults_and_names() -> None:
     inner, outer = chain()
     assert outer(2.0) == 24.0
-    assert not inner.overloads
-    assert inner(2.0, 7) == 14.0
-    assert outer(2) == 24
+    assert not inner.prepared
+    assert (inner(2.0, 7), inner(2.0), inner(2.0, factor=4), outer(2)) == (14.0, 6.0, 8.0, 24)
+    with pytest.raises(TypeError, match="argument"):
+        inner(1.0, 2, 3)
 
 
-def test_what_was_made_for_python_serves_kernels_as_well() -> None:
-    inner, outer = chain()
-    assert inner(2.0, 4) == 8.0
-    assert outer(2.0) == 24.0
-    assert len(inner._parts) == 1  # with the factor left out
+class State(Record):
+    """A record with a part of each kind."""
+
+    length_m: float
+    count: int
+    still: bool = True
 
 
-def test_constants_are_no_types_of_their_own() -> None:
+ARGUMENTS = [
+    None,
+    7,
+    True,
+    2.5,
+    1.0 - 2.0j,
+    np.float64(0.25),
+    np.int64(-3),
+    np.bool_(False),
+    np.arange(6.0),
+    np.arange(6).reshape(2, 3),
+    np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+    np.arange(12.0).reshape(3, 4)[:, ::2],
+    np.array([True, False]),
+    np.array([1.0 + 2.0j]),
+    np.arange(4, dtype=np.int16),
+    (1, 2.0, (np.arange(3.0), True)),
+]
+
+
+@pytest.mark.parametrize("value", ARGUMENTS, ids=str)
+def test_values_come_back_as_they_were_given(value: Any) -> None:
     @kernel
-    def inner(x: int) -> int:
-        return 2 * x
+    def same(value: Any) -> Any:
+        return value
 
+    found = same(value)
+    assert type(found) is (type(value.item()) if isinstance(value, np.generic) else type(value))
+    assert str(found) == str(value)
+
+
+def test_what_a_kernel_writes_is_seen_and_what_nobody_may_write_stays() -> None:
     @kernel
-    def outer() -> int:
-        return inner(1) + inner(2) + inner(3)
+    def doubled(values: Any, state: Any) -> float:
+        values[:] = 2.0 * values
+        state[0].count += 1
+        state[0].still = False
+        state[0].length_m = values.sum()
+        return state[0].length_m
 
-    assert outer() == 12
-    assert len(inner._parts) == 1
+    state, strided, fixed = State(count=4), np.arange(6.0)[::2], np.ones(3)
+    fixed.flags.writeable = False
+    assert doubled(strided, state.array) == 12.0
+    assert strided.tolist() == [0.0, 4.0, 8.0]
+    assert (state.count, state.still, state.length_m) == (5, False, 12.0)
+    assert doubled(fixed, state.array) == 6.0
+    assert fixed.tolist() == [1.0] * 3
+
+
+def test_exceptions_are_raised() -> None:
+    @kernel
+    def root(x: float) -> float:
+        if x < 0.0:
+            raise ValueError("negative", 3)
+        return math.sqrt(x)
+
+    assert root(4.0) == 2.0
+    with pytest.raises(ValueError, match="negative"):
+        root(-1.0)
+    assert root(9.0) == 3.0
+
+
+def test_what_does_not_fit_into_words_is_left_to_numba() -> None:
+    @kernel
+    def length(text: str) -> int:
+        return len(text)
+
+    assert length("four") == 4
+
+
+def test_lists_in_kernels_are_given_back() -> None:
+    @kernel
+    def total(count: int) -> float:
+        found = [0.5]
+        i = 0
+        while i < count:
+            found.append(float(i))
+            i += 1
+        return sum(found)
+
+    def grown_kb() -> int:
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        for _ in range(200):
+            assert total(10_000) == 49_995_000.5
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+
+    grown_kb()
+    assert grown_kb() < 8_000  # 200 lists have 16 MB
 
 
 def test_a_kernel_that_cannot_be_typed_is_told() -> None:
@@ -101,32 +179,8 @@ def _no_room() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
 
-def test_two_that_cache_a_kernel_at_once_know_of_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else the code of one signature would be found under the name of the other."""
-
-    def double(x: Any) -> Any:
-        return 2 * x
-
-    compiled = []
-    with monkeypatch.context() as meanwhile:
-        meanwhile.setattr(_Cache, "save_overload", lambda *what: compiled.append(what))
-        assert (kernel(double)(21), kernel(double)(1.5)) == (42, 3.0)
-    both = threading.Barrier(2)
-
-    def read_by_both(file: IndexDataCacheFile, read: Any = IndexDataCacheFile._load_index) -> Any:
-        index = read(file)
-        with suppress(threading.BrokenBarrierError):  # the other has to wait for this one
-            both.wait(0.5)
-        return index
-
-    with monkeypatch.context() as meanwhile:
-        meanwhile.setattr(IndexDataCacheFile, "_load_index", read_by_both)
-        writers = [threading.Thread(target=_Cache.save_overload, args=what) for what in compiled]
-        for writer in writers:
-            writer.start()
-        for writer in writers:
-            writer.join()
-    assert len(set(compiled[0][0].files._cache_file._load_index().values())) == 2
+def _no_room() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
 
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
@@ -138,12 +192,13 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     command = [sys.executable, str(file)]
     done = subprocess.run(command, preexec_fn=_no_room, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert not any(path.stat().st_size for path in tmp_path.rglob("*.nbc"))
+    assert not any(tmp_path.rglob("*.o"))
     assert subprocess.run(command, check=False).returncode == 0
-    assert any(tmp_path.rglob("*.nbc"))
+    assert any(tmp_path.rglob("*.o"))
 
 
 SCRIPT = """
+import sys
 from numbers_of import FACTOR
 from touchline.core.jit import kernel
 
@@ -151,12 +206,12 @@ from touchline.core.jit import kernel
 def scaled(x):
     return FACTOR * x
 
-print(scaled(21), sum(scaled.stats.cache_hits.values()))
+print(scaled(21), "numba" in sys.modules)
 """
 
 
 def _scaled(folder: Path, *, factor: int, unrelated: str = "") -> str:
-    """The output of a script whose kernel takes a constant from another file."""
+    """The output of a script whose kernel takes a constant from another file; whether it had to be compiled."""
     (folder / "numbers_of.py").write_text(f"FACTOR = {factor}\n")
     (folder / "unrelated.py").write_text(unrelated)
     (folder / "script.py").write_text(SCRIPT)
@@ -167,22 +222,48 @@ def _scaled(folder: Path, *, factor: int, unrelated: str = "") -> str:
 
 
 def test_an_edit_compiles_again_what_depends_on_it_and_nothing_else(tmp_path: Path) -> None:
-    assert _scaled(tmp_path, factor=2) == "42 0"
-    assert _scaled(tmp_path, factor=2, unrelated="# edited") == "42 1"
-    assert _scaled(tmp_path, factor=3) == "63 0"
-    assert _scaled(tmp_path, factor=2) == "42 1"
+    assert _scaled(tmp_path, factor=2) == "42 True"
+    assert _scaled(tmp_path, factor=2, unrelated="# edited") == "42 False"
+    assert _scaled(tmp_path, factor=3) == "63 True"
+    assert _scaled(tmp_path, factor=2) == "42 False"
 
 
-def test_compiled_code_that_nobody_has_used_for_a_month_is_removed(tmp_path: Path) -> None:
+def test_processes_that_want_the_same_code_compile_it_once(tmp_path: Path) -> None:
+    (tmp_path / "numbers_of.py").write_text("FACTOR = 2\n")
+    (tmp_path / "script.py").write_text(SCRIPT)
+    command = [sys.executable, "-B", "script.py"]
     kernels = tmp_path / "touchline" / "kernels"
-    for name, days in (("old", 31), ("recent", 29)):
-        (kernels / name).mkdir(parents=True)
-        (kernels / name / "code.nbc").touch()
+    started = [
+        subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    said = sorted(each.communicate()[0].strip() for each in started)
+    assert said[-1] == "42 True"
+    assert {each.split()[0] for each in said} == {"42"}
+    assert len(list(kernels.iterdir())) == 1
+
+
+def test_code_that_is_damaged_is_compiled_again(tmp_path: Path) -> None:
+    assert _scaled(tmp_path, factor=2) == "42 True"
+    (code,) = tmp_path.rglob("*.o")
+    code.write_bytes(code.read_bytes()[:20])
+    assert _scaled(tmp_path, factor=2) == "42 True"
+
+
+def test_code_that_nobody_has_used_for_a_month_is_removed_and_the_oldest_of_too_much(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernels = tmp_path / "touchline" / "kernels"
+    for name, days in (("old", 31), ("older", 29), ("recent", 28)):
+        kernels.mkdir(parents=True, exist_ok=True)
+        (kernels / name).write_bytes(bytes(1000))
         then = time.time() - days * 24 * 3600
         os.utime(kernels / name, (then, then))
-    _, outer = chain()
-    assert outer(2.0) == 24.0
-    assert [path.name for path in kernels.iterdir() if path.name in ("old", "recent")] == ["recent"]
+    kernel_store.keep("new", bytes(100), "none")
+    assert {path.name for path in kernels.iterdir()} == {"older", "recent", "new.o"}
+    monkeypatch.setattr(kernel_store, "_MOST_BYTES", 1500)
+    kernel_store.keep("newest", bytes(100), "none")
+    assert {path.name for path in kernels.iterdir()} == {"recent", "new.o", "newest.o"}
 
 
 class Square(NamedTuple):
@@ -226,7 +307,6 @@ def test_a_kernel_of_a_class_is_that_of_its_first_argument() -> None:
     assert halves(Framed(1.0, Circle(1.0))) == math.pi
     assert halves(Framed(1.0, Square(2.0))) == 4.0
     assert area(Square(2.0), 0.25) == Square(2.0).area(0.25) == 1.0
-    assert len(halves.overloads) == 2
 
 
 def test_a_class_without_a_kernel_of_that_name_is_told() -> None:
@@ -238,19 +318,28 @@ def test_a_class_without_a_kernel_of_that_name_is_told() -> None:
         outer(Framed(1.0, Square(3.0)))
 
 
-@pytest.mark.parametrize("ours", [True, False])
-def test_code_for_named_tuples_of_somebody_else_is_not_kept(
-    ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if ours:
-        monkeypatch.setattr("touchline.core.jit._PACKAGE", __name__.partition(".")[0])
+class Mounted(NamedTuple):
+    """A shape of a class that a function makes."""
 
-    @kernel
-    def whole(framed: Framed) -> float:
-        return area(framed.shape, 1.0)
+    shape: Any
 
-    assert whole(Framed(1.0, Square(3.0))) == 9.0
-    assert bool(list(tmp_path.rglob("*whole*.nbc"))) == ours
+
+@pytest.mark.parametrize("known", [True, False])
+def test_code_is_kept_for_classes_that_are_found_again(known: bool, tmp_path: Path) -> None:
+    class Local(NamedTuple):
+        side: float
+
+        @kernel
+        def area(self, share: float) -> float:
+            return share * self.side
+
+    assert whole(Mounted(Square(3.0) if known else Local(9.0))) == 9.0
+    assert bool(list(tmp_path.rglob("whole*.o"))) == known
+
+
+@kernel
+def whole(mounted: Mounted) -> float:
+    return area(mounted.shape, 1.0)
 
 
 class Pair(NamedTuple):
@@ -297,16 +386,17 @@ class Scaled(NamedTuple):
     rows: np.ndarray
 
 
-def test_code_is_found_again_by_the_types_of_its_arguments_alone() -> None:
+def test_a_function_for_some_types_takes_what_is_the_same_object_for_unchanged() -> None:
     @kernel
-    def total(scaled: Scaled) -> float:
-        return scaled.scale * scaled.rows.sum()
+    def total(scaled: Scaled, more: float) -> float:
+        return scaled.scale * scaled.rows.sum() + more
 
     rows = np.arange(6.0).reshape(2, 3)
-    code = total.for_types_of((Scaled(2.0, rows),))
-    assert code(Scaled(2.0, rows)) == 30.0
-    assert total.for_types_of((Scaled(3.0, rows + 1.0),)) is code and len(total.overloads) == 1
+    scaled = Scaled(2.0, rows)
+    code = total.for_types_of((scaled, 0.0))
+    assert (code(scaled, 0.0), code(scaled, 1.0), code(Scaled(2.0, rows + 1.0), 1.0)) == (30.0, 31.0, 43.0)
+    rows[0, 0] = 5.0
+    assert (code(scaled, 1.0), total(scaled, 1.0)) == (41.0, 41.0)
     for others in (rows.astype(np.float32), rows.T, rows[0], rows[:, ::2]):
         scaled = Scaled(1.0, others)
-        assert total.for_types_of((scaled,))(scaled) == others.sum()
-    assert len(total.overloads) == 5
+        assert total.for_types_of((scaled, 0.0))(scaled, 0.0) == others.sum()

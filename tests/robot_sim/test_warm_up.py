@@ -28,4 +28,4 @@ def test_any_vehicle_warms_up(vehicle):
 def test_nothing_is_left_to_compile_when_a_trajectory_takes_over_under_way():
     """Python calls this kernel then only; while it is compiled the control loop would not turn."""
     warm_up()
-    assert piece_at.signatures
+    assert piece_at.prepared

@@ -84,12 +84,9 @@ def check(
     """
     from touchline.checking.check_files import check_file, lost_check, recordings_in
     from touchline.recordings.writing import check_writable
-    from touchline.services.robot_sim.warm_up import warm_up
 
     check_writable(html)
     files = recordings_in(places)
-    if len(files) > 1:
-        warm_up(say)  # so that not every process compiles
     verdicts: list[SessionVerdict] = []
     interrupted, problem = False, ""
     try:

@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from touchline.core.compilations import Compilations
 from touchline.schemas.messages import Event, LeftOutStretch, PlanReport
 from touchline.schemas.plain_text import plain, plain_lines
 from touchline.schemas.supplies import full
@@ -51,13 +52,17 @@ class Verbosity:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Advance]:
-    """Progress on standard error; call what it gives with a fraction 0…1 and a text."""
-    if Verbosity.quiet:
-        yield lambda fraction, detail: None
-    elif stderr.is_terminal:
-        yield from _bar(title)
-    else:
-        yield _lines(title)
+    """Progress on standard error; call what it gives with a fraction 0…1 and a text. Compilations are reported, too."""
+    begun_s = time.monotonic()
+    with Compilations(lambda name: say(f"compiling {name}")) as compiled:
+        if Verbosity.quiet:
+            yield lambda fraction, detail: None
+        elif stderr.is_terminal:
+            yield from _bar(title)
+        else:
+            yield _lines(title)
+    if compiled.names:
+        say(f"compiled {len(compiled.names)} kernels; {time.monotonic() - begun_s:.1f} s in all")
 
 
 def _bar(title: str) -> Iterator[Advance]:

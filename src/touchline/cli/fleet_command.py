@@ -2,7 +2,6 @@
 
 import json
 import tempfile
-import time
 import uuid
 from functools import partial
 from pathlib import Path
@@ -35,7 +34,6 @@ from touchline.schemas.messages import (
     TeamTaskRequest,
     TeamTaskResponse,
 )
-from touchline.schemas.setup import Setup
 from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
 from touchline.schemas.topics import TEAM_NAMESPACE
@@ -106,22 +104,21 @@ def simulate(
     as_json: JsonOption = False,
 ) -> None:
     """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
+    from touchline.core.stopwatch import Stopwatch
     from touchline.jobs.places import cores
     from touchline.jobs.recording.payload_recorder import PayloadRecorder
     from touchline.jobs.team.team_figures import team_figures
     from touchline.jobs.team.team_run import TeamRun
-    from touchline.services.robot_sim.warm_up import warm_up
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
     with progress_bar("Team") as advance:
-        warm_up(say, Setup(vehicle=chosen.vehicle, onboard=chosen.onboard))
-        begun = time.perf_counter()
+        watch = Stopwatch()
         with PayloadRecorder(record, (*chosen.names, TEAM_NAMESPACE)) as recorder, without_collecting():
             listener = recorder.hear if record is not None else None
             run = TeamRun(chosen, hashed=hashed, listener=listener, threads=cores())
             run.run(advance)
-        figures = team_figures(run, time.perf_counter() - begun) | recorder.as_figure()
+        figures = team_figures(run, watch.elapsed_s) | recorder.as_figure()
     deliver(f"Team of {len(run.names)}", figures, report, as_json)
     if not figures["success"]:
         raise typer.Exit(ExitCode.FAILED)
@@ -192,13 +189,11 @@ def sweep(
     """Simulate teams of several sizes with many seeds on all cores; exit code 1 if any two robots touch."""
     from touchline.jobs.sweep.combinations import team_cases
     from touchline.jobs.sweep.task import lost_run, perform, prepare
-    from touchline.services.robot_sim.warm_up import warm_up
 
     teams = [choice.chosen(size, seed) for size in _sizes(robots)]
     cases = team_cases(teams, random_faults=random_faults)
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds)
-        warm_up(say, Setup(vehicle=teams[0].vehicle, onboard=teams[0].onboard))  # so that not every process compiles
         swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
     results.conclude(swept, cases)
 

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from touchline.bus import Bus, BusConfig
 from touchline.cli.choices import SetupChoice, check_follower
-from touchline.cli.display import print_event, progress_bar, say
+from touchline.cli.display import print_event, progress_bar
 from touchline.cli.groups import with_groups
 from touchline.cli.job_terminal import Terminal
 from touchline.cli.number_list import numbers_of
@@ -135,11 +135,9 @@ def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) 
     """Have a robot of this setup drive there in this process; its figures."""
     from touchline.jobs.goal.goal_simulation import drive_to_goal
     from touchline.jobs.single.simulation import Products
-    from touchline.services.robot_sim.warm_up import warm_up
 
     check_follower(setup.onboard)
     with progress_bar("Touchline") as advance:
-        warm_up(say, setup)
         done = drive_to_goal(setup, goal.goal(), goal.options(), Products(hashed, record), advance)
     return {
         **done.figures(),

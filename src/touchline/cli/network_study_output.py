@@ -1,23 +1,18 @@
 """``touchline study network``: teams by the study's rules and by ours, as tables, Markdown or JSON, and as pictures."""
 
-from touchline.cli.display import progress_bar, say
+from touchline.cli.display import progress_bar
 from touchline.cli.garbage import without_collecting
 from touchline.cli.judged_output import StudyPlaces, tell_study
-from touchline.schemas.setup import Setup
-from touchline.schemas.team import TeamScenario
 
 STEM = "network-study"
 
 
 def network_study(seeds: int, places: StudyPlaces, *, quick: bool, as_json: bool) -> None:
     """Measure and print it; exit code 1 if something that is asked for is missed."""
-    from touchline.services.robot_sim.warm_up import warm_up
     from touchline_research.network.network_figures import save_team_pictures
     from touchline_research.network.network_study import FULL, QUICK, run_network_study
 
-    team = TeamScenario()
     with progress_bar("Study") as advance:
-        warm_up(say, Setup(vehicle=team.vehicle, onboard=team.onboard))
         counts = QUICK if quick else FULL._replace(seeds=seeds)
         with without_collecting():
             study = run_network_study(counts, lambda what, done: advance(done, what))

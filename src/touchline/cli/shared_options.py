@@ -188,12 +188,10 @@ def simulate_team(
     from touchline.jobs.shared.shared_simulation import names_of, simulate_shared
     from touchline.jobs.shared.team_picture import draw_team
     from touchline.jobs.shared.team_report import team_figures
-    from touchline.services.robot_sim.warm_up import warm_up
 
     with progress_bar("Touchline") as advance:
         with without_collecting():
             job = _shared(template, options, setup.vehicle, robots, advance)
-        warm_up(say, setup)
         setups = [setup.with_seed(setup.scenario.seed + number) for number in range(robots)]
         names = names_of(robots)
         with PayloadRecorder(products.record, names) as recorder, without_collecting():

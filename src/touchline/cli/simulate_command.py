@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
-from touchline.cli.display import progress_bar, say, warn_of_left_out, warn_of_shortages
+from touchline.cli.display import progress_bar, warn_of_left_out, warn_of_shortages
 from touchline.cli.drawing import DrawingChoice
 from touchline.cli.garbage import without_collecting
 from touchline.cli.groups import with_groups
@@ -33,7 +33,6 @@ def simulate(
     from touchline.jobs.single.simulation import Job, Products
     from touchline.jobs.single.simulation import simulate as carry_out
     from touchline.jobs.single.work_picture import draw_work
-    from touchline.services.robot_sim.warm_up import warm_up
 
     template = drawing.chosen()
     ordered = orders_of(orders or (), robots)
@@ -50,7 +49,6 @@ def simulate(
             job = Job.prepare(template, planning.options(), setup.vehicle, advance)
         warn_of_shortages(job.plan_report, setup.vehicle)
         warn_of_left_out(job.plan_report.left_out)
-        warm_up(say, setup)
         products = Products(hashed, output.record, strokes=output.plot is not None)
         with without_collecting():
             outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)

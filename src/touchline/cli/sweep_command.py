@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from touchline.cli.choices import VehicleChoice, check_follower
-from touchline.cli.display import Advance, progress_bar, say
+from touchline.cli.display import Advance, progress_bar
 from touchline.cli.groups import with_groups
 from touchline.cli.sweep_output import SweepOutput, Swept
 from touchline.cli.sweep_subject import SubjectChoice
 from touchline.cli.workers_choice import WorkersChoice
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 
 if TYPE_CHECKING:
@@ -54,7 +53,6 @@ def sweep(
     from touchline.jobs.sweep.combinations import cases as all_cases
     from touchline.jobs.sweep.combinations import parse_settings
     from touchline.jobs.sweep.task import lost_run, perform, prepare
-    from touchline.services.robot_sim.warm_up import warm_up
 
     work, options, scenario = subject.chosen()
     vehicle = body.chosen()
@@ -65,7 +63,6 @@ def sweep(
         check_follower(case.config)
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
-        warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
         swept = collect(processes.done(perform, jobs, tasks, lost_run), len(tasks), advance)
     results.conclude(swept, cases)
 

@@ -1,20 +1,22 @@
-"""Compilations of this process by Numba, of our kernels and of anybody's functions, as they happen."""
+"""Compilations of this process, of our kernels and of anybody's functions, as they happen."""
 
 from __future__ import annotations
 
+import sys
+import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Self
 
-from numba.core import event
-
-_COMPILE: Final = "numba:compile"
 Step = tuple[str, Callable[[], object]]
+_listening: list[Compilations] = []
+_inside = threading.local()
 
 
-class Compilations(event.Listener):
-    """Functions that are compiled while this context is entered; loading them from the cache does not count.
+class Compilations:
+    """Functions that are compiled while this context is entered; loading them does not count.
 
     Args:
         begin: Called with a function's name before it is compiled, in the thread that needs it.
@@ -28,30 +30,45 @@ class Compilations(event.Listener):
         self, begin: Callable[[str], object] = lambda _name: None, end: Callable[[str], object] = lambda _name: None
     ) -> None:
         self.names: list[str] = []
-        self._begin, self._end = begin, end
+        self.begin, self.end = begin, end
 
     def __enter__(self) -> Self:
-        event.register(_COMPILE, self)
+        _hear_numba()
+        _listening.append(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        event.unregister(_COMPILE, self)
-
-    def on_start(self, event: Any) -> None:
-        """Numba begins to compile a function."""
-        self._begin(_name(event))
-
-    def on_end(self, event: Any) -> None:
-        """It is done with that."""
-        self.names.append(_name(event))
-        self._end(self.names[-1])
+        _listening.remove(self)
 
 
-def _name(event: Any) -> str:
-    function = event.data["dispatcher"].py_func
-    return f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+@contextmanager
+def compiling(function: Any) -> Iterator[None]:
+    """Compile a function, and report it to who listens; what is compiled for it is a part of that."""
+    if getattr(_inside, "one", False):
+        yield
+        return
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+    heard, _inside.one = list(_listening), True
+    try:
+        for each in heard:
+            each.begin(name)
+        yield
+    finally:
+        _inside.one = False
+        _hear_numba()
+        for each in heard:
+            each.names.append(name)
+            each.end(name)
+
+
+def _hear_numba() -> None:
+    """Report what others have Numba compile, too, once it has been imported."""
+    if "numba" in sys.modules:
+        from touchline.core.numba_events import forward
+
+        forward(compiling)
 
 
 def run_steps(steps: Iterable[Step], report: Callable[[str], object]) -> None:
@@ -60,7 +77,7 @@ def run_steps(steps: Iterable[Step], report: Callable[[str], object]) -> None:
     Args:
         steps: Name and function of each.
         report: Called before each kernel that has to be compiled, with a line such as "compiling 3 of 6 (sensors):
-            fast.measure", and at the end; not at all if every kernel is in the cache.
+            fast.measure", and at the end; not at all if nothing has to be compiled.
     """
     steps, begun_s, doing = list(steps), time.perf_counter(), ""
     with Compilations(lambda name: report(f"compiling {doing}: {name}")) as compiled:

@@ -27,8 +27,8 @@ def closure_digest(file: Path) -> str:
     """Digest of the texts and relative places of a file and of all that it imports, directly or not.
 
     Args:
-        file: Absolute path of a module or script. Imports are followed into the folder that holds its topmost package
-            and into this package; those of other distributions are not.
+        file: Absolute path of a module or script. Imports are followed into its own topmost package, or a script's
+            folder, and into this package; those of other distributions are not.
     """
     root = _root(file)
     found = {file}
@@ -68,26 +68,34 @@ def _imported(file: Path, root: Path) -> set[Path]:
 
 def _named(file: Path, root: Path) -> Iterator[Path]:
     """Where a file's imports may be, without suffix: of `from a import b` both a and a.b."""
+    packages = (file.relative_to(root) if file.is_relative_to(root) else Path(_PACKAGE.name, file.name)).parts[:-1]
+    own = packages[0] if packages else ""  # a script's folder is followed whole
     for match in _IMPORT.finditer(_text(file)):
         if match["modules"] is not None:
             for listed in _COMMENT.sub(b"", match["modules"]).split(b","):
                 if name := _NAME.search(listed):
-                    yield from _below(root, name[0])
+                    yield from _below(root, name[0], own)
             continue
         dots = len(match["dots"])
-        for origin in _below(file.parents[dots - 1] if dots else root, match["origin"]):
+        for origin in _below(file.parents[dots - 1], match["origin"]) if dots else _below(root, match["origin"], own):
             yield origin
             for listed in _COMMENT.sub(b"", match["names"]).strip(b"()").split(b","):
                 if name := _NAME.search(listed):
                     yield origin / name[0].decode()
 
 
-def _below(base: Path, name: bytes) -> Iterator[Path]:
-    """Candidate places of a module, without suffix; `base` is the folder of its topmost package, unless ours."""
+def _below(base: Path, name: bytes, own: str = "") -> Iterator[Path]:
+    """Candidate places of a module, without suffix.
+
+    Args:
+        base: The folder of its topmost package, unless that is ours.
+        name: Of the module.
+        own: The only package that is followed there; "" for all.
+    """
     first, *rest = name.decode().split(".")
     if first == _PACKAGE.name:
         yield from (ours.joinpath(*rest) for ours in _OURS)
-    else:
+    elif own in ("", first):
         yield base.joinpath(first, *rest)
 
 

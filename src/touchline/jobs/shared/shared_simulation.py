@@ -1,6 +1,5 @@
 """Several emulated robots on one field in one process, in step, each as far as the traffic rules let it."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.stopwatch import Stopwatch
 from touchline.fleet.body_contacts import PRESSED
 from touchline.fleet.traffic.gates import authorities_m
 from touchline.jobs.shared.body_gap import BodyGap
@@ -95,7 +95,7 @@ def simulate_shared(
     Raises:
         CommandRefused: A robot does not take its plan.
     """
-    begun = time.perf_counter()
+    watch = Stopwatch()
     names = names_of(len(setups))
     members = [
         TeamMember.of(name, setup, hashed=hashed, listener=listener) for name, setup in zip(names, setups, strict=True)
@@ -114,7 +114,7 @@ def simulate_shared(
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
         reason,
-        time.perf_counter() - begun,
+        watch.elapsed_s,
         run.left_out,
         tuple(taken),
     )

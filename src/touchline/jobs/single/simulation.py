@@ -1,6 +1,5 @@
 """Runs a job in one process, without bus or wall clock, with the same bits as over Zenoh."""
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -187,7 +186,7 @@ def carry_out(
         CommandRefused: The robot does not take the plan.
         RecordingError: The recording cannot be written.
     """
-    begun = time.perf_counter()
+    watch = Stopwatch()
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()]
     emulator.check_load()
@@ -225,7 +224,7 @@ def carry_out(
     return Outcome(
         *reports,
         reason,
-        time.perf_counter() - begun,
+        watch.elapsed_s,
         recording,
         telemetry.strokes() if products.strokes else (),
     )

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
+from touchline.core.stopwatch import Stopwatch
 from touchline.jobs.team.random_team_faults import with_random_faults
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
@@ -31,11 +31,11 @@ class TeamJob:
         Raises:
             TouchlineError: The team cannot drive.
         """
-        begun = time.perf_counter()
+        watch = Stopwatch()
         team = self.team.model_copy(update={"world": world})
         run = TeamRun(with_random_faults(team, world.seed) if self.random_faults else team)
         run.run()
-        return team_figures(run, time.perf_counter() - begun)
+        return team_figures(run, watch.elapsed_s)
 
 
 def swept_figures(figures: dict[str, Any]) -> dict[str, float]:

@@ -1,0 +1,461 @@
+"""Compiles kernels with Numba: the only module that knows it, imported only when code is missing.
+
+A kernel becomes the machine code of one function, which takes the address of a block of words (`kernel_arguments`),
+rebuilds the arguments from it, calls the kernel and leaves the result behind them. The code needs nothing of Numba or
+Python but `malloc` and `free`: Numba's runtime is replaced by the one below.
+
+Most kernels are called by other kernels only, whose code then holds theirs. Numba's public dispatcher would optimise
+each of them for itself, make it into machine code and wrap it for Python, and once more for every constant that it is
+called with: half of the time. Therefore parts are compiled through its compiler's own interface (`_Part`,
+`_Dispatcher`); they are all of Numba's private names that are used, and hold for the versions in pyproject.toml.
+"""
+
+import ctypes
+import gc
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba import carray, farray  # type: ignore[attr-defined]
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.typing.templates import make_concrete_template
+from numba.extending import intrinsic, typeof_impl
+from numba.np.numpy_support import as_dtype, from_dtype
+
+from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, UnsupportedArgumentError, width
+from touchline.core.kernel_code import target_machine
+from touchline.core.kernel_function import ClassFunction, KernelFunction
+
+# So many new objects between two collections: compiling makes a great many, hardly any of which are garbage then.
+_OBJECTS = 100_000
+
+_SCALAR_TYPES: Final = {
+    "int64": types.int64,
+    "bool": types.boolean,
+    "float64": types.float64,
+    "complex128": types.complex128,
+    "none": types.none,
+}
+_RESULTS: Final = {
+    types.int64: "int64",
+    types.uint64: "int64",
+    types.boolean: "bool",
+    types.float64: "float64",
+    types.complex128: "complex128",
+    types.none: "none",
+}
+
+# Numba's runtime for code that owns all of its memory: (references, destructor, its data, memory, size, allocator),
+# as in numba/core/runtime/nrt.cpp; the memory of an array lies behind that, the memory of a list elsewhere.
+_RUNTIME: Final = """
+%block = type { i64, ptr, ptr, ptr, i64, ptr }
+declare ptr @malloc(i64)
+declare ptr @realloc(ptr, i64)
+declare void @free(ptr)
+define ptr @numba_unpickle(ptr %data, i32 %length, ptr %digest) {
+  ret ptr null
+}
+define ptr @numba_runtime_build_excinfo_struct(ptr %description, ptr %arguments) {
+  ret ptr null
+}
+define ptr @NRT_Allocate(i64 %size) {
+  %p = call ptr @malloc(i64 %size)
+  ret ptr %p
+}
+define void @NRT_Free(ptr %p) {
+  call void @free(ptr %p)
+  ret void
+}
+define ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 %align) {
+  %wide = zext i32 %align to i64
+  %room = add i64 %wide, 48
+  %all = add i64 %room, %size
+  %base = call ptr @malloc(i64 %all)
+  %none = icmp eq ptr %base, null
+  br i1 %none, label %out, label %got
+got:
+  %first = ptrtoint ptr %base to i64
+  %behind = add i64 %first, %room
+  %odd = urem i64 %behind, %wide
+  %at = sub i64 %behind, %odd
+  %data = inttoptr i64 %at to ptr
+  store %block zeroinitializer, ptr %base
+  store i64 1, ptr %base
+  %d = getelementptr %block, ptr %base, i32 0, i32 3
+  store ptr %data, ptr %d
+  %s = getelementptr %block, ptr %base, i32 0, i32 4
+  store i64 %size, ptr %s
+  br label %out
+out:
+  ret ptr %base
+}
+define ptr @NRT_MemInfo_alloc(i64 %size) {
+  %b = call ptr @NRT_MemInfo_alloc_aligned(i64 %size, i32 16)
+  ret ptr %b
+}
+define void @NRT_MemInfo_call_dtor(ptr %b) {
+  %f = getelementptr %block, ptr %b, i32 0, i32 1
+  %dtor = load ptr, ptr %f
+  %none = icmp eq ptr %dtor, null
+  br i1 %none, label %out, label %end
+end:
+  %i = getelementptr %block, ptr %b, i32 0, i32 2
+  %info = load ptr, ptr %i
+  %d = getelementptr %block, ptr %b, i32 0, i32 3
+  %data = load ptr, ptr %d
+  %s = getelementptr %block, ptr %b, i32 0, i32 4
+  %size = load i64, ptr %s
+  call void %dtor(ptr %data, i64 %size, ptr %info)
+  br label %out
+out:
+  call void @free(ptr %b)
+  ret void
+}
+define internal void @touchline_varsize_dtor(ptr %data, i64 %size, ptr %info) {
+  %none = icmp eq ptr %info, null
+  br i1 %none, label %out, label %end
+end:
+  call void %info(ptr %data, i64 %size, ptr null)
+  br label %out
+out:
+  call void @free(ptr %data)
+  ret void
+}
+define ptr @NRT_MemInfo_new_varsize_dtor(i64 %size, ptr %dtor) {
+  %base = call ptr @malloc(i64 48)
+  %data = call ptr @malloc(i64 %size)
+  store %block zeroinitializer, ptr %base
+  store i64 1, ptr %base
+  %f = getelementptr %block, ptr %base, i32 0, i32 1
+  store ptr @touchline_varsize_dtor, ptr %f
+  %i = getelementptr %block, ptr %base, i32 0, i32 2
+  store ptr %dtor, ptr %i
+  %d = getelementptr %block, ptr %base, i32 0, i32 3
+  store ptr %data, ptr %d
+  %s = getelementptr %block, ptr %base, i32 0, i32 4
+  store i64 %size, ptr %s
+  ret ptr %base
+}
+define ptr @NRT_MemInfo_new_varsize(i64 %size) {
+  %b = call ptr @NRT_MemInfo_new_varsize_dtor(i64 %size, ptr null)
+  ret ptr %b
+}
+define ptr @NRT_MemInfo_varsize_alloc(ptr %b, i64 %size) {
+  %data = call ptr @malloc(i64 %size)
+  %d = getelementptr %block, ptr %b, i32 0, i32 3
+  store ptr %data, ptr %d
+  %s = getelementptr %block, ptr %b, i32 0, i32 4
+  store i64 %size, ptr %s
+  ret ptr %data
+}
+define ptr @NRT_MemInfo_varsize_realloc(ptr %b, i64 %size) {
+  %d = getelementptr %block, ptr %b, i32 0, i32 3
+  %old = load ptr, ptr %d
+  %data = call ptr @realloc(ptr %old, i64 %size)
+  store ptr %data, ptr %d
+  %s = getelementptr %block, ptr %b, i32 0, i32 4
+  store i64 %size, ptr %s
+  ret ptr %data
+}
+define void @NRT_MemInfo_varsize_free(ptr %b, ptr %data) {
+  call void @free(ptr %data)
+  %d = getelementptr %block, ptr %b, i32 0, i32 3
+  %own = load ptr, ptr %d
+  %same = icmp eq ptr %own, %data
+  br i1 %same, label %clear, label %out
+clear:
+  store ptr null, ptr %d
+  br label %out
+out:
+  ret void
+}
+"""
+
+
+# The function that is called: null, or the address of what describes the exception.
+_CALL: Final = """
+declare i32 @"{inner}"(ptr, ptr, ptr)
+define ptr @"{name}"(ptr %block) {{
+  %result = alloca ptr
+  %error = alloca ptr
+  store ptr null, ptr %result
+  store ptr null, ptr %error
+  %code = call i32 @"{inner}"(ptr %result, ptr %error, ptr %block)
+  %well = icmp eq i32 %code, 0
+  %none = icmp eq i32 %code, -2
+  %good = or i1 %well, %none
+  %described = load ptr, ptr %error
+  %answer = select i1 %good, ptr null, ptr %described
+  ret ptr %answer
+}}
+"""
+
+
+class _Part(JITCodeLibrary):
+    """Code that is only linked into its callers', which become machine code; optimised first, it makes them faster."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class _Dispatcher(CPUDispatcher):
+    """A kernel as Numba sees it in other kernels."""
+
+    def __init__(self, kernel: KernelFunction) -> None:
+        options = {"nopython": True, "nogil": not kernel.locked, "error_model": "numpy", "_nrt": kernel.counting}
+        super().__init__(kernel.py_func, targetoptions=options)
+        self._parts: dict[tuple[Any, ...], Any] = {}
+
+    def part(self, general: tuple[Any, ...]) -> Any:
+        """The code for arguments of these types, to be linked into a caller's."""
+        if general not in self._parts:
+            self._parts[general] = self._compile_part(general)
+        return self._parts[general]
+
+    def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
+        """What Numba asks for when it types a call in another kernel: the signature that fits."""
+        parameters, folded = self.fold_argument_types(args, kws)
+        general = tuple(map(types.unliteral, folded))
+        name = self.py_func.__name__
+        return make_concrete_template(name, name, [self.part(general).signature]), parameters, general, {}
+
+    def get_overload(self, sig: Any) -> Any:
+        """The key under which Numba finds the code for that call; `sig` are the types of its arguments."""
+        return self._parts[tuple(sig)].library
+
+    def _compile_part(self, args: tuple[Any, ...]) -> Any:
+        context: Any = self.targetctx
+        flags: Any = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        library = _Part(context.codegen(), self.py_func.__qualname__)  # type: ignore[no-untyped-call]
+        part = compile_extra(self.typingctx, context, self.py_func, args, None, flags, {}, library)
+        context.insert_user_function(library, part.fndesc, [library])
+        return part
+
+
+class _ClassDispatcher(CPUDispatcher):
+    """Dispatches to the kernel of its name in the class of its first argument, when its caller is compiled."""
+
+    def __init__(self, kernel: ClassFunction) -> None:
+        super().__init__(kernel.py_func, targetoptions={"nopython": True})
+        self._kernel = kernel
+
+    def _meant(self, first: Any) -> Any:
+        return dispatcher_of(self._kernel.meant(first.instance_class))
+
+    def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
+        """As for the kernel that is meant."""
+        found: tuple[Any, ...] = self._meant(args[0]).get_call_template(args, kws)
+        return found
+
+    def get_overload(self, sig: Any) -> Any:
+        """As for the kernel that is meant."""
+        return self._meant(sig[0]).get_overload(sig)
+
+
+def dispatcher_of(kernel: KernelFunction) -> Any:
+    """The kernel as Numba sees it."""
+    if kernel.dispatcher is None:
+        kernel.dispatcher = _ClassDispatcher(kernel) if isinstance(kernel, ClassFunction) else _Dispatcher(kernel)
+    return kernel.dispatcher
+
+
+@typeof_impl.register(KernelFunction)
+def _(kernel: KernelFunction, _context: object) -> Any:
+    return types.Dispatcher(dispatcher_of(kernel))
+
+
+@intrinsic
+def _pointer(_context: object, _address: object) -> Any:
+    """The address (int64) as a pointer."""
+
+    def code(context: Any, builder: Any, _signature: object, given: Any) -> Any:
+        return builder.inttoptr(given[0], context.get_value_type(types.voidptr))
+
+    return types.voidptr(types.int64), code
+
+
+@intrinsic
+def _address(_context: object, _pointer: object) -> Any:
+    """A pointer as an address (int64)."""
+
+    def code(context: Any, builder: Any, _signature: object, given: Any) -> Any:
+        return builder.ptrtoint(given[0], context.get_value_type(types.int64))
+
+    return types.int64(types.voidptr), code
+
+
+_process: Final = ctypes.CDLL(None)
+_malloc = types.ExternalFunction("malloc", types.voidptr(types.int64))
+
+
+def compile_code(kernel: KernelFunction, arguments: Sequence[Tree], name: str) -> tuple[bytes, Tree]:
+    """Compile a kernel for arguments of these types.
+
+    Args:
+        kernel: The kernel.
+        arguments: Their types.
+        name: Of the function in the code.
+
+    Returns:
+        The code, an object file, and the type of the result.
+
+    Raises:
+        UnsupportedArgumentError: The result does not fit into words.
+    """
+    with global_compiler_lock:
+        often = gc.get_threshold()
+        gc.set_threshold(_OBJECTS, *often[1:])
+        try:
+            result = _result(dispatcher_of(kernel).part(tuple(map(_type, arguments))).signature.return_type)
+            entry = KernelFunction(_entry(kernel, arguments, result))
+            return _emitted(dispatcher_of(entry).part((types.voidptr,)), name), result
+        finally:
+            gc.set_threshold(*often)
+
+
+def _type(tree: Tree) -> Any:
+    """A type as Numba has it."""
+    if isinstance(tree, TupleType):
+        return types.BaseTuple.from_types([_type(part) for part in tree.parts], tree.kind)
+    if isinstance(tree, ArrayType):
+        made: Any = types.Array
+        return made(from_dtype(tree.dtype), tree.ndim, tree.layout)
+    return from_dtype(tree.dtype) if isinstance(tree, RecordType) else _SCALAR_TYPES[tree]
+
+
+def _result(kind: Any) -> Tree:
+    """A type of Numba's as a tree."""
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.BaseTuple):
+        named: Any = kind
+        made = named.instance_class if isinstance(kind, types.BaseNamedTuple) else tuple
+        return TupleType(made, tuple(map(_result, named)))
+    if isinstance(kind, types.Array) and kind.ndim > 0:
+        return ArrayType(as_dtype(kind.dtype), kind.ndim, "C")
+    if kind not in _RESULTS:
+        raise UnsupportedArgumentError(f"a kernel returns {kind}")
+    return _RESULTS[kind]
+
+
+class _Source:
+    """The text of an entry function."""
+
+    def __init__(self) -> None:
+        self.names: dict[str, Any] = {
+            "address": _address,
+            "as_strided": np.lib.stride_tricks.as_strided,
+            "carray": carray,
+            "farray": farray,
+            "malloc": _malloc,
+            "np": np,
+            "pointer": _pointer,
+        }
+        self.words = 0
+        self.lines: list[str] = []
+
+    def _word(self) -> int:
+        self.words += 1
+        return self.words - 1
+
+    def _named(self, value: object) -> str:
+        name = f"c{len(self.names)}"
+        self.names[name] = value
+        return name
+
+    def argument(self, tree: Tree) -> str:
+        """The expression for an argument from the words."""
+        if isinstance(tree, TupleType):
+            parts = [self.argument(part) for part in tree.parts]
+            return f"({''.join(f'{p}, ' for p in parts)})" if tree.kind is tuple else self._made(tree.kind, parts)
+        if isinstance(tree, RecordType):
+            return f"carray(pointer(i[{self._word()}]), (1,), {self._named(tree.dtype)})[0]"
+        if isinstance(tree, ArrayType):
+            at, dtype = self._word(), self._named(tree.dtype)
+            shape = self._tuple(tree.ndim)
+            if tree.layout == "A":
+                base = f"carray(pointer(i[{at}]), (1,), {dtype})"
+                return f"as_strided({base}, {shape}, {self._tuple(tree.ndim)})"
+            return f"{'farray' if tree.layout == 'F' else 'carray'}(pointer(i[{at}]), {shape}, {dtype})"
+        if tree == "none":
+            return "None"
+        at = self._word()
+        if tree == "complex128":
+            return f"complex(f[{at}], f[{self._word()}])"
+        return f"f[{at}]" if tree == "float64" else f"(i[{at}] != 0)" if tree == "bool" else f"i[{at}]"
+
+    def _made(self, kind: type, parts: list[str]) -> str:
+        return f"{self._named(kind)}({', '.join(parts)})"
+
+    def _tuple(self, count: int) -> str:
+        return f"({''.join(f'i[{self._word()}], ' for _ in range(count))})"
+
+    def result(self, tree: Tree, value: str) -> None:
+        """Add the statements that leave a result in the words."""
+        if isinstance(tree, TupleType):
+            for k, part in enumerate(tree.parts):
+                self.result(part, f"{value}[{k}]")
+        elif isinstance(tree, ArrayType):
+            at, name, dtype = self._word(), f"r{self.words}", self._named(tree.dtype)
+            self.lines += [
+                f"{name} = {value}",
+                f"{name}p = malloc({name}.size * {tree.dtype.itemsize} + 1)",
+                f"carray({name}p, {name}.shape, {dtype})[...] = {name}",
+                f"i[{at}] = address({name}p)",
+                *(f"i[{self._word()}] = {name}.shape[{k}]" for k in range(tree.ndim)),
+            ]
+        elif tree == "complex128":
+            self.lines += [f"f[{self._word()}] = {value}.real", f"f[{self._word()}] = {value}.imag"]
+        elif tree != "none":
+            self.lines.append(f"{'f' if tree == 'float64' else 'i'}[{self._word()}] = {value}")
+
+
+def _entry(kernel: KernelFunction, arguments: Sequence[Tree], result: Tree) -> Callable[[Any], None]:
+    """The function that becomes the code."""
+    source = _Source()
+    given = ", ".join(map(source.argument, arguments))
+    source.result(result, "result")
+    words = max(sum(map(width, arguments)) + width(result), 1)
+    lines = [
+        "def entry(block):",
+        f"i = carray(block, ({words},), np.int64)",
+        f"f = carray(block, ({words},), np.float64)",
+        f"result = kernel({given})",
+        *source.lines,
+    ]
+    source.names["kernel"] = kernel
+    exec("\n    ".join(lines), source.names)
+    entry: Callable[[Any], None] = source.names["entry"]
+    return entry
+
+
+def _emitted(entry: Any, name: str) -> bytes:
+    """The machine code of an entry function, called `name` in it.
+
+    Numba's functions return a code, 0 and −2 if all is well, and store where their exception is described.
+    """
+    entry.library.finalize()
+    module = llvm.parse_assembly(entry.library.get_llvm_str())
+    module.link_in(llvm.parse_assembly(_RUNTIME + _CALL.format(name=name, inner=entry.fndesc.llvm_func_name)))
+    for function in module.functions:
+        if not function.is_declaration and function.name != name:
+            function.linkage = "internal"
+    for variable in module.global_variables:
+        if not variable.is_declaration:
+            variable.linkage = "internal"
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    machine = target_machine()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    for function in module.functions:
+        if function.is_declaration and not (function.name.startswith("llvm.") or hasattr(_process, function.name)):
+            raise UnsupportedArgumentError(f"{name} needs {function.name} of Numba")
+    code: bytes = machine.emit_object(module)
+    return code

@@ -1,0 +1,165 @@
+"""Compiled kernels on disk: in the package, where a wheel brought them, or in `$XDG_CACHE_HOME/touchline/kernels`.
+
+A file holds the code of one kernel for one set of argument types. Its name has a digest of both, of the text of the
+kernel's module and all that this imports, of Numba's version and of the kind of processor: nothing stale is ever run,
+and an edit compiles again only what depends on it.
+"""
+
+import fcntl
+import hashlib
+import inspect
+import json
+import os
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from touchline.core.import_closure import closure_digest
+from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, classes_of
+from touchline.core.kernel_code import target
+
+#: Changes whenever files of the same name mean something else.
+_FORMAT: Final = 1
+_SHIPPED: Final = Path(__file__).with_name("compiled")
+#: Code that nobody has used for so long is removed, and the oldest beyond so many bytes.
+_UNUSED_S: Final = 30 * 24 * 3600.0
+_MOST_BYTES: Final = 200_000_000
+_DAY_S: Final = 24 * 3600.0
+
+
+def cache_folder() -> Path:
+    """The folder of code that was compiled here."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
+
+
+def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
+    """The name of a kernel's code for arguments of these types; None if code cannot be found again by a name.
+
+    It cannot if the kernel or a class among the arguments is made by a function, or is of no file.
+    """
+    made_by = [function, *(kind for tree in arguments for kind in classes_of(tree))]
+    files = [_file(each) for each in made_by]
+    if function.__closure__ or not all(files):
+        return None
+    digests = sorted({closure_digest(file) for file in files if file})
+    module = "" if function.__module__ == "__main__" else function.__module__
+    what = [module, function.__qualname__, function.__code__.co_firstlineno, *map(str, arguments), *digests]
+    digest = hashlib.blake2b(repr((_FORMAT, version("numba"), target(), what)).encode(), digest_size=12).hexdigest()
+    return f"{function.__name__}-{digest}"
+
+
+@cache
+def _file(made: Any) -> Path | None:
+    """The source file of a function or class at the top of a module or class."""
+    if "<locals>" in made.__qualname__:
+        return None
+    with suppress(OSError, TypeError):
+        file = Path(inspect.getfile(made)).absolute()
+        return file if file.exists() else None
+    return None
+
+
+def find(name: str) -> tuple[bytes, Tree] | None:
+    """The code of that name and the type of its result, if there is any."""
+    for folder in (_SHIPPED, cache_folder()):
+        file = folder / f"{name}.o"
+        with suppress(OSError, ValueError, AttributeError, ImportError):
+            head, code = file.read_bytes().split(b"\n", 1)
+            listed, digest = json.loads(head)
+            if digest != _digest(code):
+                continue
+            result = _tree(listed)
+            if time.time() - file.stat().st_mtime > _DAY_S:
+                os.utime(file)  # in use
+            return code, result
+    return None
+
+
+def keep(name: str, code: bytes, result: Tree) -> None:
+    """Write code to the cache, if that is possible; where the disk is full, the next process compiles it again."""
+    folder = cache_folder()
+    written = folder / f"{name}.{os.getpid()}"
+    with suppress(OSError, TypeError):
+        head = json.dumps([_listed(result), _digest(code)]).encode()
+        try:
+            written.write_bytes(head + b"\n" + code)
+            written.replace(folder / f"{name}.o")
+        finally:
+            written.unlink(missing_ok=True)
+        _prune(folder)
+
+
+@contextmanager
+def compiling_alone(name: str) -> Iterator[None]:
+    """Have other processes wait that want the same code."""
+    with suppress(OSError):
+        folder = cache_folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            try:
+                yield
+            finally:
+                (folder / f"{name}.lock").unlink(missing_ok=True)
+        return
+    yield
+
+
+def _digest(code: bytes) -> str:
+    return hashlib.blake2b(code, digest_size=16).hexdigest()
+
+
+def _prune(folder: Path) -> None:
+    """Remove what has not been used for a month, and the oldest of what is too much."""
+    now, room = time.time(), _MOST_BYTES
+    entries = [(entry.stat(), entry) for entry in folder.iterdir()]
+    for stat, entry in sorted(entries, key=lambda each: each[0].st_mtime, reverse=True):
+        room -= stat.st_size
+        if now - stat.st_mtime > _UNUSED_S or room < 0:
+            if entry.is_dir():
+                shutil.rmtree(entry, ignore_errors=True)
+            else:
+                entry.unlink(missing_ok=True)
+
+
+def _listed(tree: Tree) -> Any:
+    """A type as JSON has it.
+
+    Raises:
+        TypeError: It cannot be found again.
+    """
+    if isinstance(tree, TupleType):
+        if "<locals>" in tree.kind.__qualname__:
+            raise TypeError(tree.kind)
+        return ["tuple", tree.kind.__module__, tree.kind.__qualname__, *map(_listed, tree.parts)]
+    if isinstance(tree, ArrayType):
+        if tree.dtype.names:
+            raise TypeError(tree.dtype)
+        return ["array", tree.dtype.str, tree.ndim, tree.layout]
+    if isinstance(tree, RecordType):
+        raise TypeError(tree)
+    return tree
+
+
+def _tree(listed: Any) -> Tree:
+    """A type from JSON."""
+    if isinstance(listed, str):
+        return listed
+    kind, *rest = listed
+    if kind == "array":
+        dtype, ndim, layout = rest
+        return ArrayType(np.dtype(dtype), ndim, layout)
+    module, qualname, *parts = rest
+    found: Any = import_module(module)
+    for name in qualname.split("."):
+        found = getattr(found, name)
+    return TupleType(found, tuple(map(_tree, parts)))
