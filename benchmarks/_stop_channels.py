@@ -134,14 +134,14 @@ class ByOrder(StopChannel):
 import sys, time
 import touchline.cli as cli, touchline.cli.commands, touchline.cli.order_command as orders
 
-insist = orders.insist
+repeat = orders.repeat_until_acknowledged
 
 def noted(*arguments, **options):
     sys.stderr.write(f"{time.monotonic()}\\n")
     sys.stderr.flush()
-    return insist(*arguments, **options)
+    return repeat(*arguments, **options)
 
-orders.insist = noted
+orders.repeat_until_acknowledged = noted
 sys.stdin.readline()
 sys.argv = ["touchline", "order", "estop"]
 cli.main()

@@ -57,7 +57,7 @@ class _Team:
         for name, message in self._said.items():
             self._hub.receive(name, message, self._now_s)
         self._hub.update(self._now_s)
-        self._told = self._hub.say()
+        self._told = self._hub.guidance()
 
     def drive(self) -> None:
         """The robots' work until the next."""

@@ -1,4 +1,4 @@
-"""A path follower of one's own, outside the robot: serves `follower/step`, in lock-step with sim time.
+"""External path follower, outside the robot: serves `follower/step`, in lock-step with sim time.
 
 Run it beside a robot that waits for it:
 
@@ -6,7 +6,7 @@ Run it beside a robot that waits for it:
     touchline run soccer-11 --follower external
 
 Any language will do that speaks Zenoh and CDR: declare a queryable on `<namespace>/follower/step` and answer each
-request (schemas/msg/touchline_msgs/srv/FollowerStep.srv) with the wanted speed and yaw rate and the request's `step`.
+request (schemas/msg/touchline_msgs/srv/FollowerStep.srv) with the wanted speed, yaw rate and the request's `step`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from touchline.schemas.messages import FollowerStepRequest, FollowerStepResponse
 
 LOOKAHEAD_M = 0.35
 LEAD_TICKS = 5
-"""The actuators lag by 50 ms."""
+"""Look-ahead that compensates the actuators' lag of 50 ms."""
 
 Controller = Callable[[FollowerStepRequest], tuple[float, float]]
 
@@ -33,7 +33,7 @@ def steer(request: FollowerStepRequest) -> tuple[float, float]:
 
 
 def serve(bus: Bus, controller: Controller, stop: Callable[[], bool]) -> None:
-    """Answer until `stop`."""
+    """Answer requests by `controller` until `stop` returns true."""
     server = bus.serve(topics.FOLLOWER_STEP)
     while not stop():
         call = server.wait(0.1)
@@ -44,7 +44,7 @@ def serve(bus: Bus, controller: Controller, stop: Callable[[], bool]) -> None:
 
 
 def main() -> None:
-    """Serve until interrupted."""
+    """Run the follower until it is interrupted."""
     with Bus.open("follower") as bus:
         serve(bus, steer, lambda: False)
 

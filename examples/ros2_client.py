@@ -21,7 +21,7 @@ DEFINITIONS = Path(__file__).resolve().parents[1] / "schemas" / "msg"
 
 
 def main() -> None:
-    """List and call."""
+    """List topics and services, then call the chosen service."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", choices=["start", "pause", "resume", "abort", "estop", "reset"])
     parser.add_argument("--port", type=int, default=7447)

@@ -1,1 +1,1 @@
-"""The bridge: records robots on request, shows them to ROS 2 and to viewers, and replays."""
+"""The bridge: records robots on request, connects them with ROS 2 and viewers, and replays recordings."""

@@ -1,4 +1,4 @@
-"""A path follower that is a ROS 2 node: the robot's questions to it, tick by tick, and its answers."""
+"""Path follower that is a ROS 2 node: passes the robot's requests to it, tick by tick, and its answers back."""
 
 from typing import Any, Final, NamedTuple
 
@@ -9,12 +9,12 @@ from touchline.bus.ros2_client import Ros2Response
 from touchline.schemas import topics
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 
-#: As long as the robot waits for a step.
+#: Time for which the robot waits for a step.
 _ANSWER_S: Final = 1.0
 
 
 class _Step(NamedTuple):
-    """A question under way."""
+    """Request that the follower has not answered yet."""
 
     call: ServedCall[Any, Any]
     response: Ros2Response
@@ -23,16 +23,16 @@ class _Step(NamedTuple):
 class FollowerRoute:
     """Serves ``follower/step`` on the bus for as long as a ROS 2 node serves it there.
 
-    Answers pass undecoded, and the robot judges them. Without such a node a follower on the bus is alone.
+    Answers pass undecoded, and the robot checks them. Without such a node a follower on the bus is alone.
 
     Args:
-        bus: Of the robot.
-        session: Among ROS 2 nodes.
-        node: That the robot is there.
-        number: Tells the node's endpoints apart.
+        bus: Bus of the robot.
+        session: Session among ROS 2 nodes.
+        node: ROS 2 node of the robot.
+        number: Number of the node's first endpoint here.
 
     Attributes:
-        steps: Questions so far.
+        steps: Requests so far.
     """
 
     def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int) -> None:
@@ -46,7 +46,7 @@ class FollowerRoute:
         self.steps = 0
 
     def turn(self) -> bool:
-        """Pass questions and answers on; returns whether there are any."""
+        """Pass requests and answers on; return whether there are any."""
         served = self._client.served()
         if served and self._server is None:
             self._server = self._bus.serve(topics.FOLLOWER_STEP)

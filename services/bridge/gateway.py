@@ -1,7 +1,7 @@
-"""The ROS 2 gateway: every topic and service of the tables, what viewers draw, and goals, for nodes of rmw_zenoh.
+"""ROS 2 gateway: every topic and service of the tables, viewers' topics, and goals, for nodes of rmw_zenoh.
 
 Messages and requests pass as bytes, undecoded. A slow or hostile ROS 2 node can hold up nobody on the bus: messages
-that it does not take in time are dropped, and its requests are checked by whoever serves them, as everyone's are.
+that it does not take in time are dropped, and its requests are checked by the serving process, like all others.
 """
 
 import threading
@@ -28,23 +28,23 @@ GOAL_NAME: Final = "goal_pose"
 _GOAL_NAMES: Final = 2
 #: Sim time, as nodes with ``use_sim_time`` expect it.
 CLOCK_NAME: Final = "/clock"
-#: Liveliness tokens of a gateway at most: of its node, follower and clock, each topic, service and name of goals.
+#: Most liveliness tokens of a gateway: of its node, follower and clock, each topic, service and name of goals.
 ENDPOINTS: Final = 3 + len(TOPICS) + len(VIEWING) + len(SERVICES) + len(PARAMETER_SERVICES) + _GOAL_NAMES
 _STOPS_EVERY_S: Final = 0.002
-#: While a follower is asked, and the robot waits.
+#: Period while a follower is asked, and the robot waits.
 _STEPS_EVERY_S: Final = 0.0002
 
 
 @dataclass(frozen=True)
 class GatewayConfig:
-    """What ROS 2 nodes see, and where.
+    """Meeting point and names for ROS 2 nodes.
 
     Attributes:
-        endpoint: Where they are met.
+        endpoint: The meeting point.
         domain: ROS domain id.
         namespace: ROS namespace of all names, with or without its leading slash; ``/`` for none, empty for the robot's.
             Of several robots each has its own below that.
-        clock: Whether the first robot's sim time is told as ``/clock``, too.
+        clock: Whether the first robot's sim time is published as ``/clock``.
     """
 
     endpoint: Ros2Endpoint = field(default_factory=Ros2Endpoint)
@@ -53,19 +53,19 @@ class GatewayConfig:
     clock: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what is no ROS name."""
+        """Refuse an invalid ROS name."""
         parts = self.namespace.strip("/").split("/")
         if self.namespace.strip("/") and not all(part.isidentifier() and part.isascii() for part in parts):
             remedy = "use letters, digits, _ and single /, no digit first"
             raise SpecError("command line", "--ros-namespace", f"is {self.namespace!r}", remedy)
 
     def of(self, robot: str, *, alone: bool) -> Self:
-        """For the robot of this namespace, which is alone or one of several."""
+        """Return the configuration for the robot of this namespace, which is alone or one of several."""
         namespace = self.namespace if alone and self.namespace else f"{self.namespace.strip('/')}/{robot}".strip("/")
         return replace(self, namespace=namespace)
 
     def arguments(self) -> list[str]:
-        """The options that hand this to ``touchline bridge``."""
+        """Options that pass this to ``touchline bridge``."""
         return [
             *("--ros2", self.endpoint.option, self.endpoint.locator),
             *("--ros-domain", str(self.domain), "--ros-namespace", self.namespace),
@@ -79,9 +79,9 @@ class Gateway:
     Args:
         bus: An open bus.
         session: An open session among ROS 2 nodes.
-        config: What they are to see.
-        robots: Of all gateways in this session: one that is alone takes goals without a namespace, too, and of several
-            the first one's clock is told.
+        config: Names and clock.
+        robots: Robots of all gateways in this session: one that is alone takes goals without a namespace, too, and of
+            several the first one's clock is published.
 
     Raises:
         TouchlineError: Another gateway shows the same robot there.
@@ -122,9 +122,9 @@ class Gateway:
         self._failure: Exception | None = None
 
     def turn(self) -> bool:
-        """Forward what has arrived on either side, except what is urgent; returns whether anything had.
+        """Forward what has arrived on either side, except urgent requests; return whether anything had.
 
-        Raises whatever has failed in `pass_urgent`: better no gateway than one by which nobody can stop the robot.
+        Raises errors of `pass_urgent`: better no gateway than one by which nobody can stop the robot.
         """
         if self._failure is not None:
             raise self._failure
@@ -144,12 +144,12 @@ class Gateway:
         return bool(samples)
 
     def take_problems(self) -> list[str]:
-        """What nobody else tells the operator."""
+        """Return problems that nobody else reports to the operator."""
         problems, self._goals.problems = self._goals.problems, []
         return problems
 
     def pass_urgent(self) -> bool:
-        """Forward stop requests, and questions to a follower; if that fails, the next `turn` raises the error.
+        """Forward stop requests, and requests to a follower; if that fails, the next `turn` raises the error.
 
         Returns:
             Whether a follower is being asked.
@@ -163,7 +163,7 @@ class Gateway:
         return False
 
     def figures(self) -> dict[str, object]:
-        """Counters for the diagnostics."""
+        """Return counters for the diagnostics."""
         return {
             "ros2": f"{self._config.endpoint.locator}, domain {self._node.domain}, {self._node.full_name(NODE_NAME)}",
             "ros2_messages": sum(route.messages for route in self._topics.values()),
@@ -180,12 +180,12 @@ class Gateway:
 
 @contextmanager
 def passing_urgent(gateways: Sequence[Gateway]) -> Iterator[None]:
-    """Forward stops and steps of a follower from a thread of its own, since a turn of the main loop may take long."""
-    left = threading.Event()
+    """Forward stops and steps of a follower in a separate thread, since a turn of the main loop may take long."""
+    stop = threading.Event()
 
     def work() -> None:
         pause_s = _STOPS_EVERY_S
-        while not left.wait(pause_s):
+        while not stop.wait(pause_s):
             asking = [gateway.pass_urgent() for gateway in gateways]
             pause_s = _STEPS_EVERY_S if any(asking) else _STOPS_EVERY_S
 
@@ -194,5 +194,5 @@ def passing_urgent(gateways: Sequence[Gateway]) -> Iterator[None]:
     try:
         yield
     finally:
-        left.set()
+        stop.set()
         thread.join()

@@ -1,4 +1,4 @@
-"""Goals from ROS 2: a pose that is published there, as RViz does on a click, becomes an order to the robot."""
+"""Goals from ROS 2: a pose published there, as RViz does on a click, becomes an order to the robot."""
 
 import math
 import uuid
@@ -15,20 +15,20 @@ from touchline.schemas.messages import GotoRequest, PoseGoal, PoseStamped
 from touchline.services.bridge.rmw_zenoh import RosNode
 
 MAP_FRAMES: Final = ("", "map")
-#: A quaternion's length differs from 1 by no more, and neither roll nor pitch (half of it, rad) is larger.
+#: Largest deviation of a quaternion's length from 1, and of roll and pitch (half of it, rad) from 0.
 NORM_TOLERANCE: Final = 0.01
 _LEVEL: Final = 0.05
-#: The robot waits for the planner and for itself.
+#: Timeout: the robot waits for the planner and for itself.
 _ANSWER_S: Final = 90.0
 
 
-def goal_of(told: PoseStamped) -> PoseGoal:
-    """The goal that a pose stands for.
+def goal_of(pose: PoseStamped) -> PoseGoal:
+    """Convert a pose to a goal.
 
     Raises:
         PayloadError: It is in another frame, not finite, or not level.
     """
-    frame, at, turn = told.header.frame_id, told.pose.position, told.pose.orientation
+    frame, at, turn = pose.header.frame_id, pose.pose.position, pose.pose.orientation
     if frame not in MAP_FRAMES:
         raise PayloadError(f"header.frame_id is {frame!r}: give the pose in the frame map")
     quaternion = (turn.x, turn.y, turn.z, turn.w)
@@ -44,19 +44,19 @@ def goal_of(told: PoseStamped) -> PoseGoal:
 class GoalRoute:
     """Passes goals from topics of ROS 2 to the robot, of several at once the newest.
 
-    The robot tells in its event log what becomes of a goal; what never gets to it is told here.
+    The robot reports the outcome of a goal in its event log; failures before that are reported here.
 
     Args:
-        bus: Of the robot.
-        session: Among ROS 2 nodes.
-        node: That the robot is there.
-        number: Tells the node's endpoints apart: of the first of the names.
-        names: Of the topics; absolute with a leading slash.
+        bus: Bus of the robot.
+        session: Session among ROS 2 nodes.
+        node: ROS 2 node of the robot.
+        number: Number of the node's first endpoint here.
+        names: Names of the topics; absolute with a leading slash.
 
     Attributes:
-        goals: How many have come.
-        refused: How many of those that were looked at are none.
-        problems: What did not get to the robot, and why; whoever tells it takes it away.
+        goals: Goals that have come.
+        refused: Number of invalid ones, of those that were looked at.
+        problems: What did not get to the robot, and why; the reader removes them.
     """
 
     def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, names: Sequence[str]) -> None:
@@ -72,7 +72,7 @@ class GoalRoute:
         self.problems: list[str] = []
 
     def turn(self) -> None:
-        """Take goals that have come, and the robot's answers."""
+        """Take new goals, and the robot's answers."""
         for subscriber in self._subscribers:
             payloads = subscriber.take()
             self.goals += len(payloads)

@@ -13,10 +13,10 @@ from touchline.schemas.messages import DiagnosticArray, GetDiagnosticsRequest
 
 
 class Handshake(NamedTuple):
-    """What came of it.
+    """Result of a handshake.
 
     Attributes:
-        answers: By node, what each that has answered says of itself.
+        answers: Diagnostics by node, of each that has answered.
         silent: Nodes that are on the bus and have not answered; those that have left are in neither.
     """
 
@@ -35,10 +35,17 @@ def shake_hands(
     timeout_s: float,
     while_waiting: Callable[[], None] = lambda: None,
 ) -> Handshake:
-    """Exchange one call with each of the nodes on the bus; one that hangs is given up after ``timeout_s``.
+    """Exchange one call with each of the nodes on the bus; a silent one is skipped after ``timeout_s``.
 
     Declarations, messages and answers of one process keep their order. So when one has answered, it knew of our
     subscriptions before, and we of its; what either had sent until then has arrived.
+
+    Args:
+        bus: The bus.
+        presence: Presence of the processes on it.
+        nodes: Names of the nodes to call.
+        timeout_s: Wall-clock time for all answers.
+        while_waiting: Called often.
     """
 
     def wait(node: str) -> None:

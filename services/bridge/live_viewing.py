@@ -1,4 +1,4 @@
-"""What viewers draw of a robot that is on the bus, from whenever somebody looks."""
+"""Viewers' drawing of a robot on the bus, from whenever somebody looks."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from touchline.schemas.topics import Topic
 
 _ANSWER_S: Final = 10.0
 _ASK_AGAIN_S: Final = 1.0
-#: A robot that does not tell of its paint after so many questions has nothing to tell: no real one has.
+#: A robot without an answer after so many requests has no paint record: no real one has.
 _MOST_QUESTIONS: Final = 5
 #: Taken whenever they come: they are few, and nothing can be drawn without.
 _ALWAYS: Final = frozenset((topics.SETUP.name, topics.TEMPLATE.name, topics.PLAN.name))
 
 
 class LiveViewing:
-    """Draws for viewers what is wanted, as the robot's messages come; call `turn` often.
+    """Draws wanted topics for viewers as the robot's messages come; call `turn` often.
 
-    Paint that lies there already is asked for by `truth/get_paint`. Where a covering tool has been nobody tells
-    afterwards: once it is known that the tool covers, its ways are followed whether anybody looks or not.
+    Existing paint is fetched by `truth/get_paint`. The ground of a covering tool cannot be fetched afterwards: once it
+    is known that the tool covers, its path is followed whether anybody looks or not.
 
     Args:
-        bus: Of the robot.
-        prefix: Before the names of the robot's own frames.
+        bus: Bus of the robot.
+        prefix: Prefix of the robot's own frames.
     """
 
     def __init__(self, bus: Bus, prefix: str) -> None:
@@ -50,17 +50,17 @@ class LiveViewing:
 
     @property
     def sampled(self) -> set[Topic]:
-        """Those of its `sources` of which the latest message now and then does: where frames are."""
+        """Those of its `sources` of which the latest message now and then suffices: positions of frames."""
         return set() if self._viewing.covers else {topics.ODOMETRY, topics.TRUTH}
 
     @property
     def sources(self) -> set[Topic]:
-        """The topics that it needs now."""
+        """Topics that it needs now."""
         needed = {topics.SETUP, *(source for topic in self._wanted for source in SOURCES_OF[topic])}
         return needed | {topics.TEMPLATE, topics.TRUTH, topics.CLOCK} if self._viewing.covers else needed
 
     def want(self, wanted: Collection[Topic]) -> list[Drawn]:
-        """Of the viewers' topics these are looked at from now on; returns what is drawn for that."""
+        """Set the viewers' topics that are looked at from now on; return what is drawn for that."""
         before, self._wanted = self._wanted, frozenset(wanted)
         self._heed()
         if not self._wanted & WORK:
@@ -74,7 +74,7 @@ class LiveViewing:
         self._sources = _ALWAYS | {topic.name for topic in self.sources}
 
     def take(self, sample: Sample) -> list[Drawn]:
-        """What is drawn of a message that has come."""
+        """Return what is drawn from a message."""
         name, payload = sample.topic.name, sample.payload
         if name not in self._sources:
             return []
@@ -93,14 +93,14 @@ class LiveViewing:
                 self._held.append(payload)
                 return []
         drawn = self._viewing.take(name, payload)
-        if name == topics.TEMPLATE.name:  # it has taken away all work
+        if name == topics.TEMPLATE.name:  # it has removed all work
             self._fetch()
         elif name == topics.SETUP.name:
             self._heed()
         return drawn
 
     def turn(self) -> list[Drawn]:
-        """What is drawn of the robot's answers."""
+        """Return what is drawn from the robot's answers."""
         if not self._asked:
             return []
         if self._question is None:
@@ -120,7 +120,7 @@ class LiveViewing:
         return self._go_on(0) if self._asked > _MOST_QUESTIONS else []
 
     def _fetch(self) -> None:
-        """Have all paint told; what comes until then is held."""
+        """Fetch all paint; batches that come until then are held."""
         if self._wanted & WORK and not self._viewing.covers:
             self._asked, self._question, self._ask_s = 1, None, 0.0
             self._held.clear()
@@ -130,7 +130,7 @@ class LiveViewing:
         return drawn + self._go_on(strokes[-1].first_index + len(strokes[-1].x_m) if strokes else 0)
 
     def _go_on(self, known: int) -> list[Drawn]:
-        """Draw paint again as it comes, first what was held of it, but for points below that number."""
+        """Draw batches of paint again, first the held ones, except points below that number."""
         held, self._held, self._asked = self._held, [], 0
         drawn: list[Drawn] = []
         for payload in held:

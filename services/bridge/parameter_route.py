@@ -1,4 +1,4 @@
-"""The parameter services of the node that a robot is among ROS 2 nodes."""
+"""Parameter services of a robot's ROS 2 node."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, Final
@@ -12,21 +12,21 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service
 from touchline.services.bridge.rmw_zenoh import RosNode
-from touchline.services.bridge.robot_parameters import ToldParameters, described, listed, refusal
+from touchline.services.bridge.robot_parameters import RobotParameters, described, listed, refusal
 from touchline.services.bridge.routes import problem_of
 
-#: Requests that are looked at in one turn.
+#: Most requests handled in one turn.
 _LOOKED_AT: Final = 16
 
 
 class ParameterRoute:
-    """Answers requests of parameters from what the robot has told of its setup; nothing can be set.
+    """Answers parameter requests from the robot's setup; nothing can be set.
 
     Args:
-        counters: Of the bus; what is no request is counted there.
-        session: Among ROS 2 nodes.
-        node: That the robot is there.
-        number: Tells the node's endpoints apart: of the first of the services.
+        counters: Counters of the bus, for invalid requests.
+        session: Session among ROS 2 nodes.
+        node: ROS 2 node of the robot.
+        number: Number of the node's first endpoint here.
 
     Attributes:
         calls: Requests so far.
@@ -34,7 +34,7 @@ class ParameterRoute:
 
     def __init__(self, counters: Counters, session: Ros2Session, node: RosNode, number: int) -> None:
         self._counters = counters
-        self._told = ToldParameters(counters.reject)
+        self._parameters = RobotParameters(counters.reject)
         self._servers: list[tuple[Service[Any, Any], Ros2Server]] = []
         for at, service in enumerate(topics.PARAMETER_SERVICES, number):
             self._servers.append((service, session.serve(node.service_key(service))))
@@ -42,11 +42,11 @@ class ParameterRoute:
         self.calls = 0
 
     def take_setup(self, payload: bytes) -> None:
-        """Note what the robot tells of itself; it is read when somebody asks."""
-        self._told.take_setup(payload)
+        """Keep the robot's setup; it is decoded at the first request."""
+        self._parameters.take_setup(payload)
 
     def turn(self) -> None:
-        """Answer requests that wait."""
+        """Answer the requests that wait."""
         for service, server in self._servers:
             for _ in range(_LOOKED_AT):
                 if (request := server.poll()) is None:
@@ -66,7 +66,7 @@ class ParameterRoute:
         request.fail(problem)
 
     def _response(self, request: Message) -> Message:
-        parameters = self._told.known()
+        parameters = self._parameters.known()
         match request:
             case m.ListParametersRequest():
                 return m.ListParametersResponse(result=listed(parameters, request))
@@ -84,9 +84,9 @@ class ParameterRoute:
                 return m.SetParametersAtomicallyResponse(result=refused[0] if refused else nothing)
         raise TypeError(f"{request.ros_type} asks for no parameter")
 
-    def _of(self, names: Iterable[str], told: Callable[[str, m.ParameterValue], Any]) -> tuple[Any, ...]:
-        """Something of each; nothing of any if one of them is unknown, as a node of rclpy answers."""
-        parameters = self._told.known()
+    def _of(self, names: Iterable[str], convert: Callable[[str, m.ParameterValue], Any]) -> tuple[Any, ...]:
+        """Apply a function to each named parameter; return nothing if one is unknown, as rclpy's nodes do."""
+        parameters = self._parameters.known()
         if not all(name in parameters for name in names):
             return ()
-        return tuple(told(name, parameters[name]) for name in names)
+        return tuple(convert(name, parameters[name]) for name in names)

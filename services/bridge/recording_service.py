@@ -1,4 +1,4 @@
-"""The loop of the bridge: records its robots on request, and shows them to ROS 2 and to viewers."""
+"""Loop of the bridge: records its robots on request, and connects them with ROS 2 and viewers."""
 
 import sys
 import time
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from touchline.bus import Bus, HealthReporter
 from touchline.bus.last_sent import sent_by
-from touchline.recordings.output import RecordingError
 from touchline.recordings.part_limits import UNLIMITED, PartLimits
 from touchline.recordings.parts import next_part
 from touchline.recordings.recorder import Existing, Recorder, RecordingReport
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import (
@@ -24,12 +24,12 @@ from touchline.schemas.messages import (
     RecordStopResponse,
     Time,
 )
-from touchline.services.bridge.folder import RecordingFolder
+from touchline.services.bridge.active_recording import ActiveRecording
 from touchline.services.bridge.gateway import Gateway
-from touchline.services.bridge.going import GoingRecording
 from touchline.services.bridge.handshake import Handshake, shake_hands
-from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
-from touchline.services.bridge.steadiness import Steadiness
+from touchline.services.bridge.recording_folder import RecordingFolder
+from touchline.services.bridge.recording_session import MOST_ROUNDS, RecordingSession
+from touchline.services.bridge.standstill_detector import StandstillDetector
 from touchline.supervision.shutdown import Stop
 
 if TYPE_CHECKING:
@@ -40,17 +40,16 @@ _HANDSHAKE_TIMEOUT_S = 3.0
 #: Processes that are waited for at the beginning and the end, and those of them whose messages are recorded.
 _NEIGHBOURS = frozenset({topics.PLANNER, topics.TELEMETRY})
 _PUBLISHERS = frozenset({topics.TELEMETRY})
-#: After a standstill: who is at work answers within this, if there is still a link to it.
+#: After a standstill: time for a running process to answer, if there is still a link to it.
 _QUICK_S = 0.5
-#: Whoever has joined the bus again knows everybody by then, and has the last message of each latched topic a little
-#: later.
+#: Time in which a rejoining process knows everybody, and has the last message of each latched topic a little later.
 _FOUND_S = 1.5
 _LATCHED_S = 0.3
-#: Who did not answer, and may be frozen itself, is asked again after this long, so many times.
+#: Period and number of repeated requests to silent processes, which may hang.
 _ASK_AGAIN_S = 2.0
 _ASK_AGAIN = 3
-#: Sim time that robots may be ahead of a recording that is behind, all of them together, and each at least: what comes
-#: in between waits here, some 600 messages of a second.
+#: Sim time that robots may be ahead of a late recording, all of them together, and each at least: messages of this time
+#: wait here, some 600 per second.
 _AHEAD_S = 20.0
 _AHEAD_EACH_S = 1.0
 _LIMIT_EVERY_S = 0.1
@@ -60,13 +59,13 @@ class BridgeService:
     """Serves recording; everything happens in :meth:`run`'s one loop.
 
     Args:
-        buses: Of each robot.
-        existing: What to do when a recording's file is there already.
-        recordings: The folder of what is recorded on request.
-        gateways: To ROS 2, one for each robot, if it is to see them.
-        viewers: Foxglove and the like, if they are served.
-        beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
-        going: Where to note what is being recorded, for a bridge after this one.
+        buses: Bus of each robot.
+        existing: What to do when a recording's file exists.
+        recordings: Folder of requested recordings.
+        gateways: Gateways to ROS 2, one for each robot, if any.
+        viewers: Server of viewers, if any.
+        beat: Called in waits that are longer than a turn of the loop, as a heartbeat.
+        active_recording: Note of the active recording, for a bridge after this one.
     """
 
     def __init__(
@@ -76,12 +75,12 @@ class BridgeService:
         recordings: RecordingFolder,
         gateways: Sequence[Gateway] = (),
         beat: Callable[[], None] = lambda: None,
-        going: GoingRecording | None = None,
+        active_recording: ActiveRecording | None = None,
         viewers: "Viewers | None" = None,
     ) -> None:
         self._viewers = viewers
         self._ends = [_RobotEnd(bus) for bus in buses]
-        self._going = going
+        self._active_recording = active_recording
         self._continues: list[Path] = []
         self._parts: list[Path] = []
         self._limits = UNLIMITED
@@ -94,7 +93,7 @@ class BridgeService:
         self._gaps_told = 0
         self._was_behind = False
         self._limited, self._limit_at_s = False, 0.0
-        self._steadiness = Steadiness()
+        self._standstill = StandstillDetector()
         self._recovering = False
         self._ask_again = 0
         self._ask_again_s = 0.0
@@ -108,33 +107,33 @@ class BridgeService:
 
     def go_on(self) -> None:
         """Resume, in a new file, the recording of a previous bridge that was killed; report if that fails."""
-        parts, limits = self._going.left_behind() if self._going is not None else ([], UNLIMITED)
+        parts, limits = self._active_recording.left_behind() if self._active_recording is not None else ([], UNLIMITED)
         if not parts:
             return
         path = next_part(parts)
         try:
             self.start(path, parts, limits)
         except RecordingError as error:
-            text = f"the bridge was ended while it recorded {parts[-1].name}, and cannot go on: {error}"
+            text = f"the bridge was restarted while it recorded {parts[-1].name}, and cannot continue: {error}"
             for end in self._ends:
                 end.publish(Event.ERROR, "recording-failed", text, 0)
             return
         text = (
-            f"the bridge was ended while it recorded {parts[-1].name}; it goes on in {path.name}, "
+            f"the bridge was restarted while it recorded {parts[-1].name}; it continues in {path.name}, "
             "what was sent in between is missing"
         )
-        self._tell(Event.WARN, "recording-goes-on", text)
+        self._publish_event(Event.WARN, "recording-goes-on", text)
 
     def start(self, path: Path, continues: Sequence[Path] = (), limits: PartLimits = UNLIMITED) -> None:
-        """Begin to record; on return every publisher on the bus knows of it.
+        """Start to record; on return every publisher on the bus knows of it.
 
         Args:
             path: The file.
             continues: The files of the same recording before this one.
-            limits: When it goes on in a next part.
+            limits: Limits of a part.
 
         Raises:
-            RecordingError: It goes on already, or the file cannot be created or written.
+            RecordingError: A recording is active, or the file cannot be created or written.
         """
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
@@ -155,19 +154,19 @@ class BridgeService:
             raise RecordingError(self._failed.problem)
 
     def _turn(self) -> bool:
-        """One round of the loop; returns whether there was anything to record."""
-        self._steadiness.turn(time.monotonic())
-        if self._steadiness.lost or (self._ask_again and time.monotonic() > self._ask_again_s):
+        """Run one round of the loop; return whether there was anything to record."""
+        self._standstill.turn(time.monotonic())
+        if self._standstill.lost or (self._ask_again and time.monotonic() > self._ask_again_s):
             self._recover()
         for end in self._ends:
             gone = end.look()
             if gone and self._session is not None and self._session.behind:
                 end.unasked |= gone
                 self._ask_again = _ASK_AGAIN
-        self._steadiness.meet(self._ends[0].bus.peers)
+        self._standstill.meet(self._ends[0].bus.peers)
         busy = self._pump()
         busy |= self._show()
-        self._tell_problems()
+        self._publish_problems()
         self._report_health()
         for end in self._ends:
             if (call := end.record.poll()) is not None:
@@ -177,7 +176,7 @@ class BridgeService:
         return busy
 
     def _show(self) -> bool:
-        """Pass on to ROS 2 and to viewers what has come; returns whether anything had."""
+        """Pass on to ROS 2 and to viewers what has arrived; return whether anything had."""
         busy = False
         for gateway in self._gateways:
             busy |= gateway.turn()
@@ -185,8 +184,8 @@ class BridgeService:
             busy |= self._viewers.turn()
         return busy
 
-    def _tell_problems(self) -> None:
-        """Publish what ROS 2 nodes have asked for in vain, each under its robot."""
+    def _publish_problems(self) -> None:
+        """Publish problems of ROS 2 nodes' requests, each under its robot."""
         for end, gateway in zip(self._ends, self._gateways, strict=False):
             for problem in gateway.take_problems():
                 recorder = self._session.recorder if self._session is not None else None
@@ -203,12 +202,12 @@ class BridgeService:
             return False
         if self._session.parts != self._parts:
             self._note_parts(self._session)
-        self._tell_gaps()
+        self._publish_gaps()
         self._limit(self._session, time.monotonic())
         return busy
 
     def _limit(self, session: RecordingSession, now_s: float) -> None:
-        """While the recording is behind, and once when it is no more, tell robots how far sim time may go."""
+        """Publish a limit on robots' sim time while the recording is behind, and its end."""
         if (session.behind or self._limited) and now_s >= self._limit_at_s:
             self._limited, self._limit_at_s = session.behind, now_s + _LIMIT_EVERY_S
             ahead_s = max(_AHEAD_S / len(self._ends), _AHEAD_EACH_S)
@@ -219,17 +218,17 @@ class BridgeService:
     def _note_parts(self, session: RecordingSession) -> None:
         """Note the recording's files, for a bridge after this one."""
         self._parts = session.parts
-        if self._going is not None:
-            self._going.note(self._parts, self._limits)
+        if self._active_recording is not None:
+            self._active_recording.note(self._parts, self._limits)
 
-    def _tell_gaps(self) -> None:
-        """Tell, once for each stretch, that messages are missing."""
+    def _publish_gaps(self) -> None:
+        """Report, once for each stretch, that messages are missing."""
         if self._session is not None and not self._recovering and self._session.gaps > self._gaps_told:
             self._gaps_told = self._session.gaps
             text = f"the recording lacks {self._session.lost} messages so far; its metadata say where"
-            self._tell(Event.WARN, "recording-fell-behind", text)
+            self._publish_event(Event.WARN, "recording-fell-behind", text)
 
-    def _tell(self, severity: int, code: str, text: str) -> None:
+    def _publish_event(self, severity: int, code: str, text: str) -> None:
         """Publish an event under every robot, at its sim time in the recording."""
         assert self._session is not None
         for end in self._ends:
@@ -239,13 +238,13 @@ class BridgeService:
         """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
         assert self._session is not None
         self._failed = self._session.finish()
-        self._tell(Event.ERROR, "recording-failed", self._failed.problem or str(error))
+        self._publish_event(Event.ERROR, "recording-failed", self._failed.problem or str(error))
         self._ended()
 
     def _ended(self) -> None:
         self._session = None
-        if self._going is not None:
-            self._going.forget()
+        if self._active_recording is not None:
+            self._active_recording.forget()
 
     def _report_health(self) -> None:
         due = [(number, end) for number, end in enumerate(self._ends) if end.health.due]
@@ -259,7 +258,7 @@ class BridgeService:
             end.health.poll({**values, **figures}, level=level, message=message)
 
     def _health(self) -> tuple[int, str, dict[str, object]]:
-        """(level, message, figures) of the recording."""
+        """Return (level, message, figures) of the recording."""
         if self._failed is not None:
             return DiagnosticStatus.ERROR, self._failed.problem, {"recording": ""}
         if self._session is None:
@@ -302,7 +301,7 @@ class BridgeService:
         if self._session is not None:
             cut_off = bool(self._unasked())
             self._account()
-            if self._steadiness.lost or (cut_off and self._unasked() and time.monotonic() > self._ask_again_s):
+            if self._standstill.lost or (cut_off and self._unasked() and time.monotonic() > self._ask_again_s):
                 self._recover()
         if self._session is None:  # there was none, or writing its last part failed
             return self._failed
@@ -311,46 +310,46 @@ class BridgeService:
         return report
 
     def _recover(self) -> None:
-        """After a standstill of this process: count what it has missed, and join the bus anew if it was cut off.
+        """Recover from a standstill of this process: count losses, and rejoin the bus if it was cut off.
 
-        Who has left meanwhile cannot be told from who has cut us off, except by looking for it anew.
+        A peer that has left meanwhile and one that has cut us off look alike until we rejoin.
         """
-        stood_s = self._steadiness.recovered()
+        stood_s = self._standstill.recovered()
         if stood_s:
             self._ask_again = _ASK_AGAIN
             for end in self._ends:
                 end.unasked |= end.there & _PUBLISHERS
-        self._recovering = True  # what lacks is told when all is counted
+        self._recovering = True  # losses are reported when all is counted
         self._account(_QUICK_S)
         if self._waits_for_linked():
             self._account()
-        # What is still on its way by a link would be lost with that.
+        # What is still in transit by a link would be lost with that.
         if not self._waits_for_linked() and (self._unasked() or self._lost_peers()):
             self._rejoin()
         self._recovering = False
-        self._tell_gaps()
+        self._publish_gaps()
         unasked = self._unasked()
         self._ask_again = self._ask_again - 1 if unasked else 0
         self._ask_again_s = time.monotonic() + _ASK_AGAIN_S
         if unasked and stood_s and self._session is not None:
             text = f"the bridge stood still for {stood_s:.1f} s and cannot reach {', '.join(unasked)} any more"
-            self._tell(Event.ERROR, "recording-cut-off", text)
+            self._publish_event(Event.ERROR, "recording-cut-off", text)
 
     def _waits_for_linked(self) -> bool:
-        """Whether there is a link to a publisher that has not answered."""
+        """Return whether there is a link to a publisher that has not answered."""
         peers = self._ends[0].bus.peers()
         return any(end.presence.instances(node) & peers for end in self._ends for node in end.unasked)
 
     def _lost_peers(self) -> bool:
-        """Whether a link is gone that was there when this process went steadily."""
-        return bool(self._steadiness.peers - self._ends[0].bus.peers())
+        """Return whether a link is gone that existed while this process ran steadily."""
+        return bool(self._standstill.peers - self._ends[0].bus.peers())
 
     def _unasked(self) -> list[str]:
-        """Publishers, by robot, that could not be asked what they have sent."""
+        """Return publishers, by robot, that could not be asked for their last messages."""
         return [f"{node} of {end.bus.namespace}" for end in self._ends for node in sorted(end.unasked)]
 
     def _rejoin(self) -> None:
-        """Join the bus anew; go on with what arrives there when all that were there are found, or are not in time."""
+        """Rejoin the bus; continue with what arrives there once all former peers are found, or time is up."""
         wanted = {end: end.there | end.unasked for end in self._ends}
         bus = self._ends[0].bus
         try:
@@ -373,7 +372,7 @@ class BridgeService:
         self._account()
 
     def _account(self, timeout_s: float = _HANDSHAKE_TIMEOUT_S) -> None:
-        """Know that every publisher knows of us and that what it has sent is here, or count what is missing of it."""
+        """Ensure that every publisher knows of us and that all it has sent is here, or count what is missing."""
         answers = self._handshake(timeout_s)
         self._catch_up()
         for end, handshake in zip(self._ends, answers, strict=True):
@@ -381,14 +380,14 @@ class BridgeService:
             for node, diagnostics in handshake.answers.items():
                 end.unasked.discard(node)
                 if self._session is not None:
-                    self._session.told(end.bus.namespace, sent_by(node, diagnostics))
-        self._tell_gaps()
+                    self._session.take_reports(end.bus.namespace, sent_by(node, diagnostics))
+        self._publish_gaps()
 
     def _handshake(self, timeout_s: float = _HANDSHAKE_TIMEOUT_S) -> list[Handshake]:
-        """Ask everybody how he is, recording meanwhile.
+        """Ask all publishers for their health, recording meanwhile.
 
-        An answer comes behind all that was sent before: who has not answered in time while that was more than could be
-        recorded is asked again.
+        An answer comes behind all that was sent before: a publisher that has not answered in time, while that was more
+        than could be recorded, is asked again.
         """
         answers = []
         for end in self._ends:
@@ -409,7 +408,7 @@ class BridgeService:
 
     def _breathe(self) -> None:
         self._beat()
-        self._steadiness.turn(time.monotonic())
+        self._standstill.turn(time.monotonic())
 
     def _while_waiting(self) -> None:
         self._breathe()
@@ -420,7 +419,7 @@ class BridgeService:
 
 
 class _RobotEnd:
-    """The bridge's end of one robot's bus: asked by any of them, it records all."""
+    """Bridge's end of one robot's bus: asked by any of them, it records all."""
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
@@ -429,22 +428,22 @@ class _RobotEnd:
         self.record = bus.serve(topics.RECORD)
         self.record_stop = bus.serve(topics.RECORD_STOP)
         self.there: frozenset[str] = frozenset()
-        """Neighbours that were there when this process went steadily."""
+        """Neighbours that were there while this process ran steadily."""
         self.unasked: set[str] = set()
-        """Publishers that could not be asked what they have sent since then."""
+        """Publishers that could not be asked for their last messages since then."""
         self.limit = bus.publisher(topics.RECORDER_LIMIT)
         """Publishes the limit of sim time while the recording is behind."""
         self._events = bus.publisher(topics.EVENTS)
 
     def look(self) -> frozenset[str]:
-        """See who is there; returns publishers that have gone, or have cut us off, just now."""
+        """Update presence; return publishers that have just gone, or have just cut us off."""
         self.presence.poll()
         before = self.there
         self.there = frozenset(self.presence.alive() & _NEIGHBOURS)
         return (before - self.there) & _PUBLISHERS
 
     def publish(self, severity: int, code: str, text: str, time_ns: int) -> None:
-        """An event for this robot's log."""
+        """Publish an event for this robot's log."""
         header = Header(stamp=Time.of_ns(time_ns))
         self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
@@ -454,9 +453,9 @@ def _in_words(report: RecordingReport, continues: Sequence[Path], parts: Sequenc
     if len(parts) > 1:
         text += f" in {', '.join(part.name for part in parts[len(continues) :])}"
     if continues:
-        text += f", after {', '.join(part.name for part in continues)}, where the bridge was ended"
+        text += f", after {', '.join(part.name for part in continues)}, where the bridge was restarted"
     if report.lost:
         text += f"; {report.lost} were lost on the way"
     if report.rejected:
-        text += f"; {report.rejected} payloads were no messages of their topic and are left out"
+        text += f"; {report.rejected} payloads did not fit their topic and are left out"
     return text

@@ -1,4 +1,4 @@
-"""What a replay can be told over the bus, by each of its robots' services."""
+"""Control of a replay over the bus, by each of its robots' services."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service
 
 FASTEST = 10_000.0
-"""The highest speed factor; beyond is as fast as it goes."""
+"""Highest speed factor; beyond is as fast as possible."""
 
 _Handler = Callable[[ReplayPlayer, Any], str]
 
@@ -29,16 +29,16 @@ class ReplayControls:
     """Serves the services that control a replay; call `poll` in a loop."""
 
     def __init__(self, buses: Sequence[Bus], player: ReplayPlayer) -> None:
-        """Serve them on each of the buses."""
+        """Declare the services on each of the buses."""
         self._player = player
         self._servers: list[tuple[Server[Any, Any], _Handler]] = [
             (bus.serve(service), handler) for bus in buses for service, handler in _HANDLERS.items()
         ]
         self._due: list[tuple[ServedCall[Any, Any], Any]] = []
-        """Requests that are carried out, but of which not all has been sent."""
+        """Requests carried out whose messages have not all been sent."""
 
     def poll(self) -> None:
-        """Take requests; each is answered once what it asks for has been sent."""
+        """Take requests; each is answered once its messages have been sent."""
         if self._due and not self._player.jumping and not self._player.stepping:
             for done, kind in self._due:
                 done.reply(kind(success=True, message=where(self._player)))
@@ -53,10 +53,10 @@ class ReplayControls:
 
 
 def where(player: ReplayPlayer) -> str:
-    """Where a replay stands, in words."""
+    """Return the state of a replay as text."""
     doing = "playing" if player.playing else "paused"
     end = "" if math.isnan(player.end_s) else f" of {player.end_s:.1f} s"
-    speed = "as fast as it goes" if player.speed <= 0.0 else f"{player.speed:g}×"
+    speed = "as fast as possible" if player.speed <= 0.0 else f"{player.speed:g}×"
     loops = "" if player.loops == 1 else f", pass {player.loop} of {player.loops or 'any number'}"
     return f"{doing} at {player.now_s:.1f} s{end}, {speed}{loops}"
 

@@ -1,4 +1,4 @@
-"""Replaying a recording onto the bus."""
+"""Replay of a recording on the bus."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from touchline.bus import Bus, BusConfig
-from touchline.recordings.output import RecordingError
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replay_player import ReplayPlayer
 from touchline.recordings.replay.replay_source import ReplaySource
 from touchline.recordings.replay.replayer import recorded_robots
@@ -21,27 +21,27 @@ from touchline.schemas.messages import ReplayStatus
 from touchline.schemas.replay_run import ReplayRun
 from touchline.services.bridge.handshake import shake_hands
 from touchline.services.bridge.replay_controls import ReplayControls, where
-from touchline.services.bridge.replay_voice import ReplayVoice
+from touchline.services.bridge.replayed_robot import ReplayedRobot
 
 _SETTLE_S: Final = 0.5
 _HANDSHAKE_TIMEOUT_S: Final = 5.0
 _LOOK_EVERY_S: Final = 0.1
-"""So often it is told where the replay is, and looked whether a robot has come."""
+"""Period of the status, and of looks for robots that have come."""
 _TURN_S: Final = 0.02
-"""Messages are sent for so long at most before requests are looked at."""
+"""Longest time for sending before requests are looked at."""
 _IDLE_S: Final = 0.01
 
 
 @dataclass(frozen=True)
 class ReplayReport:
-    """What was replayed.
+    """Result of a replay.
 
     Attributes:
         sent: Messages put on the bus.
         skipped: Messages of topics that are not in the topic table.
         sim_time_s: Sim time replayed.
-        problem: What could not be read of the recording; empty if it is whole.
-        reasons: Why messages of topics in the table were skipped all the same.
+        problem: What could not be read of the recording; empty if it is complete.
+        reasons: Why messages of topics in the table were skipped.
     """
 
     sent: int
@@ -53,14 +53,14 @@ class ReplayReport:
 
 @dataclass(frozen=True)
 class Playback:
-    """What is replayed of a recording, and how.
+    """Options of a replay.
 
     Attributes:
-        speed: Sim time per wall time; 0 or less is as fast as it goes.
-        robots: Of a recording of several, those that are replayed; all if empty.
-        loops: How many times to replay it; 0 without end.
-        from_s, to_s: Where to begin and end, s on the recording's own clock.
-        paused: Whether to wait at the beginning until it is told to go on.
+        speed: Sim time per wall time; 0 or less: as fast as possible.
+        robots: Of a recording of several, those that are replayed; empty: all.
+        loops: Number of passes; 0: endless.
+        from_s, to_s: Beginning and end, s on the recording's own clock.
+        paused: Whether to start paused.
         stay: Whether to stay at the end, paused.
     """
 
@@ -85,20 +85,19 @@ def run_replay(
     attend: Callable[[ReplayPlayer], None] = lambda _: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> ReplayReport:
-    """Put a recording onto the bus: that of one robot as the bus's robot, that of several each under its own namespace.
+    """Replay a recording on the bus: a single robot as the bus's robot, several each under its own namespace.
 
     Args:
-        path: MCAP file, whole or broken off.
-        playback: What of it, how fast and how often.
-        config: Where the bus is, and as which robot that of a recording of one appears; from the environment if not
-            given.
+        path: MCAP file, complete or cut off.
+        playback: Options.
+        config: Bus configuration, with the name for a single robot; from the environment if not given.
         progress: Called now and then with (fraction of the recording, its time in s).
-        attend: Called now and then with the replay, to tell it what to do.
+        attend: Called now and then with the replay, to control it.
         stop: Asked before every message whether to end now.
 
     Raises:
-        RecordingError: The file cannot be opened or is not MCAP, has not one of the robots that are named, or nothing
-            between the times that are given.
+        RecordingError: The file cannot be opened or is not MCAP, lacks a named robot, or has nothing between the given
+            times.
         CommandRefused: A robot is on the bus under such a namespace, or has come, whose messages would mix with the
             recorded ones.
         TouchlineError: Another replay is.
@@ -110,11 +109,11 @@ def run_replay(
     player = ReplayPlayer(source, playback.speed, not playback.paused, playback.loops, playback.from_s, playback.to_s)
     with Bus.open_all(topics.REPLAY, config.of(*names.values()), stop) as buses:
         run = ReplayRun(os.urandom(6))
-        voices = {recorded: ReplayVoice(bus, run) for recorded, bus in zip(names, buses, strict=True)}
-        time.sleep(_SETTLE_S)  # who is there learns of the publishers, and we of them
+        robots = {recorded: ReplayedRobot(bus, run) for recorded, bus in zip(names, buses, strict=True)}
+        time.sleep(_SETTLE_S)  # newcomers learn of the publishers, and we of them
         for bus in buses:
             bus.claim()
-        session = _Replay(path, player, voices, run, progress)
+        session = _Replay(path, player, robots, run, progress)
         session.check_alone()
         _meet_the_bridge(buses)
         controls = ReplayControls(buses, player)
@@ -128,7 +127,7 @@ def run_replay(
 
 
 def _names(path: Path, config: BusConfig, robots: Sequence[str]) -> dict[str, str]:
-    """The namespace on the bus of each robot that is replayed, by that in the recording."""
+    """Return the namespace on the bus of each robot that is replayed, by that in the recording."""
     recorded = recorded_robots(path)
     if len(recorded) <= 1:
         return {"".join(recorded): config.namespace}
@@ -139,7 +138,7 @@ def _names(path: Path, config: BusConfig, robots: Sequence[str]) -> dict[str, st
 
 
 def _check_times(path: Path, source: ReplaySource, playback: Playback) -> None:
-    """Refuse a stretch in which there is nothing."""
+    """Refuse a stretch without messages."""
     end_s = source.begin_s + source.length_s
     if playback.from_s > end_s or playback.to_s < source.begin_s or playback.to_s < playback.from_s:
         asked = f"nothing from {playback.from_s:g} s to {playback.to_s:g} s"
@@ -147,52 +146,52 @@ def _check_times(path: Path, source: ReplaySource, playback: Playback) -> None:
 
 
 def _meet_the_bridge(buses: Sequence[Bus]) -> None:
-    """Know, if there is a bridge, which may be recording, that it listens and has all that we have sent."""
+    """Wait until a bridge, if there is one, listens and has all that we have sent: it may be recording."""
     for bus in buses:
         presence = bus.presence()
         shake_hands(bus, presence, {topics.BRIDGE}, _HANDSHAKE_TIMEOUT_S)
 
 
 class _Replay:
-    """One replay under way."""
+    """Replay in progress: messages, status and pace."""
 
     def __init__(
         self,
         path: Path,
         player: ReplayPlayer,
-        voices: Mapping[str, ReplayVoice],
+        robots: Mapping[str, ReplayedRobot],
         run: ReplayRun,
         progress: Callable[[float, float], None] | None,
     ) -> None:
-        self._path, self._player, self._voices, self._progress = path, player, voices, progress
+        self._path, self._player, self._robots, self._progress = path, player, robots, progress
         self._run = run
         self._recalling = player.jumping
         self._sent = 0
-        self._told: ReplayStatus | None = None
-        self._tell_due_s = 0.0
+        self._published: ReplayStatus | None = None
+        self._publish_due_s = 0.0
         self._pace = _Pace()
 
     def check_alone(self) -> None:
-        """Refuse to replay a robot that is there.
+        """Refuse to replay a robot that is on the bus.
 
         Raises:
             CommandRefused: One is.
         """
-        for voice in self._voices.values():
-            if voice.robot_is_there():
-                which = f"a robot is on the bus as {voice.bus.namespace}"
+        for robot in self._robots.values():
+            if robot.robot_is_there():
+                which = f"a robot is on the bus as {robot.bus.namespace}"
                 raise CommandRefused(f"{which}; stop it before replaying, or use another namespace")
 
     def turn(self, stop: Callable[[], bool]) -> None:
-        """Send what is due, answer requests, tell where it is; then rest until more is due."""
+        """Send what is due, answer requests, publish the status; then rest until more is due."""
         begun_s = now_s = time.monotonic()
         while now_s < begun_s + _TURN_S and self._send(now_s) and not stop():
             now_s = time.monotonic()
-        self._tell(now_s)
+        self._publish_status(now_s)
         factor = self._player.speed if self._player.speed > 0.0 else -1.0
         figures = {"speed_factor": factor, "real_time_factor": f"{self._pace.factor:.3g}", "recording": ""}
-        for voice in self._voices.values():
-            voice.serve(figures, where(self._player))
+        for robot in self._robots.values():
+            robot.serve(figures, where(self._player))
         if not self._player.ended:
             time.sleep(self._player.wait_s(time.monotonic(), _IDLE_S))
 
@@ -202,30 +201,32 @@ class _Replay:
         cue = player.take(now_s)
         if self._run.jumps != player.jumps:
             self._run = ReplayRun(self._run.key, player.jumps)
-            for each in self._voices.values():
+            for each in self._robots.values():
                 each.begin_anew(self._run)
             self._recalling = player.jumping or cue is not None
-        if cue is not None and (voice := self._voices.get(cue.namespace)) is not None:
-            (voice.recall if self._recalling else voice.say)(cue)
+        if cue is not None and (robot := self._robots.get(cue.namespace)) is not None:
+            (robot.recall if self._recalling else robot.send)(cue)
             self._sent += 1
         if self._recalling and not player.jumping:
             self._recalling = False
-            for each in self._voices.values():
+            for each in self._robots.values():
                 each.recall_paint()
         return cue is not None
 
-    def _tell(self, now_s: float) -> None:
+    def _publish_status(self, now_s: float) -> None:
         status = self._status()
-        changed = self._told is None or status.model_copy(update={"now_s": self._told.now_s}) != self._told
-        if not changed and now_s < self._tell_due_s:
+        changed = (
+            self._published is None or status.model_copy(update={"now_s": self._published.now_s}) != self._published
+        )
+        if not changed and now_s < self._publish_due_s:
             return
-        self._tell_due_s = now_s + _LOOK_EVERY_S
+        self._publish_due_s = now_s + _LOOK_EVERY_S
         self._pace.note(now_s, self._player.now_s, self._player.jumps)
         self.check_alone()
-        if status != self._told:
-            self._told = status
-            for voice in self._voices.values():
-                voice.tell(status)
+        if status != self._published:
+            self._published = status
+            for robot in self._robots.values():
+                robot.publish_status(status)
         if self._progress is not None:
             self._progress(self._fraction(), self._player.now_s)
 
@@ -240,7 +241,7 @@ class _Replay:
         player = self._player
         return ReplayStatus(
             file=self._path.name,
-            robots=tuple(voice.bus.namespace for voice in self._voices.values()),
+            robots=tuple(robot.bus.namespace for robot in self._robots.values()),
             begin_s=player.begin_s,
             end_s=player.end_s,
             now_s=player.now_s,
@@ -253,21 +254,21 @@ class _Replay:
         )
 
     def report(self) -> ReplayReport:
-        """What was replayed so far."""
+        """Return the result so far."""
         source = self._player.source
         source.close()
         return ReplayReport(self._sent, source.skipped, self._player.played_s, source.problem, tuple(source.reasons))
 
 
 class _Pace:
-    """How fast recorded time really passes."""
+    """Measured pace of recorded time."""
 
     def __init__(self) -> None:
         self.factor = 0.0
         self._last: tuple[float, float, int] | None = None
 
     def note(self, wall_s: float, time_s: float, jumps: int) -> None:
-        """Where the replay is now; after a jump it is measured anew."""
+        """Note the replay's time; after a jump the measurement starts over."""
         if self._last is not None and self._last[2] == jumps and wall_s > self._last[0]:
             self.factor = (time_s - self._last[1]) / (wall_s - self._last[0])
         self._last = wall_s, time_s, jumps

@@ -1,4 +1,4 @@
-"""A robot's setup as ROS 2 parameters: names with dots, and values of ROS 2's types; all of them read-only."""
+"""Robot's setup as ROS 2 parameters: names with dots, and values of ROS 2's types; all of them read-only."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping
@@ -16,14 +16,14 @@ from touchline.schemas.topics import SETUP
 
 _DOT: Final = "."
 _LARGEST: Final = 2**63 - 1
-READ_ONLY: Final = "is read-only: it is what the robot was started with (docs/ros2.md says where it is set)"
+READ_ONLY: Final = "is read-only: it was set when the robot was started (see docs/ros2.md)"
 
 
-class ToldParameters:
-    """The parameters of a robot as it has told of its setup, which is read when somebody asks.
+class RobotParameters:
+    """Parameters of a robot from its published setup, which is decoded at the first request.
 
     Args:
-        reject: Told why what the robot says is no setup.
+        reject: Called with the reason if the setup is invalid.
     """
 
     def __init__(self, reject: Callable[[str], None]) -> None:
@@ -32,11 +32,11 @@ class ToldParameters:
         self._known = parameters_of(None)
 
     def take_setup(self, payload: bytes) -> None:
-        """Note what the robot tells of itself."""
+        """Keep the robot's setup."""
         self._setup = payload
 
     def known(self) -> dict[str, m.ParameterValue]:
-        """All of them by name."""
+        """Return all parameters by name."""
         payload, self._setup = self._setup, None
         if payload is not None:
             try:
@@ -49,31 +49,31 @@ class ToldParameters:
 
 
 def parameters_of(setup: Setup | None) -> dict[str, m.ParameterValue]:
-    """Every parameter by its name; of a robot that has not told its setup yet only what each node has."""
-    told = setup.model_dump(mode="json", context=EVERY_FIELD) if setup is not None else {}
-    return dict(sorted(_flat({"use_sim_time": True, **told})))
+    """Return every parameter by its name; without a setup only those that each node has."""
+    fields = setup.model_dump(mode="json", context=EVERY_FIELD) if setup is not None else {}
+    return dict(sorted(_flat({"use_sim_time": True, **fields})))
 
 
 def listed(names: Mapping[str, object], request: m.ListParametersRequest) -> m.ListParametersResult:
-    """The names that are asked for, chosen as rclpy's nodes do, and what they begin with."""
+    """Return the requested names, chosen as rclpy's nodes do, and their prefixes."""
     found = [name for name in names if _asked_for(name, request)]
     prefixes = dict.fromkeys(name.rpartition(_DOT)[0] for name in found if _DOT in name)
     return m.ListParametersResult(names=tuple(found), prefixes=tuple(prefixes))
 
 
 def described(name: str, value: m.ParameterValue) -> m.ParameterDescriptor:
-    """What is said of a parameter."""
+    """Return the descriptor of a parameter."""
     return m.ParameterDescriptor(name=name, type=value.type, additional_constraints=READ_ONLY, read_only=True)
 
 
-def refusal(names: Mapping[str, object], wish: m.RosParameter) -> m.SetParametersResult:
-    """Why a parameter is not set."""
-    reason = READ_ONLY if wish.name in names else "is no parameter of this robot"
-    return m.SetParametersResult(reason=f"{wish.name!r} {reason}")
+def refusal(names: Mapping[str, object], parameter: m.RosParameter) -> m.SetParametersResult:
+    """Return why a parameter is not set."""
+    reason = READ_ONLY if parameter.name in names else "is no parameter of this robot"
+    return m.SetParametersResult(reason=f"{parameter.name!r} {reason}")
 
 
 def plain_value(value: m.ParameterValue) -> Any:
-    """A parameter's value as Python has it."""
+    """Return a parameter's value as a Python object."""
     match value.type:
         case ParameterKind.BOOL:
             return value.bool_value
@@ -99,8 +99,8 @@ def _asked_for(name: str, request: m.ListParametersRequest) -> bool:
     return any(any_depth or rest.count(_DOT) < request.depth for rest in below)
 
 
-def _flat(told: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, m.ParameterValue]]:
-    for name, value in told.items():
+def _flat(fields: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, m.ParameterValue]]:
+    for name, value in fields.items():
         if isinstance(value, dict):
             yield from _flat(value, f"{prefix}{name}{_DOT}")
         elif value is not None:
@@ -108,7 +108,7 @@ def _flat(told: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, m.Pa
 
 
 def _value(value: Any) -> m.ParameterValue:
-    """What JSON says, in the narrowest type of ROS 2 that holds it; as JSON text where none does."""
+    """Convert a JSON value to the narrowest type of ROS 2 that holds it; to JSON text where none does."""
     if isinstance(value, bool):
         return m.ParameterValue(type=ParameterKind.BOOL, bool_value=value)
     if isinstance(value, int) and abs(value) <= _LARGEST:

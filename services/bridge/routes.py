@@ -12,19 +12,19 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service, Topic
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 
-#: The longest that a service may take to answer; planning takes longest.
+#: Longest time for a service to answer; planning takes longest.
 _ANSWER_TIMEOUT_S = 120.0
-#: How long a service is looked for, and how often, before a client is told that nobody answers: on a bus that has just
-#: come up, processes learn of each other's services one after another.
+#: Time and period of looking for a service before a client learns that nobody answers: on a bus that has just come up,
+#: processes learn of each other's services one after another.
 _DISCOVERY_S = 0.5
 _RETRY_S = 0.05
-#: Requests to one service that are under way at once; more wait their turn.
+#: Most pending requests to one service; more wait their turn.
 _UNDER_WAY = 16
 
 
 @dataclass
 class _UnderWay:
-    """A request that the bus has not answered yet; ``question`` is empty between two attempts to find its service."""
+    """Request that the bus has not answered yet; ``question`` is empty between two attempts to find its service."""
 
     request: Ros2Request
     question: Question | None
@@ -36,11 +36,11 @@ class TopicRoute:
     """Forwards one topic to ROS 2.
 
     Attributes:
-        messages: How many have been passed on.
+        messages: Number of messages passed on.
     """
 
     def __init__(self, session: Ros2Session, node: RosNode, number: int, topic: Topic) -> None:
-        """Declare publisher and token; ``number`` tells the node's endpoints apart."""
+        """Declare publisher and token; ``number`` is the endpoint's number within the node."""
         token = node.publisher_token(number, topic)
         self._publisher = session.publisher(node.topic_key(topic), gid(token), latched=topic.latched)
         session.declare_token(token)
@@ -53,7 +53,7 @@ class TopicRoute:
         self.send_bytes(sample.payload, sample.source_time_ns)
 
     def send_bytes(self, payload: bytes, source_time_ns: int) -> None:
-        """As :meth:`send`, what no sample has; a time of 0 is now."""
+        """Pass on a payload without a sample; a time of 0 is now."""
         self._sequence += 1
         self._publisher.send(payload, self._sequence, source_time_ns or time.time_ns())
         self.messages += 1
@@ -62,17 +62,17 @@ class TopicRoute:
 class ServiceRoute:
     """Forwards requests to one service from ROS 2, and the answers back.
 
-    A client of rmw_zenoh waits forever for a response when it is sent an error. So whatever goes wrong is told in the
+    A client of rmw_zenoh waits forever for a response when it is sent an error. So problems are reported in the
     response where that has ``success``; only other services answer with an error.
 
     Attributes:
         urgent: Whether it stops the robot.
         calls: Requests so far.
-        refused: Those that were no requests, or that nobody answered with a response.
+        refused: Number of invalid requests, and of those without a response.
     """
 
     def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, service: Service[Any, Any]) -> None:
-        """Declare server and token; ``number`` tells the node's endpoints apart."""
+        """Declare server and token; ``number`` is the endpoint's number within the node."""
         self._bus = bus
         self._service = service
         self.urgent = service.urgent
@@ -83,7 +83,7 @@ class ServiceRoute:
         self.refused = 0
 
     def turn(self) -> None:
-        """Take requests that wait, and pass answers back."""
+        """Take waiting requests, and pass answers back."""
         while len(self._under_way) < _UNDER_WAY and (request := self._server.poll()) is not None:
             self.calls += 1
             if problem := problem_of(request):
@@ -124,15 +124,15 @@ class ServiceRoute:
 
 
 def refusal_response(service: Service[Any, Any], reason: str) -> Message | None:
-    """The response that says why nothing was done; None if the service has none that can."""
-    said = {"success": False, "message": reason}
-    told = {name: value for name, value in said.items() if name in service.response.model_fields}
-    response: Message | None = service.response(**told) if "success" in told else None
+    """Return the response with a reason for refusal; None if the service has none."""
+    fields = {"success": False, "message": reason}
+    known = {name: value for name, value in fields.items() if name in service.response.model_fields}
+    response: Message | None = service.response(**known) if "success" in known else None
     return response
 
 
 def problem_of(request: Ros2Request) -> str:
-    """Why a request is not passed on; what is in it is for the service to judge."""
+    """Return why a request is not passed on; its contents are for the service to check."""
     if request.client is None:
         return "a request without rmw_zenoh's attachment"
     if len(request.payload) > MAX_PAYLOAD_BYTES:

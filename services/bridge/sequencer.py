@@ -1,4 +1,4 @@
-"""Restores the sending order of messages across topics.
+"""Restoration of the sending order of messages across topics.
 
 Each topic waits in a channel of its own, and the channels are emptied one after another, so a batch is out of order,
 and what is emptied last may be younger than messages that came meanwhile to a channel emptied before. But messages of
@@ -20,27 +20,27 @@ _MOST_PUBLISHERS = 4096
 
 
 class Arrived(Protocol):
-    """What the bridge needs to know of a message; the bus's samples have it."""
+    """Message as the bridge sees it; the bus's samples qualify."""
 
     @property
     def topic(self) -> Topic:
-        """Its row of the topic table."""
+        """Row of the topic table."""
 
     @property
     def payload(self) -> bytes:
-        """CDR bytes."""
+        """Message as CDR bytes."""
 
     @property
     def sequence(self) -> int:
-        """The publisher's count."""
+        """Sequence number of its publisher."""
 
     @property
     def source_time_ns(self) -> int:
-        """When it was sent, by its sender's wall clock; 0 if unknown."""
+        """Time of sending by the sender's wall clock; 0 if unknown."""
 
     @property
     def publisher(self) -> bytes:
-        """The publisher's id; empty if unknown."""
+        """Id of the publisher; empty if unknown."""
 
     @property
     def missed(self) -> int:
@@ -48,11 +48,11 @@ class Arrived(Protocol):
 
     @property
     def namespace(self) -> str:
-        """Of the robot that it is about."""
+        """Namespace of the robot that it is about."""
 
 
 class _Heard(NamedTuple):
-    """The last message of a publisher: its wall time, how often clocks had been set back, and its place in time."""
+    """Last message of a publisher: its wall time, how often clocks had been set back, and its place in time."""
 
     source_ns: int
     settings: int
@@ -66,11 +66,11 @@ class Sequencer:
     """Sorts batches of messages by the time they were sent."""
 
     def __init__(self) -> None:
-        """Nothing is held."""
+        """Start without messages."""
         self._held: list[tuple[int, Arrived]] = []
         self._heard: dict[tuple[str, bytes], _Heard] = {}
         self._corrections_ns = [0]
-        """What to add to wall times, after each time that a clock was set back."""
+        """Offsets of wall times, after each time that a clock was set back."""
         self._latest_ns = 0
 
     def take(self, batch: Sequence[Arrived], cut: Collection[tuple[str, str]] = ()) -> list[Arrived]:
@@ -101,12 +101,12 @@ class Sequencer:
         return [message for _, message in arrived[:certain]]
 
     def rest(self) -> list[Arrived]:
-        """What is still held, when nothing more is to come."""
+        """Return the messages still held, when nothing more is to come."""
         rest, self._held = self._held, []
         return [message for _, message in rest]
 
     def _learn_of_a_setting(self, batch: Sequence[Arrived]) -> None:
-        """Find out whether clocks were set back in a batch, and how far: the busiest publisher tells best."""
+        """Find out whether clocks were set back in a batch, and how far, by the busiest publisher."""
         settings = len(self._corrections_ns) - 1
         last = dict[tuple[str, bytes], int]()
         found: list[int] = []
@@ -124,14 +124,14 @@ class Sequencer:
             self._corrections_ns.append(self._corrections_ns[-1] + max(found))
 
     def _before_the_setting(self, source_ns: int) -> bool:
-        """Whether what is heard first of a publisher was sent before clocks were set back last, by what is nearer."""
+        """Return whether a publisher's first message was sent before the last setting of clocks, by the nearer time."""
         if len(self._corrections_ns) == 1:
             return False
         older_ns, newer_ns = (source_ns + correction_ns for correction_ns in self._corrections_ns[-2:])
         return self._latest_ns == 0 or abs(older_ns - self._latest_ns) < abs(newer_ns - self._latest_ns)
 
     def _place_ns(self, message: Arrived) -> int:
-        """When a message was sent, by clocks that are never set back."""
+        """Return when a message was sent, by clocks that are never set back."""
         source_ns = message.source_time_ns
         if not source_ns:
             return self._latest_ns

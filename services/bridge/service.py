@@ -10,10 +10,10 @@ from touchline.bus import Bus, BusConfig
 from touchline.bus.ros2 import Ros2Session
 from touchline.recordings.recorder import Existing, RecordingReport
 from touchline.schemas import topics
-from touchline.services.bridge.folder import RecordingFolder
+from touchline.services.bridge.active_recording import ActiveRecording
 from touchline.services.bridge.foxglove import FoxgloveConfig, serve_viewers
 from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_urgent
-from touchline.services.bridge.going import GoingRecording
+from touchline.services.bridge.recording_folder import RecordingFolder
 from touchline.services.bridge.recording_service import BridgeService
 from touchline.supervision.priority import switch_threads_soon
 from touchline.supervision.shutdown import until_stopped
@@ -35,22 +35,21 @@ def run_service(
     """Run the bridge until SIGTERM or SIGINT.
 
     Args:
-        record: Begin at once to record to this file, wherever it is.
-        config: Where the bus is; from the environment if not given.
-        recordings: The folder of what is recorded on request; by default the present one.
-        existing: What to do when a recording's file is there already.
-        ros2: Be a gateway to ROS 2, too.
-        foxglove: Serve viewers there, too.
+        record: File to record to from the start, in any folder.
+        config: Bus configuration; from the environment if not given.
+        recordings: Folder of requested recordings; by default the present one.
+        existing: What to do when a recording's file exists.
+        ros2: Configuration of the gateway to ROS 2, if any.
+        foxglove: Configuration of the viewers' server, if any.
         supervisor: Process id of the parent, to end with it.
 
     Returns:
-        The report of the recording that went on at the end, if any.
+        The report of the recording that was active at the end, if any.
 
     Raises:
         RecordingError: ``record`` cannot be created, or there is no folder ``recordings``.
         SpecError: The bus configuration cannot be used.
-        TouchlineError: Another bridge is there, ROS 2 nodes cannot be met where ``ros2`` says, or viewers
-            not be served where ``foxglove`` says.
+        TouchlineError: Another bridge is there, or the addresses of ``ros2`` or ``foxglove`` cannot be used.
     """
     folder = RecordingFolder(recordings or Path.cwd())
     config = config or BusConfig.from_environment()
@@ -73,8 +72,8 @@ def run_service(
         if foxglove is not None:
             viewers = stack.enter_context(serve_viewers(buses, foxglove))
             sys.stderr.write(f"viewers (Foxglove, Lichtblick) find {', '.join(names)} at {viewers.url}\n")
-        going = GoingRecording(config, folder.path, supervisor)
-        service = BridgeService(buses, existing, folder, gateways, stop.beat, going, viewers)
+        active_recording = ActiveRecording(config, folder.path, supervisor)
+        service = BridgeService(buses, existing, folder, gateways, stop.beat, active_recording, viewers)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 20, 50)
         if record is not None:

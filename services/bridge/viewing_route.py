@@ -1,4 +1,4 @@
-"""What viewers draw, for those among ROS 2 nodes (RViz): made as the robot's messages pass, where somebody looks."""
+"""Viewers' topics for ROS 2 nodes (RViz): made from the robot's messages as they pass, where somebody looks."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from touchline.services.bridge.live_viewing import LiveViewing
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import TopicRoute
 
-#: What is drawn as often as it may change, so only for who looks; the others are drawn and kept for late joiners.
+#: Topics that change all the time, drawn only for subscribers; the others are drawn and kept for late joiners.
 _MOVING: Final = (topics.TRANSFORMS, topics.TRUE_TRANSFORMS, *WORK)
 _LOOK_EVERY_S: Final = 0.5
 
 
 class ViewingRoute:
-    """Publishes it for one robot.
+    """Publishes viewers' topics of one robot.
 
     Args:
-        bus: Of the robot.
-        session: Among ROS 2 nodes.
-        node: That the robot is there.
-        number: Tells the node's endpoints apart: of the first of the topics.
-        prefix: Before the names of the robot's own frames.
+        bus: Bus of the robot.
+        session: Session among ROS 2 nodes.
+        node: ROS 2 node of the robot.
+        number: Number of the node's first endpoint here.
+        prefix: Prefix of the robot's own frames.
     """
 
     def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, prefix: str) -> None:
@@ -41,7 +41,7 @@ class ViewingRoute:
 
     @property
     def messages(self) -> int:
-        """How many have been published."""
+        """Number of published messages."""
         return sum(route.messages for route in self._routes.values())
 
     def turn(self, samples: Iterable[Sample]) -> None:

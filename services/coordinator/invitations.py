@@ -1,4 +1,4 @@
-"""Whom to ask to join a team, and when: at once who comes to the bus, ever more rarely who refuses."""
+"""Schedule of invitations to join a team: at once for newcomers on the bus, ever more rarely after refusals."""
 
 from __future__ import annotations
 
@@ -8,32 +8,32 @@ from dataclasses import dataclass
 from typing import Final
 
 FIRST_PAUSE_S: Final = 1.0
-"""Wall time: one that has just come to the bus may not be ready, and is asked again so soon…"""
+"""First pause, wall clock: a robot that has just come to the bus may not be ready…"""
 MOST_PAUSE_S: Final = 30.0
-"""…and after twice as long each time, up to this."""
+"""…and largest pause; it doubles each time."""
 
 
 @dataclass
 class _Invited:
-    """When a robot is to be asked again (inf: not before it has answered), and how long the pause before was (s)."""
+    """Time of a robot's next invitation (inf: not before it has answered), and the pause before the last one (s)."""
 
     again_s: float
     pause_s: float = 0.0
 
 
 class Invitations:
-    """See the module; times are of a monotonic clock."""
+    """Invitations by robot; times are of a monotonic clock."""
 
     def __init__(self) -> None:
-        """Nobody has come."""
+        """Start without robots."""
         self._invited: dict[str, _Invited] = {}
         self._reasons: dict[str, str] = {}
 
     def due(self, there: Iterable[str], now_s: float) -> list[str]:
-        """Whom to ask now; who is gone from the bus has to come anew.
+        """Return the robots to invite now; one that has left the bus starts over.
 
         Args:
-            there: Who is on the bus.
+            there: Robots on the bus.
             now_s: Now.
         """
         self._invited = {name: self._invited.get(name) or _Invited(now_s) for name in there}
@@ -43,12 +43,12 @@ class Invitations:
         return found
 
     def joins(self, name: str) -> None:
-        """It has said that it does, or does already: it is not asked before it comes anew."""
+        """Note that a robot joins or has joined: it is not invited again before it comes anew."""
         self._invited.setdefault(name, _Invited(math.inf)).again_s = math.inf
         self._reasons.pop(name, None)
 
     def refuses(self, name: str, reason: str, now_s: float) -> bool:
-        """It does not join; returns whether that, or the reason, is news."""
+        """Note that a robot does not join; return whether that, or the reason, is new."""
         if (each := self._invited.get(name)) is not None:
             each.pause_s = min(max(FIRST_PAUSE_S, 2.0 * each.pause_s), MOST_PAUSE_S)
             each.again_s = now_s + each.pause_s

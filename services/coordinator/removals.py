@@ -1,4 +1,4 @@
-"""Robots that are taken out of a team on the bus, and admitted again."""
+"""Removal of robots from a team on the bus, and their readmission."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from touchline.fleet.coordination import Coordination
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
-from touchline.services.coordinator.asking import AskedRobots
+from touchline.services.coordinator.group_call import GroupCall
 
 ABORT_S: Final = 1.0
-"""Wall time that a robot has to say that it has given up."""
+"""Wall-clock time for a robot to acknowledge that it aborts."""
 
 _Call: TypeAlias = ServedCall[m.TeamRobotRequest, m.TeamRobotResponse]
 
 
 class _Removal(NamedTuple):
-    """One under way: the robot has been told to give up, and may not have answered yet."""
+    """Pending removal: the robot has been asked to abort, and may not have answered yet."""
 
     call: _Call
     name: str
-    asked: AskedRobots
+    asked: GroupCall
 
 
 class Removals:
-    """See the module; call `turn` in a loop.
+    """Server of removals and admissions; call `turn` in a loop.
 
     Args:
-        bus: Of the team's namespace.
-        coordination: Of the team.
-        joining: Whether robots are asked to join, so that one may be admitted again.
+        bus: Bus of the team's namespace.
+        coordination: The team's coordinator.
+        joining: Whether robots are invited to join, so that one may be admitted again.
     """
 
     def __init__(self, bus: Bus, coordination: Coordination, *, joining: bool) -> None:
@@ -43,10 +43,10 @@ class Removals:
         self._removal: _Removal | None = None
 
     def turn(self, buses: Mapping[str, Bus]) -> str:
-        """Serve what waits; returns who has just been taken out, or "".
+        """Serve waiting calls; return the robot that has just been removed, or "".
 
         Args:
-            buses: Of the robots of the team, by name.
+            buses: Buses of the team's robots, by name.
         """
         if (call := self._admissions.poll()) is not None:
             _answer(call, partial(self._admit, call.request.robot))
@@ -63,31 +63,31 @@ class Removals:
         name = call.request.robot
         self._coordination.check_removal(name, call.request.force)
         request = m.CommandRequest(request_id=uuid.uuid4().hex)
-        self._removal = _Removal(call, name, AskedRobots({name: buses[name]}, topics.ABORT, request, ABORT_S))
+        self._removal = _Removal(call, name, GroupCall({name: buses[name]}, topics.ABORT, request, ABORT_S))
         return ""
 
-    def _remove(self, name: str, forced: bool, asked: AskedRobots) -> str:
-        self._coordination.check_removal(name, forced)  # it may have been heard again since it was asked for
+    def _remove(self, name: str, forced: bool, asked: GroupCall) -> str:
+        self._coordination.check_removal(name, forced)  # it may have been heard again since the request
         self._coordination.remove(name)
-        drives = f"; it was told to give up, but: {asked.refused[name]}" if forced and asked.refused else ""
+        drives = f"; it was asked to abort, but: {asked.refused[name]}" if forced and asked.refused else ""
         return f"{name} is out of the team; nobody keeps off it any more: it must have been carried away{drives}"
 
     def _admit(self, name: str) -> str:
         out = self._coordination.out
         if name not in out:
             problem, remedy = (
-                f"{name} has not been taken out",
+                f"{name} has not been removed",
                 f"use {', '.join(sorted(out))}" if out else "nothing else",
             )
             raise SpecError("team", "robot", problem, remedy)
         if not self._joining:
             raise SpecError("team", "robot", "would join a team in lockstep", "start the team anew with it")
         self._coordination.admit(name)
-        return f"{name} is asked to join when it is on the bus; others keep off it once it stands and knows where"
+        return f"{name} is invited to join when it is on the bus; others keep off it once it stands and is localized"
 
 
 def _answer(call: _Call, work: Callable[[], str]) -> bool:
-    """Answer with what comes of the work, if that is anything yet; False if it is refused."""
+    """Answer a call with the result of the work unless that is empty; return False if it is refused."""
     try:
         message = work()
     except SpecError as error:

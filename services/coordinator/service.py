@@ -1,8 +1,8 @@
 """The coordinator of a team as a process: whereabouts in, guidance out, tasks and stops on request.
 
 Emulated robots may be driven in lockstep: at every exchange each of them holds its sim time until it is answered, and
-the coordinator waits until all have told of the same time. So the bytes are those of `fleet simulate`, whatever the
-machine. Who says nothing for a second of wall time is waited for no more, and that is told on `events`.
+the coordinator waits until all have reported the same time. So the bytes are those of `fleet simulate`, whatever the
+machine. A robot silent for a second of wall time is no longer waited for, and that is reported on `events`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 import sys
 import time
 import uuid
+from collections.abc import Mapping
 from enum import Enum
 from functools import partial
 from typing import Final
@@ -19,42 +20,42 @@ from pydantic import TypeAdapter, ValidationError
 
 from touchline.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.core.compilations import run_steps
-from touchline.fleet.answers import header_at
 from touchline.fleet.body_contacts import body_radius_m
 from touchline.fleet.coordination import Coordination
-from touchline.fleet.exchange import SAYING_TICKS, Exchange
+from touchline.fleet.exchange import EXCHANGE_TICKS, Exchange
 from touchline.fleet.free_area import FreeArea
-from touchline.fleet.laggards import Laggards
-from touchline.fleet.starts import free_area
-from touchline.fleet.task_books import TaskBooks
-from touchline.fleet.team_status import team_news
+from touchline.fleet.guidance_messages import header_at
+from touchline.fleet.late_robots import LateRobots
+from touchline.fleet.start_poses import free_area
+from touchline.fleet.task_statistics import TaskStatistics
+from touchline.fleet.team_status import team_messages
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.spec import problems_of
 from touchline.schemas.team import TaskSpec, TeamScenario
 from touchline.schemas.topics import Service
-from touchline.services.coordinator.asking import AskedRobots, ask_to_be_guided, reasons
-from touchline.services.coordinator.contact_injector import BumperPresser
+from touchline.services.coordinator.contact_injector import ContactInjector
+from touchline.services.coordinator.group_call import GroupCall, reasons, start_guidance
 from touchline.services.coordinator.invitations import Invitations
 from touchline.services.coordinator.removals import Removals
-from touchline.services.coordinator.robot_line import RobotLine
+from touchline.services.coordinator.robot_link import RobotLink
 from touchline.services.coordinator.warm_up_team import warm_up_team
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.shutdown import until_stopped
 
 IDLE_S: Final = 0.001
-"""Wall time between two looks at the bus."""
+"""Wall-clock time between two polls of the bus."""
 SILENT_S: Final = 1.0
-"""Wall time: in lockstep a robot that has said nothing for so long is not waited for."""
+"""Wall-clock time of silence after which lockstep no longer waits for a robot."""
 _FIRST_S: Final = 30.0
-"""The same, before it has said anything."""
+"""The same, before its first message."""
 _LOOK_S: Final = 1.0
-"""Wall time between two looks for robots that have come."""
+"""Wall-clock time between two looks for newcomers."""
 
 
 class _Phase(Enum):
-    """What the coordinator is doing."""
+    """State of the coordinator."""
 
     WAITING = "waits for a task"
     BEGINNING = "is being asked to begin"
@@ -66,8 +67,8 @@ class TeamService:
     """The coordinator on the bus; call `turn` in a loop.
 
     Args:
-        bus: Of the team's namespace.
-        team: What it does.
+        bus: Bus of the team's namespace.
+        team: The team.
         lockstep: Whether sim time of the robots waits for the coordinator.
     """
 
@@ -76,10 +77,10 @@ class TeamService:
         self._area = area
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
-        self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been asked to join
-        self._lines = {name: RobotLine(each, lockstep=lockstep) for name, each in self._buses.items()}
-        self._presser = BumperPresser(self._buses, body_radius_m(team.vehicle), area)
-        self._step = self._exchange.step_ticks if lockstep else SAYING_TICKS
+        self._buses = {name: bus.of(name) for name in team.names}  # and of all others that have been invited
+        self._links = {name: RobotLink(each, lockstep=lockstep) for name, each in self._buses.items()}
+        self._presser = ContactInjector(self._buses, body_radius_m(team.vehicle), area)
+        self._step = self._exchange.step_ticks if lockstep else EXCHANGE_TICKS
         self._next_tick = self._step
         self._offsets: dict[str, int] = {}
         self._roster, self._look_at_s = bus.roster(), 0.0
@@ -89,19 +90,19 @@ class TeamService:
         self._setup = bus.publisher(topics.TEAM_SETUP)
         self._setup.send(m.String(data=team.model_dump_json()))
         self._task, self._problem, self._updates = "", "", 0
-        self._books: TaskBooks | None = None
+        self._statistics: TaskStatistics | None = None
         self._phase = _Phase.WAITING
         self._removals = Removals(bus, self._coordination, joining=not lockstep)
-        self._beginning: AskedRobots | None = None
+        self._beginning: GroupCall | None = None
         self._invitations = Invitations()
-        self._laggards = Laggards(bus.publisher(topics.EVENTS).send, SILENT_S)
-        self._asked: dict[str, AskedRobots] = {}
+        self._late_robots = LateRobots(bus.publisher(topics.EVENTS).send, SILENT_S)
+        self._asked: dict[str, GroupCall] = {}
         self._call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse] | None = None
 
     def _begin(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
         """Have all robots be guided from now on; the call is answered when all have answered."""
-        buses = {name: self._buses[name] for name in self._lines}
-        self._beginning = ask_to_be_guided(buses, self._lockstep_s)
+        buses = {name: self._buses[name] for name in self._links}
+        self._beginning = start_guidance(buses, self._lockstep_s)
         self._call, self._phase = call, _Phase.BEGINNING
 
     @property
@@ -121,16 +122,16 @@ class TeamService:
             call.reply(m.TeamTaskResponse(success=False, message=problem))
             return
         self._phase, now_s = _Phase.GUIDING, time.monotonic()
-        for name, line in self._lines.items():
-            line.said_at_s = now_s
+        for name, link in self._links.items():
+            link.heard_at_s = now_s
             self._invitations.joins(name)
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {self._task}"))
 
     def turn(self) -> bool:
-        """Serve what waits, and exchange messages if that is due; False if there was nothing to do."""
+        """Serve waiting calls, and exchange messages if due; return False if there was nothing to do."""
         now_s = time.monotonic()
-        for line in self._lines.values():
-            line.listen(now_s)
+        for link in self._links.values():
+            link.listen(now_s)
         self._serve()
         self._look_at_beginning()
         if self._phase is not _Phase.GUIDING:
@@ -142,90 +143,90 @@ class TeamService:
 
     def _in_step(self, now_s: float) -> bool:
         tick = self._next_tick
-        for name, line in self._lines.items():
-            if line.fresh and -1 < line.tick < tick and line.tick % self._step == 0:
-                self._catch_up(name, line)  # it was frozen, and its time is not that of the others any more
-        if any(not line.has_told(tick) and not _given_up(line, now_s) for line in self._lines.values()):
+        for name, link in self._links.items():
+            if link.fresh and -1 < link.tick < tick and link.tick % self._step == 0:
+                self._catch_up(name, link)  # it hung, and its time is not that of the others any more
+        if any(not link.has_reported(tick) and not _given_up(link, now_s) for link in self._links.values()):
             return False
-        self._laggards.look(tick, self._lines)
-        self._presser.press(tick, self._lines)
-        there = {name: line for name, line in self._lines.items() if line.tick >= tick and line.fresh}
-        told = self._exchanged(tick, {name: line.said for name, line in there.items() if line.said is not None})
-        for name, line in there.items():
-            line.fresh = False
+        self._late_robots.look(tick, self._links)
+        self._presser.press(tick, self._links)
+        there = {name: link for name, link in self._links.items() if link.tick >= tick and link.fresh}
+        guidance = self._exchanged(tick, _whereabouts(there))
+        for name, link in there.items():
+            link.fresh = False
             if self._phase is _Phase.GUIDING:
-                line.tell(told.get(name, ()), line.tick)
+                link.send(guidance.get(name, ()), link.tick)
         self._next_tick += self._step
         return True
 
-    def _catch_up(self, name: str, line: RobotLine) -> None:
+    def _catch_up(self, name: str, link: RobotLink) -> None:
         """Answer one robot alone."""
-        if line.said is not None:
-            self._coordination.hear(name, line.said, self._next_tick / 100.0)
-        told = self._coordination.say().get(name)
-        line.tell([told] if told is not None else (), line.tick)
-        line.fresh = False
+        if link.whereabouts is not None:
+            self._coordination.hear(name, link.whereabouts, self._next_tick / 100.0)
+        guidance = self._coordination.guidance().get(name)
+        link.send([guidance] if guidance is not None else (), link.tick)
+        link.fresh = False
 
     def _as_it_comes(self) -> bool:
-        """An exchange every tenth of a second of the newest clock among the robots'."""
-        for name, line in self._lines.items():
-            if name not in self._offsets and line.said is not None:
-                self._offsets[name] = self._next_tick - self._step - line.tick
-        clocks = [line.tick + self._offsets[name] for name, line in self._lines.items() if name in self._offsets]
+        """Exchange messages every tenth of a second of the newest clock among the robots'."""
+        for name, link in self._links.items():
+            if name not in self._offsets and link.whereabouts is not None:
+                self._offsets[name] = self._next_tick - self._step - link.tick
+        clocks = [link.tick + self._offsets[name] for name, link in self._links.items() if name in self._offsets]
         if max(clocks, default=-1) < self._next_tick:
             return False
         tick = max(clocks) // self._step * self._step
-        fresh = {name: line for name, line in self._lines.items() if line.fresh}
-        told = self._exchanged(tick, {name: line.said for name, line in fresh.items() if line.said is not None})
-        for name, messages in told.items():
-            if name in self._lines:  # else it has been taken out since that was sent
-                self._lines[name].tell(messages, self._lines[name].tick)
-        for line in fresh.values():
-            line.fresh = False
+        fresh = {name: link for name, link in self._links.items() if link.fresh}
+        guidance = self._exchanged(tick, _whereabouts(fresh))
+        for name, messages in guidance.items():
+            if name in self._links:  # else it has been removed since that was sent
+                self._links[name].send(messages, self._links[name].tick)
+        for link in fresh.values():
+            link.fresh = False
         self._next_tick = tick + self._step
         return True
 
-    def _exchanged(self, tick: int, said: dict[str, m.Whereabouts]) -> dict[str, list[m.Guidance]]:
-        """Exchange messages; if two are about to run into each other all are paused."""
+    def _exchanged(self, tick: int, whereabouts: dict[str, m.Whereabouts]) -> dict[str, list[m.Guidance]]:
+        """Exchange messages; if two robots are about to run into each other, pause all."""
         try:
-            told = self._exchange.at(tick, said)
+            guidance = self._exchange.at(tick, whereabouts)
         except TouchlineError as error:
             if str(error) != self._problem:
                 self._problem = str(error)
                 self._stop_all()
-            told = {}
+            guidance = {}
         else:
             if self._exchange.updated:
                 self._problem = ""
-        if self._books is not None:
-            self._books.count(len(said), sum(map(len, told.values())))
+        if self._statistics is not None:
+            self._statistics.count(len(whereabouts), sum(map(len, guidance.values())))
         if self._exchange.updated:
             self._publish(tick)
             self._look_for_end(tick)
             if self._lockstep and self._coordination.finished(tick / 100.0):
                 self._phase = _Phase.ENDED
                 self._call_all(topics.ABORT)
-        return told
+        return guidance
 
     def _publish(self, tick: int) -> None:
         self._updates += 1
-        known: dict[str, str | int] = {"task": self._task, "updates": self._updates, "robots": len(self._lines)}
+        known: dict[str, str | int] = {"task": self._task, "updates": self._updates, "robots": len(self._links)}
         if self._problem:
             known |= {"problem": self._problem}
-        cells, status = team_news(self._coordination, self._area, tick, known)
+        cells, status = team_messages(self._coordination, self._area, tick, known)
         self._cells.send(cells)
         self._status.send(status)
 
     def _look_for_end(self, tick: int) -> None:
-        """Account for the update, and report once the task has come to its end."""
-        if self._books is None:
+        """Count the update, and report once the task has come to its end."""
+        if self._statistics is None:
             return
-        self._books.update(tick / 100.0)
+        self._statistics.update(tick / 100.0)
         coordination = self._coordination
         ended = coordination.finished(tick / 100.0) if self._lockstep else coordination.all_arrived
-        if ended and (report := self._books.report(finished=True)) is not None:
+        if ended and (report := self._statistics.report(finished=True)) is not None:
             self._send_report(report)
-            self._books = None
+            self._statistics = None
 
     def _send_report(self, report: m.TeamReport) -> None:
         self._reports.send(report.model_copy(update={"header": header_at(self._next_tick)}))
@@ -234,14 +235,14 @@ class TeamService:
         if (task := self._tasks.poll()) is not None:
             self._take_task(task)
         if gone := self._removals.turn(self._buses):
-            del self._lines[gone]
+            del self._links[gone]
             self._offsets.pop(gone, None)
         if (stop := self._stops.poll()) is not None:
             refused = self._stop_all()
             stop.reply(m.CommandResponse(success=not refused, message=reasons(refused) or "all robots are paused"))
 
     def _take_task(self, call: ServedCall[m.TeamTaskRequest, m.TeamTaskResponse]) -> None:
-        """The first task sets the team in motion; later ones replace it."""
+        """Start the team with the first task; later tasks replace it."""
         try:
             spec = parse_task(call.request.task_json)
             if self._phase is _Phase.GUIDING:
@@ -254,34 +255,34 @@ class TeamService:
         self._task = spec.kind
         if self._phase is _Phase.WAITING:
             self._coordination.set_first_task(spec)
-            self._books = TaskBooks(self._coordination, spec.kind)
+            self._statistics = TaskStatistics(self._coordination, spec.kind)
             self._begin(call)
             return
         call.reply(m.TeamTaskResponse(success=True, message=f"the team's task is {spec.kind}"))
 
     def _replace_task(self, spec: TaskSpec) -> None:
-        """Go on with another task, and report what has become of the one before.
+        """Continue with another task, and report on the one before.
 
         Raises:
-            SpecError: It cannot be had.
+            SpecError: The task is not possible.
         """
-        ended = self._books.report(finished=False) if self._books is not None else None
+        ended = self._statistics.report(finished=False) if self._statistics is not None else None
         self._coordination.set_task(spec)
         if ended is not None:
             self._send_report(ended)
-        self._books = TaskBooks(self._coordination, spec.kind)
+        self._statistics = TaskStatistics(self._coordination, spec.kind)
 
     def _stop_all(self) -> dict[str, str]:
-        """Pause every robot; returns who is not paused by that, and why."""
+        """Pause every robot; return those that are not paused by that, with the reasons."""
         return self._call_all(topics.PAUSE)
 
     def _call_all(self, service: Service[m.CommandRequest, m.CommandResponse]) -> dict[str, str]:
-        """Give every robot the same command, and wait; returns who refuses or is silent, and why."""
-        buses = {name: self._buses[name] for name in self._lines}
-        return AskedRobots(buses, service, m.CommandRequest(request_id=uuid.uuid4().hex), SILENT_S).wait()
+        """Give every robot the same command, and wait; return those that refuse or are silent, with the reasons."""
+        buses = {name: self._buses[name] for name in self._links}
+        return GroupCall(buses, service, m.CommandRequest(request_id=uuid.uuid4().hex), SILENT_S).wait()
 
     def _look_for_robots(self, now_s: float) -> None:
-        """Ask robots that have come to the bus to join, and hear what they say to that."""
+        """Invite robots that have come to the bus, and take their answers."""
         self._roster.poll()
         if now_s >= self._look_at_s and math.isfinite(self._roster.counted_s):
             self._look_at_s = now_s + _LOOK_S
@@ -296,47 +297,51 @@ class TeamService:
                 sys.stderr.write(f"warning: {name} does not join yet: {refused[name]}\n")
 
     def _invite(self, name: str, now_s: float) -> None:
-        """Ask a robot to join, unless it is guided: then it tells where it is."""
-        line = self._lines.get(name)
-        if line is not None and line.said is not None and now_s - line.said_at_s <= SILENT_S:
+        """Invite a robot to join, unless it is guided: then it already reports where it is."""
+        link = self._links.get(name)
+        if link is not None and link.whereabouts is not None and now_s - link.heard_at_s <= SILENT_S:
             self._invitations.joins(name)
             return
         if name not in self._buses:
             self._buses[name] = self._bus.of(name)
-        self._asked[name] = ask_to_be_guided({name: self._buses[name]}, self._lockstep_s)
+        self._asked[name] = start_guidance({name: self._buses[name]}, self._lockstep_s)
 
     def _take_in(self, name: str) -> None:
-        """It is guided from now on; if it was before, its process is another one, and so is its clock."""
+        """Guide a robot from now on; if it was guided before, its process was restarted, and so was its clock."""
         self._invitations.joins(name)
         self._offsets.pop(name, None)
-        if name not in self._lines:
-            self._lines[name] = RobotLine(self._buses[name], lockstep=self._lockstep)
-        self._lines[name].said = None
+        if name not in self._links:
+            self._links[name] = RobotLink(self._buses[name], lockstep=self._lockstep)
+        self._links[name].whereabouts = None
 
     @property
     def figures(self) -> dict[str, object]:
-        """For the diagnostics."""
-        left = {"not_waited_for": ", ".join(sorted(self._laggards.exchanges))} if self._laggards.exchanges else {}
-        return {"robots": len(self._lines), "updates": self._updates, "sim_time_s": self._next_tick / 100.0, **left}
+        """Return figures for the diagnostics."""
+        late = {"not_waited_for": ", ".join(sorted(self._late_robots.exchanges))} if self._late_robots.exchanges else {}
+        return {"robots": len(self._links), "updates": self._updates, "sim_time_s": self._next_tick / 100.0, **late}
 
     @property
     def doing(self) -> str:
-        """In a word or a line."""
+        """Return the state as text."""
         if self._phase is not _Phase.GUIDING:
             return str(self._phase.value)
         waits = self._coordination.waits_for
         return self._problem or (f"waits for {', '.join(waits[:5])}" if waits else self._task)
 
 
-def _given_up(line: RobotLine, now_s: float) -> bool:
-    return now_s - line.said_at_s > (SILENT_S if line.said is not None else _FIRST_S)
+def _whereabouts(links: Mapping[str, RobotLink]) -> dict[str, m.Whereabouts]:
+    return {name: link.whereabouts for name, link in links.items() if link.whereabouts is not None}
+
+
+def _given_up(link: RobotLink, now_s: float) -> bool:
+    return now_s - link.heard_at_s > (SILENT_S if link.whereabouts is not None else _FIRST_S)
 
 
 def parse_task(text: str) -> TaskSpec:
-    """A task in JSON.
+    """Parse a task in JSON.
 
     Raises:
-        SpecError: It is none.
+        SpecError: It is invalid.
     """
     try:
         spec: TaskSpec = TypeAdapter(TaskSpec).validate_json(text)
@@ -351,8 +356,8 @@ def run_service(
     """Coordinate a team until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
     Args:
-        team: What it is to do; its robots are on the bus, by their names.
-        config: Where the bus is; its namespace is the team's.
+        team: The team; its robots are on the bus, by their names.
+        config: Bus configuration; its namespace is the team's.
         lockstep: Whether the emulated robots' sim time waits for the coordinator.
         supervisor: Process id of the parent, to end with it.
 

@@ -1,4 +1,4 @@
-"""Compiles every kernel of the coordinator, or loads it from the cache, before any robot waits for it."""
+"""Warm-up of the coordinator: compiles or loads every kernel before any robot waits for it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TaskSpec, TeamScenario
 
 _SILENT_TICKS: Final = 1000
-"""Who has said nothing for so long is at rest."""
+"""Ticks of silence after which a robot is at rest."""
 
 
 def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
-    """Exchanges of a throw-away team of two, one of which falls silent, by the team's task if they can have it.
+    """Run exchanges of a throw-away team of two, one of which falls silent, by the team's task if possible.
 
     Args:
-        team: That will be coordinated.
-        area: Where.
+        team: The team to coordinate.
+        area: The area.
     """
     task: TaskSpec = team.task if team.task.kind == "deploy" else TeamScenario().task
     low, high = area.hull.min(axis=0), area.hull.max(axis=0)
@@ -32,10 +32,10 @@ def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
     exchange = Exchange(pair, coordination)
     silent = exchange.update_ticks * math.ceil(_SILENT_TICKS / exchange.update_ticks)
     for tick in (exchange.update_ticks, 2 * exchange.update_ticks, silent):
-        said = {
+        whereabouts = {
             name: Whereabouts(stamp_s=tick / 100.0, x_m=x + k * off, y_m=y, stop_x_m=x + k * off, stop_y_m=y)
             for k, name in enumerate(pair.names[:1] if tick == silent else pair.names)
         }
-        exchange.at(tick, said)
+        exchange.at(tick, whereabouts)
     coordination.cells()
     team_status(coordination, area)

@@ -10,7 +10,7 @@ from touchline.bus.last_sent import KEY, LastSent, as_text, sent_by
 from touchline.jobs.recording.recording_end import lacking
 from touchline.recordings.reader import read_summary
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue, RecordStopResponse
-from touchline.services.bridge.steadiness import STANDSTILL_S, Steadiness
+from touchline.services.bridge.standstill_detector import STANDSTILL_S, StandstillDetector
 
 A, B = b"a" * 16, b"b" * 16
 
@@ -18,12 +18,12 @@ A, B = b"a" * 16, b"b" * 16
 def test_a_publishers_word_tells_what_is_missing_at_the_end_and_only_once() -> None:
     gaps = SequenceGaps()
     assert [gaps.missed(A, number) for number in (5, 6, 9)] == [0, 0, 2]
-    assert gaps.told(A, 9) == 0
-    assert gaps.told(A, 12) == 3
-    assert gaps.told(A, 12) == 0
+    assert gaps.take_report(A, 9) == 0
+    assert gaps.take_report(A, 12) == 3
+    assert gaps.take_report(A, 12) == 0
     assert gaps.missed(A, 13) == 0
     assert gaps.missed(A, 15) == 1
-    assert gaps.told(A, 15) == 0
+    assert gaps.take_report(A, 15) == 0
 
 
 def test_what_comes_by_two_ways_counts_once() -> None:
@@ -37,16 +37,16 @@ def test_what_comes_by_two_ways_counts_once() -> None:
 
 def test_counting_begins_with_the_first_word_of_who_was_not_heard() -> None:
     gaps = SequenceGaps()
-    assert gaps.told(A, 7) == 0
-    assert gaps.told(A, 9) == 2
+    assert gaps.take_report(A, 7) == 0
+    assert gaps.take_report(A, 9) == 2
     assert gaps.missed(A, 12) == 2
-    assert gaps.told(B, 0) == 0
+    assert gaps.take_report(B, 0) == 0
     assert gaps.missed(B, 3) == 2
 
 
 def test_a_late_joiners_copy_of_the_last_message_is_taken_after_the_word_of_it() -> None:
     gaps = SequenceGaps()
-    assert gaps.told(A, 7) == 0
+    assert gaps.take_report(A, 7) == 0
     assert gaps.missed(A, 7) == 0
     assert gaps.missed(A, 8) == 0
 
@@ -54,18 +54,18 @@ def test_a_late_joiners_copy_of_the_last_message_is_taken_after_the_word_of_it()
 def test_a_word_that_cannot_be_true_counts_nothing() -> None:
     gaps = SequenceGaps()
     gaps.missed(A, 5)
-    assert gaps.told(A, 5 + LARGEST_GAP + 1) == 0
-    assert gaps.told(A, 3) == 0
+    assert gaps.take_report(A, 5 + LARGEST_GAP + 1) == 0
+    assert gaps.take_report(A, 3) == 0
 
 
 def test_who_has_told_is_not_forgotten_for_strangers() -> None:
     gaps = SequenceGaps()
     gaps.missed(A, 5)
-    gaps.told(A, 5)
+    gaps.take_report(A, 5)
     for stranger in range(2 * MOST_PUBLISHERS):
         gaps.missed(b"%16d" % stranger, 1)
     assert len(gaps) == MOST_PUBLISHERS
-    assert gaps.told(A, 8) == 3
+    assert gaps.take_report(A, 8) == 3
 
 
 def test_what_was_sent_is_told_in_the_diagnostics() -> None:
@@ -98,7 +98,7 @@ def test_a_recording_of_whose_end_nobody_knows_says_so(tmp_path: Path) -> None:
 
 
 def test_only_a_long_turn_is_a_standstill() -> None:
-    steadiness = Steadiness()
+    steadiness = StandstillDetector()
     for now_s in (1000.0, 1000.3, 1000.3 + 0.9 * STANDSTILL_S):
         steadiness.turn(now_s)
         assert not steadiness.lost

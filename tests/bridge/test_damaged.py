@@ -21,9 +21,9 @@ from touchline.jobs.single.recorded_paint import read_painted
 from touchline.recordings.channels import kind_of
 from touchline.recordings.compare import compare
 from touchline.recordings.mcap_file import LARGEST_RATIO
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import read_summary
 from touchline.recordings.recorder import Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replayer import Timeline
 from touchline.recordings.unpack import LARGEST_CHUNK_BYTES
 from touchline.schemas import topics
@@ -154,7 +154,7 @@ def test_a_chunk_that_is_passed_over_is_told_and_its_messages_are_counted(tmp_pa
     held = read_summary(path)
     (loss,) = held.losses
     assert loss.messages == whole - held.messages > 0
-    assert ("no known kind" if opcode in (0x00, 0x46) else "says that it has") in held.problem
+    assert ("no known kind" if opcode in (0x00, 0x46) else "should have") in held.problem
 
 
 def test_what_stands_behind_the_end_of_a_file_is_told(tmp_path: Path) -> None:
@@ -229,5 +229,5 @@ def test_marks_that_no_robot_made_are_not_drawn(tmp_path: Path, marks: PaintMark
     recorder = Recorder(tmp_path / "a.mcap")
     recorder.write("template", encode(String(data=TEMPLATE)), 1)
     recorder.write("truth/paint", encode(marks), 1)
-    with pytest.raises(TouchlineError, match="no robot made"):
+    with pytest.raises(TouchlineError, match="impossible marks"):
         read_painted(recorder.finish().path)

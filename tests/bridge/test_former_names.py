@@ -10,10 +10,10 @@ from touchline.jobs.single.recorded_paint import read_painted
 from touchline.recordings.channels import present_path, recorded_paths, topic_at
 from touchline.recordings.compare import compare
 from touchline.recordings.decoding import as_message
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Recorded, RecordingKind
 from touchline.recordings.recorder import Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, full_definition

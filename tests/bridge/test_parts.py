@@ -8,9 +8,9 @@ import pytest
 
 from tests.bridge.said import messages, sent
 from touchline.recordings.compare import compare
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.recordings.recorder import Existing, Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode

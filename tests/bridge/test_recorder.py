@@ -15,9 +15,9 @@ from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from tests.bridge.said import messages, record, sent, stamp
 from touchline.recordings.channels import is_drawn
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.recordings.recorder import Existing, Recorder, is_stamped
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, full_definition, type_hash
 from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
@@ -276,7 +276,7 @@ FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
 from touchline.schemas.cdr import encode
-from touchline.recordings.output import RecordingError
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.recorder import Recorder
 from tests.bridge.said import messages
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))

@@ -14,8 +14,8 @@ from tests.bridge.mutations import records
 from tests.bridge.said import messages, record
 from touchline.recordings.channels import is_drawn
 from touchline.recordings.compare import compare
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
 

@@ -13,8 +13,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages
 from touchline.recordings.compare import compare
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader, read_summary
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.replay.replayer import Timeline
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode, typestore

@@ -243,7 +243,7 @@ def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot:
         said.append(robot.say(300))
         answer = robot.stop()
     assert answer.success and answer.path == str(tmp_path / "session.part2.mcap")
-    assert "in session.part2.mcap, after session.mcap, where the bridge was ended" in answer.message
+    assert "in session.part2.mcap, after session.mcap, where the bridge was restarted" in answer.message
     session = [item for item in contents(tmp_path / "session.mcap") if item[0] != "/tt2/events"]
     assert session == said[0] + said[1]  # the parts are one session
     part = [item for item in contents(tmp_path / "session.part2.mcap") if item[0] != "/tt2/events"]
@@ -255,7 +255,7 @@ def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot:
     }
     told = [message for _, message in heard.messages() if isinstance(message, Event)]
     assert [event.code for event in told] == ["recording-goes-on"]
-    assert "it goes on in session.part2.mcap" in told[0].text
+    assert "it continues in session.part2.mcap" in told[0].text
     with bridge(robot.bus, tmp_path, supervised):  # it was stopped in good order: nothing goes on
         assert "nothing is being recorded" in robot.stop().message
 
@@ -277,7 +277,7 @@ def test_a_recording_with_limits_goes_on_in_parts_also_after_a_kill(robot: Robot
         said.append(robot.say(400))
         until(robot, lambda: len(set(tmp_path.glob("*.mcap")) - first) > 1)  # it keeps to the limits
         answer = robot.stop()
-    assert answer.success and "where the bridge was ended" in answer.message
+    assert answer.success and "where the bridge was restarted" in answer.message
     session = [item for item in contents(tmp_path / "session.mcap") if item[0] != "/tt2/events"]
     assert session == said[0] + said[1]
 
@@ -311,7 +311,7 @@ def test_a_strangers_numbers_and_junk_are_told_and_do_no_harm(robot: Robot, conf
         told = [message.code for _, message in events.messages() if isinstance(message, Event)]
     assert answer.success, answer.message
     assert answer.lost == 8  # 2, which came before 3, and the last seven
-    assert "4 payloads were no messages of their topic" in answer.message
+    assert "4 payloads did not fit their topic" in answer.message
     held = contents(path)
     assert [item for item in held if item[1] != imu and item[0] != "/tt2/events"] == said
     assert [item[0] for item in held].count("/tt2/events") == 1  # the recording tells it, too

@@ -9,14 +9,14 @@ import pytest
 from tests.bridge.test_sequencer import Sent
 from touchline.bus.last_sent import LastSent
 from touchline.recordings.compare import compare
-from touchline.recordings.output import RecordingError
 from touchline.recordings.part_limits import PartLimits
 from touchline.recordings.reader import read_summary
 from touchline.recordings.recorder import Recorder
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Clock, Event, Imu, Time
-from touchline.services.bridge.session import FLUSH_PERIOD_S, RecordingSession
+from touchline.services.bridge.recording_session import FLUSH_PERIOD_S, RecordingSession
 
 
 class Waiting:
@@ -32,7 +32,7 @@ class Waiting:
         self.said += 1
         return [Sent(topics.IMU, self.said, self.said, encode(Imu()))]
 
-    def told(self, sent: LastSent) -> int:
+    def take_report(self, sent: LastSent) -> int:
         return 0
 
 

@@ -15,7 +15,7 @@ import zenoh
 from tests.meeting import caught_up
 from touchline.bus import Bus, BusConfig
 from touchline.bus.config import MAX_MESSAGE_BYTES
-from touchline.bus.reach import beyond_loopback, is_loopback
+from touchline.bus.remote_access import beyond_loopback, is_loopback
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse
@@ -84,7 +84,7 @@ def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, capfd):
 
 
 def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, capfd):
-    monkeypatch.setattr("touchline.bus.joining._GIVE_UP_S", 2.2)
+    monkeypatch.setattr("touchline.bus.joining._ABORT_AFTER_S", 2.2)
     with (
         socket.create_server(("127.0.0.1", port_of(bus_config))),
         pytest.raises(TouchlineError, match=r"another program, or frozen.*TOUCHLINE_ENDPOINT"),

@@ -83,7 +83,7 @@ def test_an_answer_is_believed_from_that_robots_own_node_only(bus_config, hosts,
             return answer is not None
 
         assert eventually(done)
-        assert answer.disbelieved
+        assert answer.untrusted
         assert answer.payload is None
 
 

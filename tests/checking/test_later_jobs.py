@@ -89,7 +89,7 @@ def test_a_recording_that_begins_amid_a_job_is_checked_from_the_next_one_on(day,
     (one,) = check_recording(path, exact=True)
     assert one.passed, (one.problem, str(one.first))
     assert one.planned == 3
-    assert "first job that is in the recording in full" in one.notes[0]
+    assert "first job that is recorded completely" in one.notes[0]
     assert one.diff.topics[topics.PLAN.name].pairs == 3
 
 

@@ -10,7 +10,7 @@ from tests.checking.short_sessions import BEND, bend
 from touchline.checking import estimator_alone
 from touchline.checking.check_session import check_recording
 from touchline.checking.divergence import stamp_ns
-from touchline.checking.open_loop_computer import ForcedComputer
+from touchline.checking.open_loop_computer import OpenLoopComputer
 from touchline.checking.rebuild import Rebuild
 from touchline.checking.recorded_sensors import RecordedSensors
 from touchline.checking.recorded_session import RecordedSession
@@ -95,7 +95,7 @@ def test_a_later_job_is_not_done_again_without_the_robots_state_at_its_begin(tmp
             told += driven(emulator, telemetry, 1)
     told = [each for each in told if each[0] is not topics.INITIAL_STATE]
     (verdict,) = check_recording(write(tmp_path / "second.mcap", told))
-    assert re.search(r"under way for \d+ s of sim time before the recording begins", verdict.problem)
+    assert re.search(r"running for \d+ s of sim time before the recording begins", verdict.problem)
 
 
 def test_other_remains_are_a_difference(resumed, monkeypatch):
@@ -115,7 +115,7 @@ def test_other_remains_are_a_difference(resumed, monkeypatch):
 def test_a_part_alone_says_why_it_is_not_run_on_what_goes_on(resumed):
     first, second = check_recording(resumed, exact=True, only="estimator")
     assert first.passed, (first.problem, str(first.first))
-    assert "goes on from a process that died" in second.problem
+    assert "after a restart of the robot's process" in second.problem
 
 
 @pytest.fixture(scope="module")
@@ -178,9 +178,9 @@ def test_the_estimator_in_one_kernel_does_what_it_does_tick_by_tick(tmp_path):
         for topic, payloads in said
         for each in payloads.each()
     ]
-    computer = ForcedComputer(session.setup, session.commands)
+    computer = OpenLoopComputer(session.setup, session.commands)
     rebuild = Rebuild(session, computer, RecordedSensors(session.setup, frames))
-    plain = [each for payloads in rebuild.said() for each in payloads]
+    plain = [each for payloads in rebuild.messages() for each in payloads]
     for topic, least in ((topics.ODOMETRY, 800), (topics.ESTIMATOR, 160)):
         one, other = ([payload for of, payload in said if of == topic and stamp_ns(payload)] for said in (fast, plain))
         assert one == other

@@ -9,8 +9,8 @@ import pytest
 
 from tests.checking.test_mutations import MUTATIONS
 from touchline.checking.check_files import SessionVerdict, check_file
+from touchline.checking.check_page import MOST_DETAILED, page_of, to_be_detailed
 from touchline.checking.draw_differences import draw_differences
-from touchline.checking.page import MOST_DETAILED, page_of, to_be_detailed
 
 pytestmark = pytest.mark.xdist_group("checking")
 WHEN = datetime(2026, 1, 2, 3, 4, tzinfo=UTC)
@@ -36,7 +36,7 @@ def test_a_page_of_what_differs(recording, monkeypatch, name):
     (verdict,) = check_file("", recording)
     plots = draw_differences("", verdict)
     titles = [plot.title for plot in plots]
-    assert "Where the robots went" in titles or "Plan" in titles
+    assert "Paths of the robots" in titles or "Plan" in titles
     page = page_of("bend.mcap", [verdict], {0: plots}, WHEN)
     found = Tags(page)
     assert found.tags.count("svg") == len(plots)

@@ -153,9 +153,9 @@ def test_chords_of_an_arc_stay_within_a_millimetre(painted: Path, tmp_path: Path
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "say what to write"),
+        ([], "give --csv, --parquet"),
         (["--csv", "a.csv"], "name a topic"),
-        (["--topic", "clock"], "say where the topics go"),
+        (["--topic", "clock"], "give --csv or --parquet"),
         (["--topic", "nope", "--csv", "a.csv"], "has no topic nope"),
         (["--geojson", "a.geojson"], "setup"),
     ],

@@ -72,14 +72,14 @@ def test_a_table_in_a_pipe_has_a_line_for_each_row() -> None:
 
 
 def test_up_says_where_ros_2_connects() -> None:
-    told = Ros2Choice(ros2=True, ros_domain=7, ros2_listen="tcp/127.0.0.1:7777").told(["tt2"])
-    assert "find it under /tt2," in told
-    assert "export RMW_IMPLEMENTATION=rmw_zenoh_cpp" in told
-    assert "export ROS_DOMAIN_ID=7" in told
-    assert """export ZENOH_CONFIG_OVERRIDE='connect/endpoints=["tcp/127.0.0.1:7777"]'""" in told
-    assert Ros2Choice().told(["tt2"]) == ""
-    assert "find them under /r1, /club/r2," in Ros2Choice(ros2=True).told(["r1", "club/r2"])
-    assert "find them under /demo/r1, /demo/club/r2," in Ros2Choice(ros2=True, ros_namespace="/demo").told(
+    notice = Ros2Choice(ros2=True, ros_domain=7, ros2_listen="tcp/127.0.0.1:7777").notice(["tt2"])
+    assert "find it under /tt2," in notice
+    assert "export RMW_IMPLEMENTATION=rmw_zenoh_cpp" in notice
+    assert "export ROS_DOMAIN_ID=7" in notice
+    assert """export ZENOH_CONFIG_OVERRIDE='connect/endpoints=["tcp/127.0.0.1:7777"]'""" in notice
+    assert Ros2Choice().notice(["tt2"]) == ""
+    assert "find them under /r1, /club/r2," in Ros2Choice(ros2=True).notice(["r1", "club/r2"])
+    assert "find them under /demo/r1, /demo/club/r2," in Ros2Choice(ros2=True, ros_namespace="/demo").notice(
         ["r1", "club/r2"]
     )
 

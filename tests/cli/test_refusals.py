@@ -39,7 +39,7 @@ BAD = {
         (("sweep", "study-square", "--set", "follower=mpc,external"), "use `touchline run` or `up`"),
         (("sweep",), "SCENARIO|TEMPLATE is missing; give a template, a scenario file, or --goal X,Y[,HEADING]"),
         (("sweep", "--goal", "3"), "--goal is '3'; give it as in --goal 3,2,1.2"),
-        (("sweep", "tennis", "--goal", "3,2"), "--goal is 3,2, and the template tennis is given, too; leave one"),
+        (("sweep", "tennis", "--goal", "3,2"), "--goal is 3,2, and the template tennis is given, too; give one"),
         (("sweep", "--template", "tennis", "--goal", "-3,2"), "--goal is -3,2, and the template tennis is given, too"),
         (("tui",), "needs a terminal"),
         (("plan", "no-such"), "soccer-11"),

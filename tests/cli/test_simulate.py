@@ -163,7 +163,7 @@ def test_a_sweep_of_a_team_with_places_has_as_many_robots_as_those(touchline, tm
     assert swept["combinations"][0]["set"] == {"robots": 2}
     assert (code, swept["complete"]) == (1, True), err
     code, _, err = touchline("fleet", "sweep", "--team", str(team), "--robots", "3")
-    assert code == 2 and "has places of 2; leave one of both out" in err
+    assert code == 2 and "has places of 2; give one of them" in err
 
 
 @pytest.mark.parametrize("what", ["interrupted", "all workers killed"])

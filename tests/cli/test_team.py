@@ -88,8 +88,8 @@ def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touch
 
 def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(touchline, rows):
     code, told, _ = ordered(touchline, rows, "10:1:fail", "11:2:fail", "12:1:take-over")
-    assert code == 1 and not told["success"] and "has nobody left to do it" in told["reason"]
-    assert not told["orders"][2]["done"] and "has nobody left" in told["orders"][2]["outcome"]
+    assert code == 1 and not told["success"] and "has no robot that can do it" in told["reason"]
+    assert not told["orders"][2]["done"] and "has no robot" in told["orders"][2]["outcome"]
 
 
 def hashes(touchline, rows, *options):

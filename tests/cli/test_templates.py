@@ -99,6 +99,6 @@ def test_closed_shapes_become_areas(touchline, tmp_path: Path) -> None:
     code, _, err = touchline("templates", *arguments)
     assert code == 0, err
     assert "3 areas of 148.00 m² with 1 hole" in err
-    assert "crosses itself; what it goes round is the area: path-2" in err
+    assert "crosses itself; the enclosed parts are the area: path-2" in err
     assert load_template(out).area_m2 == pytest.approx(148.0)
     assert plot.stat().st_size > 5_000

@@ -209,7 +209,7 @@ class Team:
         if self.ticks % (TICKS_PER_MESSAGE * MESSAGES_PER_UPDATE) == 0:
             self.hub.update(self.now_s)
         if told_now:
-            for name, message in self.hub.say().items():
+            for name, message in self.hub.guidance().items():
                 self._post(self.to_robots, name, message)
         if come := self._come(self.to_robots):
             segments = self._segments()

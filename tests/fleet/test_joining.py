@@ -94,11 +94,11 @@ def test_a_robot_that_joins_may_drive_when_it_keeps_to_a_cell_that_all_others_ke
     hub.update(0.0)
     hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=0.1, adopted=1, decided=1), 0.1)
     hub.join(NEW, whereabouts((3.0, 1.0), stamp_s=50.0), 0.2)
-    assert hub.say()[NEW].half_planes.tolist() == []
+    assert hub.guidance()[NEW].half_planes.tolist() == []
     assert hub.cells["tb01"].excess_m(np.array((3.0, 1.0, 3.0, 1.0))) < 0.0
     hub.receive(NEW, whereabouts((3.0, 1.0), stamp_s=53.0), 3.2)
     hub.update(3.3)
-    assert hub.say()[NEW].number == 0
+    assert hub.guidance()[NEW].number == 0
     assert hub.cells["tb01"].excess_m(np.array((3.0, 1.0, 3.0, 1.0))) < 0.0
 
     def team_says(now_s: float, adopted: int) -> None:
@@ -110,15 +110,15 @@ def test_a_robot_that_joins_may_drive_when_it_keeps_to_a_cell_that_all_others_ke
     assert hub.cells["tb01"].excess_m(np.array((3.0, 1.0, 3.0, 1.0))) == pytest.approx(APART_M)
     team_says(4.4, 1)
     hub.update(4.5)
-    assert hub.say()[NEW].number == 0
-    team_says(4.8, hub.say()["tb01"].number)
+    assert hub.guidance()[NEW].number == 0
+    team_says(4.8, hub.guidance()["tb01"].number)
     hub.update(4.9)
-    new = hub.say()[NEW]
+    new = hub.guidance()[NEW]
     assert new.number > 0
     assert new.echo_s == NOTHING_HEARD_S
     assert new.target_x_m == pytest.approx(5.0)
     hub.receive(NEW, whereabouts((3.0, 1.0), stamp_s=55.0, adopted=new.number, decided=new.number), 5.0)
-    assert hub.say()[NEW].echo_s == 55.0
+    assert hub.guidance()[NEW].echo_s == 55.0
 
 
 @WEATHERS
@@ -157,10 +157,10 @@ def test_who_is_carried_elsewhere_gets_no_cell_before_all_others_keep_off_its_ne
     hub.receive(NEW, whereabouts(elsewhere, stamp_s=53.1), 3.3)
     hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=3.3, adopted=1, decided=1), 3.3)
     hub.update(3.4)
-    assert hub.say()[NEW].number == 0
+    assert hub.guidance()[NEW].number == 0
     hub.receive(NEW, whereabouts(elsewhere, stamp_s=53.6), 3.7)
-    number = hub.say()["tb01"].number
+    number = hub.guidance()["tb01"].number
     hub.receive("tb01", whereabouts((1.0, 1.0), stamp_s=3.7, adopted=number, decided=number), 3.7)
     assert hub.cells["tb01"].excess_m(np.array((*elsewhere, *elsewhere))) == pytest.approx(APART_M)
     hub.update(3.8)
-    assert hub.say()[NEW].number > number
+    assert hub.guidance()[NEW].number > number

@@ -174,12 +174,12 @@ def test_a_robot_that_begins_anew_is_not_listened_to() -> None:
     places = dict(zip(names_of(2), ((1.0, 1.0), (3.0, 1.0)), strict=True))
     hub = Hub(square(4.0), GoalLists({"tb01": [(3.0, 3.0)]}), {name: whereabouts(at) for name, at in places.items()})
     hub.update(0.4)
-    first = hub.say()["tb01"].number
+    first = hub.guidance()["tb01"].number
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.5, adopted=first, decided=first), 0.5)
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.6), 0.6)
-    assert hub.say()["tb01"].echo_s == 0.5
+    assert hub.guidance()["tb01"].echo_s == 0.5
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=0.4, adopted=first, decided=first), 0.7)
-    assert hub.say()["tb01"].echo_s == 0.5
+    assert hub.guidance()["tb01"].echo_s == 0.5
     hub.update(4.6)
     assert hub.resting == {"tb01", "tb02"}
 
@@ -188,15 +188,15 @@ def test_a_message_from_before_a_robot_came_to_rest_says_not_where_it_rests() ->
     hub = Hub(square(4.0), GoalLists({}), {"tb01": whereabouts(AT_REST)})
     hub.update(3.4)
     assert hub.resting == {"tb01"}
-    number = hub.say()["tb01"].number
+    number = hub.guidance()["tb01"].number
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=3.3), 3.5)
     hub.update(3.8)
-    assert hub.say()["tb01"].number == number
+    assert hub.guidance()["tb01"].number == number
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=3.5), 3.9)
     hub.update(4.2)
-    new = hub.say()["tb01"]
+    new = hub.guidance()["tb01"]
     assert new.number > number
     assert new.echo_s == 0.0
     hub.receive("tb01", whereabouts(AT_REST, stamp_s=5.0, adopted=new.number, decided=new.number), 5.0)
     assert not hub.resting
-    assert hub.say()["tb01"].echo_s == 5.0
+    assert hub.guidance()["tb01"].echo_s == 5.0

@@ -3,7 +3,7 @@
 import pytest
 
 from touchline.fleet.coordination import Coordination
-from touchline.fleet.starts import free_area
+from touchline.fleet.start_poses import free_area
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TeamScenario
@@ -14,7 +14,7 @@ PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
 def says(team: Coordination, name: str, now_s: float) -> None:
     """The robot, which stands, has adopted what it was told."""
     x, y = PLACES[name]
-    number = team.say()[name].number if name in team.say() else 0
+    number = team.guidance()[name].number if name in team.guidance() else 0
     said = Whereabouts(stamp_s=now_s, x_m=x, y_m=y, stop_x_m=x, stop_y_m=y, adopted=number, decided=number)
     team.hear(name, said, now_s)
 
@@ -39,7 +39,7 @@ def team() -> Coordination:
 
 
 def test_who_may_drive_is_taken_out_only_if_somebody_answers_for_it(team: Coordination) -> None:
-    with pytest.raises(SpecError, match="c is heard, or was a moment ago: it may drive"):
+    with pytest.raises(SpecError, match="c sends messages, or did a moment ago: it may drive"):
         team.check_removal("c", forced=False)
     team.check_removal("c", forced=True)
     run(team, "ab", 4.0, 6.0)
@@ -56,7 +56,7 @@ def test_who_is_no_robot_of_the_team_or_all_of_it_is_not_taken_out(team: Coordin
     with pytest.raises(SpecError, match="b is not in the team"):
         team.check_removal("b", forced=True)
     team.remove("c")
-    with pytest.raises(SpecError, match="a is all of the team"):
+    with pytest.raises(SpecError, match="a is the only robot of the team"):
         team.check_removal("a", forced=True)
 
 
@@ -64,12 +64,12 @@ def test_who_is_out_is_neither_told_nor_taken_in_before_it_is_admitted(team: Coo
     team.remove("c")
     assert team.out == {"c"}
     run(team, "abc", 4.0, 8.0)
-    assert set(team.say()) == {"a", "b"}
+    assert set(team.guidance()) == {"a", "b"}
     assert [cell.name for cell in team.cells()] == ["a", "b"]
     team.admit("c")
     assert team.out == frozenset()
     run(team, "abc", 8.0, 14.0)
-    assert set(team.say()) == {"a", "b", "c"}
+    assert set(team.guidance()) == {"a", "b", "c"}
     assert team.hub is not None
     assert not team.hub.resting
-    assert team.say()["c"].number > 0
+    assert team.guidance()["c"].number > 0

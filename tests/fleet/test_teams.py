@@ -65,34 +65,34 @@ def test_the_order_in_which_robots_are_listed_changes_nothing() -> None:
         for now_s in (0.0, PERIOD_S):
             hub.update(now_s)
             for name in names:
-                number = hub.say()[name].number
+                number = hub.guidance()[name].number
                 hub.receive(name, starts[name].model_copy(update={"stamp_s": now_s + 0.1, "adopted": number}), now_s)
     one, other = hubs
     assert one.names == other.names == tuple(names_of(8))
-    for name, told in one.say().items():
+    for name, told in one.guidance().items():
         assert (told.number, told.target_x_m, told.target_y_m) == (2, *_target(other, name))
-        assert told.half_planes.tobytes() == other.say()[name].half_planes.tobytes()
+        assert told.half_planes.tobytes() == other.guidance()[name].half_planes.tobytes()
         assert one.cells[name].half_planes.tobytes() == other.cells[name].half_planes.tobytes()
 
 
 def _target(hub: Hub, name: str) -> tuple[float, float]:
-    told = hub.say()[name]
+    told = hub.guidance()[name]
     return told.target_x_m, told.target_y_m
 
 
 def test_cells_are_made_anew_by_an_update_and_not_before() -> None:
     hub = Hub(square(5.0), GoalLists({}), {"a": whereabouts((1.0, 1.0))})
-    assert (hub.say()["a"].number, *_target(hub, "a")) == (0, 1.0, 1.0)
+    assert (hub.guidance()["a"].number, *_target(hub, "a")) == (0, 1.0, 1.0)
     hub.update(0.0)
-    assert (hub.say()["a"].number, *_target(hub, "a")) == (1, 1.0, 1.0)
+    assert (hub.guidance()["a"].number, *_target(hub, "a")) == (1, 1.0, 1.0)
     hub.receive("a", whereabouts((2.0, 1.0), stamp_s=0.3, adopted=1, decided=1), 0.3)
-    assert (hub.say()["a"].number, *_target(hub, "a")) == (1, 1.0, 1.0)
+    assert (hub.guidance()["a"].number, *_target(hub, "a")) == (1, 1.0, 1.0)
     assert hub.places.tolist() == [[2.0, 1.0]]
     hub.update(0.4)
-    assert (hub.say()["a"].number, *_target(hub, "a")) == (2, 2.0, 1.0)
+    assert (hub.guidance()["a"].number, *_target(hub, "a")) == (2, 2.0, 1.0)
     hub.leave("a")
     hub.update(0.8)
-    assert hub.say() == {}
+    assert hub.guidance() == {}
 
 
 def test_another_task_is_gone_on_with() -> None:

@@ -13,7 +13,7 @@ from touchline.checking.estimating.estimate_figures import estimate_figures
 from touchline.checking.estimating.estimator_run import run_estimator
 from touchline.checking.estimating.reference_frame import FrameFit
 from touchline.checking.importing.import_logs import import_logs
-from touchline.checking.importing.proposal import proposal
+from touchline.checking.importing.mapping_proposal import proposal
 from touchline.recordings.logs.formats import open_log
 from touchline.schemas.errors import SpecError
 from touchline.schemas.log_mapping import LogMapping
@@ -94,8 +94,8 @@ def test_a_receiver_alone_becomes_a_session_and_its_difficulties_are_told(bag, t
     assert proposal([bag]).fixes.stream == "/fix"
     out = tmp_path / "session.mcap"
     done = import_logs([bag], proposal([bag]), out)
-    told = "\n".join(done.told)
-    for words in ("5 tell no σ", "1 messages are older than the one before", "1 messages repeat a stamp"):
+    told = "\n".join(done.remarks)
+    for words in ("5 report no σ", "1 messages are older than the one before", "1 messages repeat a stamp"):
         assert words in told
     assert "1 of 51 have no position" in told
     assert "no odometry" in told or "cannot start" in told
@@ -110,5 +110,5 @@ def test_a_stream_of_words_has_nothing_for_a_sensor(bag, tmp_path):
     table = open_log(bag).read(["/chatter"]).tables["/chatter"]
     assert (len(table.time_s), dict(table.columns)) == (1, {})
     mapping = LogMapping.model_validate({"fixes": {"stream": "/chatter"}})
-    with pytest.raises(SpecError, match=r"fixes\.columns do not say which column of /chatter is latitude_deg"):
+    with pytest.raises(SpecError, match=r"fixes\.columns do not name the column of /chatter for latitude_deg"):
         import_logs([bag], mapping, tmp_path / "session.mcap")

@@ -9,12 +9,12 @@ import pytest
 from lz4 import frame
 from mcap.writer import CompressionType, Writer
 
-from touchline.checking.importing.reading_apart import ReadingLimits, read_apart
+from touchline.checking.importing.limited_reader import ReadingLimits, read_limited
 from touchline.recordings.decoding import layout
 from touchline.recordings.logs.formats import read_logs
 from touchline.recordings.logs.log_table import LogError
-from touchline.recordings.output import RecordingError
 from touchline.recordings.recorded import RecordingKind
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.rosbag2 import bag_files
 
 CHUNK = 60_000_000
@@ -245,9 +245,9 @@ def test_reading_that_takes_too_much_is_ended(tmp_path):
     path = tmp_path / "long.csv"
     path.write_text("time_s,x\n" + "1,2\n" * 2_000_000, encoding="utf-8")
     with pytest.raises(LogError, match=r"long\.csv: reading it takes more than 0 s of processor time; cut it"):
-        read_apart([path], limits=ReadingLimits(10**10, 0))
+        read_limited([path], limits=ReadingLimits(10**10, 0))
     with pytest.raises(LogError, match=r"long\.csv: reading it takes more than 0\.1 GB; cut it"):
-        read_apart([path], limits=ReadingLimits(50_000_000, 60))
+        read_limited([path], limits=ReadingLimits(50_000_000, 60))
 
 
 def test_limits_are_by_the_size_of_the_logs(tmp_path):

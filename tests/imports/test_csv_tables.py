@@ -88,7 +88,7 @@ def test_places_are_found_by_usual_names_units_and_separators(tmp_path, head, ro
     ("text", "told"),
     [
         ("a,b\n1,2\n", "has no column with the time among a,b; name one of them time_s, time_ms"),
-        ("time,x\n0,1\n100,1\n200,1\n", "the column 'time' steps by 100 in a unit that is not said; name it time_ms"),
+        ("time,x\n0,1\n100,1\n200,1\n", "the column 'time' steps by 100 in an unknown unit; name it time_ms"),
         ("date,x\n07/01/2024,1\n", r"the column 'date' has no time in '07/01/2024'; give ISO 8601, as in 2024-07-01"),
         (
             "time_s,lat,lon\n0,5,48,5,11,2\n1,5,48,5,11,2\n",

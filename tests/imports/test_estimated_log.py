@@ -49,7 +49,7 @@ MAPPING = {
 def test_the_estimate_follows_a_known_drive(logs, tmp_path):
     out = tmp_path / "session.mcap"
     done = import_logs(logs, LogMapping.model_validate(MAPPING), out)
-    assert done.told == []
+    assert done.remarks == []
     figures = estimate_figures(run_estimator(out), FrameFit.SHIFT)
     assert figures["fixes"]["accepted_pct"] == 100.0
     assert figures["verdict"] == []

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from touchline.checking.importing.import_logs import import_logs
-from touchline.checking.importing.proposal import proposal
+from touchline.checking.importing.mapping_proposal import proposal
 from touchline.recordings.logs.formats import open_log
 from touchline.recordings.logs.log_table import LogError
 

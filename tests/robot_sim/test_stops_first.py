@@ -126,7 +126,7 @@ def test_an_answer_of_a_stranger_is_not_believed(bus_config):
 
     with Bus.open("stranger", bus_config) as stranger, Bus.open(topics.OPERATOR, bus_config) as operator:
         server = stranger.serve(topics.ESTOP)
-        with pytest.raises(CallError, match="not believed"):
+        with pytest.raises(CallError, match="not trusted"):
             operator.call(topics.ESTOP, CommandRequest(request_id="1"), 20.0, lambda: fake(stranger))
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
             robot = process(bus)

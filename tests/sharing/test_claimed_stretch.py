@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from touchline.jobs.shared.claimed_stretch import (
+    PUBLISH_EVERY_S,
     SAGITTA_M,
-    TOLD_EVERY_S,
     ClaimedStretch,
+    publish_stretches,
     stretch_poses,
-    tell_stretches,
 )
 from touchline.onboard.trajectory.path import cut_path
 from touchline.schemas.curves import Curve
@@ -121,12 +121,12 @@ def test_what_is_passed_is_told_before_what_others_are_granted_for_it_and_else_n
         for name, (from_m, to_m) in claims.items():
             {"a": first, "b": second}[name].claim(from_m, to_m)
         said.clear()
-        tell_stretches([first, second], now_s)
+        publish_stretches([first, second], now_s)
         return said
 
     assert told(0.0, a=(0.0, 100.0), b=(0.0, 10.0)) == [("a", [0.0, 100.0]), ("b", [0.0, 10.0])]
     assert told(1.0, a=(5.0, 100.0)) == []
-    assert told(TOLD_EVERY_S) == [("a", [5.0, 100.0])]
+    assert told(PUBLISH_EVERY_S) == [("a", [5.0, 100.0])]
     assert told(2.5, a=(6.0, 100.0), b=(1.0, 20.0)) == [("a", [6.0, 100.0]), ("b", [1.0, 10.0]), ("b", [1.0, 20.0])]
     assert told(2.6, b=(1.0, 15.0)) == [("b", [1.0, 15.0])], "what is granted no more, at once"
     assert told(2.7, a=(100.0, 100.0)) == [("a", [])]

@@ -10,15 +10,15 @@ import shapely
 from touchline.checking.check_session import check_recording
 from touchline.cli.choices import load_vehicle
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
-from touchline.jobs.shared.errand import ErrandStatus, errands
-from touchline.jobs.shared.ground_left import GroundLeft
-from touchline.jobs.shared.remains import Standing
-from touchline.jobs.shared.rest import Mate, rest_of
+from touchline.jobs.shared.assignment import AssignmentStatus, assignments
+from touchline.jobs.shared.remaining_ground import RemainingGround
+from touchline.jobs.shared.replanning import FieldRobot, replan_rest
 from touchline.jobs.shared.shared_areas import share_areas
 from touchline.jobs.shared.shared_job import APART_M
 from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.jobs.shared.team_order import TeamOrder
 from touchline.jobs.shared.team_report import team_figures
+from touchline.jobs.shared.unfinished_lines import Standing
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
@@ -73,10 +73,10 @@ def test_one_is_paused_and_they_cover_as_much_as_was_planned_and_keep_apart(job)
 def test_what_is_left_is_what_the_plans_up_to_where_robots_are_have_not_covered(job):
     def left_m2(*reached_m):
         told = [
-            ErrandStatus(each, PaintBelief((), (), 0.0), reached)
-            for each, reached in zip(errands(job), reached_m, strict=True)
+            AssignmentStatus(each, PaintBelief((), (), 0.0), reached)
+            for each, reached in zip(assignments(job), reached_m, strict=True)
         ]
-        return GroundLeft().joined(job, told).figures["left_out_m2"]
+        return RemainingGround().joined(job, told).figures["left_out_m2"]
 
     half_m = 0.5 * job.paths[0].end_m
     assert left_m2(0.0, 0.0) == pytest.approx(LONG_M * WIDE_M, rel=1e-3)
@@ -88,11 +88,11 @@ def test_what_is_left_is_what_the_plans_up_to_where_robots_are_have_not_covered(
 def test_a_strip_that_nothing_can_be_driven_along_keeps_nobody_from_the_rest():
     job = share_areas(PANS, QUICK, ROLLER, [None] * 2)
     south, strip = (as_area(shapely.box(*corners)) for corners in ((0.0, 0.0, 10.0, 3.5), (0.0, 12.5, 1.2, 15.9)))
-    left, painted = GroundLeft({"south": south, "north": strip}), np.zeros((0, 7))
-    mate = Mate(Standing("r2", (-3.0, 1.0, 0.0)), serves=True)
+    left, painted = RemainingGround({"south": south, "north": strip}), np.zeros((0, 7))
+    robot = FieldRobot(Standing("r2", (-3.0, 1.0, 0.0)), serves=True)
     with pytest.raises(PlanningError, match='the area "north", in which nothing is driven straight'):
-        left.planned(job, [mate.place], [], painted, lambda done, what: None)
-    rest = rest_of(job, left, [mate], painted, lambda done, what: None)
+        left.planned(job, [robot.place], [], painted, lambda done, what: None)
+    rest = replan_rest(job, left, [robot], painted, lambda done, what: None)
     assert rest.crew == ("r2",) and [area.id for area in rest.job.shares[0].areas] == ["south"]
     assert rest.left_out.figures["left_out_m2"] == pytest.approx(strip.area)
 

@@ -9,7 +9,7 @@ from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_simulation import simulate_shared
 from touchline.jobs.shared.team_order import TeamOrder
 from touchline.jobs.shared.team_picture import draw_recorded
-from touchline.jobs.single.earth_map import earth_map
+from touchline.jobs.single.geojson_map import geojson_map
 from touchline.jobs.single.recorded_paint import read_all_painted, read_painted
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas.cdr import decode
@@ -70,10 +70,10 @@ def test_picture_and_map_without_a_name_have_all_that_each_has_painted(recorded,
     picture = tmp_path / "both.svg"
     draw_recorded(read_all_painted(path), picture)
     assert all(f"<!-- {text} -->" in picture.read_text() for text in ("2 robots", "r1", "r2"))
-    properties = [feature["properties"] for feature in earth_map(path)["features"]]
+    properties = [feature["properties"] for feature in geojson_map(path)["features"]]
     painted = [each for each in properties if each["is"] == "paint"]
     for name, tasks in zip(("r1", "r2"), outcome.robots, strict=True):
         strokes = [stroke for task in tasks for stroke in task.strokes if len(stroke.x_m) > 1]
         assert [each["id"] for each in painted if each["robot"] == name] == [stroke.segment_id for stroke in strokes]
-    alone = earth_map(path, "r1")["features"]
+    alone = geojson_map(path, "r1")["features"]
     assert 0 < len(alone) < len(properties) and "robot" not in alone[0]["properties"]

@@ -92,7 +92,7 @@ def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(monke
     monkeypatch.setattr(shared_simulation, "PATIENCE_S", 45.0)
     both = carried_out(job, orders=[TeamOrder(6.0, 0, "fail")])
     assert "robot r1: out of service" in both.reason
-    assert "robot r2: given up by the simulation after 45 s" in both.reason
+    assert "robot r2: aborted by the simulation after 45 s" in both.reason
     assert both.apart_m >= APART_M and len(both.robots[1]) == 1
 
 

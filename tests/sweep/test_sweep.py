@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from tests.sweep.combining import combined
-from touchline.jobs.places import here, in_processes
 from touchline.jobs.sweep.combinations import SweepCase
 from touchline.jobs.sweep.summary import statistics, summarise, write_csv
 from touchline.jobs.sweep.task import SweepRun, lost_run, perform, prepare
+from touchline.jobs.task_pool import here, in_processes
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig

@@ -17,11 +17,11 @@ from tests.command import app
 from tests.sweep.combining import combined
 from tests.sweep.worker_tasks import KillsTheFirst, divide, signal_itself
 from touchline.cli.options import ExitCode
-from touchline.jobs.places import here, in_processes
 from touchline.jobs.single.simulation import Job, simulate
 from touchline.jobs.sweep import task as sweep_task
 from touchline.jobs.sweep.summary import statistics, summarise, write_csv
 from touchline.jobs.sweep.task import SweepRun, Task, prepare, run_figures
+from touchline.jobs.task_pool import here, in_processes
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport

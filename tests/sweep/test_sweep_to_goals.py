@@ -98,7 +98,7 @@ def test_goals_are_combined_and_each_is_planned_from_each_start():
         ("plan.paint_speed_mps=1", GOAL, r"plan\.paint_speed_mps is not an option of a plan to a goal; use .*forward"),
         ("plan.start=1", GOAL, r"plan\.start is not"),
         ("template=tennis", GOAL, "template is given beside --goal"),
-        ("goal.method=cubic", "study-square", r"goal\.method is of a goal, and there is none; give --goal"),
+        ("goal.method=cubic", "study-square", r"goal\.method needs a goal, and there is none; give --goal"),
     ],
 )
 def test_what_cannot_be_set_is_refused_by_name(text, work, named):

@@ -20,8 +20,8 @@ from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.single.simulation import Job, Products, simulate
 from touchline.recordings.channels import is_drawn, namespace_at, topic_at
 from touchline.recordings.compare import compare
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader
+from touchline.recordings.recording_file import RecordingError
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError

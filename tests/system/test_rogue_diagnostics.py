@@ -17,8 +17,8 @@ def said(name: str = topics.ROBOT_SIM, message: str = "ok", **values: str) -> Di
 @pytest.mark.parametrize(
     ("diagnostics", "health"),
     [
-        (DiagnosticArray(), Health("does not say how it is")),
-        (said("somebody", pid="1"), Health("does not say how it is")),
+        (DiagnosticArray(), Health("does not report its health")),
+        (said("somebody", pid="1"), Health("does not report its health")),
         (said(), Health("ok")),
         (said(pid="12", published="3", lost="0"), Health("ok", pid=12, published=3, lost=0)),
         (said(pid="-1", published="many", received=HUGE, lost="1e9", rejected="\u0663"), Health("ok")),

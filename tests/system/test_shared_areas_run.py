@@ -10,11 +10,11 @@ import pytest
 
 from touchline.cli.choices import load_vehicle
 from touchline.jobs.shared import shared_bus_run
-from touchline.jobs.shared.conduct import Conduct
-from touchline.jobs.shared.judged import judged
 from touchline.jobs.shared.shared_areas import share_areas
 from touchline.jobs.shared.shared_robot import fresh_id
+from touchline.jobs.shared.shared_run_settings import SharedRunSettings
 from touchline.jobs.shared.team_report import bus_figures
+from touchline.jobs.shared.work_evaluation import evaluate_work
 from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
@@ -90,14 +90,16 @@ def test_two_rollers_cover_areas_over_the_bus_though_they_are_paused_for_long_an
         operator.buses = system.buses
         pid = system.supervisor.pid(topics.ROBOT_SIM, "r2")
         operator.kill = lambda: os.killpg(pid, signal.SIGKILL)
-        conduct = Conduct(20.0, take_over_after_s=0.5, record=record)
+        conduct = SharedRunSettings(20.0, take_over_after_s=0.5, record=record)
         run = shared_bus_run.SharedBusRun(system.buses, job, conduct, operator)
         operator.second_done = lambda: run.robots[1].furthest_m / job.paths[1].end_m
         try:
             run.run()
         except JobFailed as failed:
             pytest.fail(f"{failed}; {operator.said}")
-    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(
+        job, run, evaluate_work(job, run.planned, [work for robot in run.robots for work in robot.works])
+    )
     json.dumps(told)
     assert told["area"]["accepted"], told["reason"]
     # Whether its telemetry can be asked again by then what it has sent last, once its process came back, is chance.

@@ -18,11 +18,11 @@ from tests.system.test_failures import wait_until
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.health import STARTING
 from touchline.bus.ports import free_port
-from touchline.jobs.shared.judged import judged
-from touchline.jobs.shared.shared_bus_run import Conduct, SharedBusRun
+from touchline.jobs.shared.shared_bus_run import SharedBusRun, SharedRunSettings
 from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_robot import fresh_id
 from touchline.jobs.shared.team_report import bus_figures
+from touchline.jobs.shared.work_evaluation import evaluate_work
 from touchline.jobs.single.recorded_paint import read_painted
 from touchline.jobs.watcher import JobFailed
 from touchline.recordings.reader import RecordingReader
@@ -159,7 +159,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
     early = AuthorizeRequest(request_id="b", until_m=1.0)
     assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
     listening = Listening(system.buses)
-    with begun(system, job, Conduct(-1.0, record=record), listening) as run:
+    with begun(system, job, SharedRunSettings(-1.0, record=record), listening) as run:
         run.run()
     assert run.recording["complete"], run.recording
     claims = listening.claims
@@ -176,7 +176,7 @@ def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, j
         recorded = read_painted(record, robot.name)
         assert [len(each.x_m) for each in recorded.strokes] == [len(each.x_m) for each in robot.strokes]
         assert recorded.template == share and recorded.report == robot.reports[0]
-    paint = judged(job, run.planned, [work for robot in run.robots for work in robot.works])
+    paint = evaluate_work(job, run.planned, [work for robot in run.robots for work in robot.works])
     assert paint.metrics.verdict.accepted and paint.metrics.coverage_pct > 99.8
     assert paint.metrics.double_paint_m2 < 0.005
 
@@ -190,7 +190,7 @@ class Killer(Silent):
 
     def check(self):
         robot = next(each for each in self.run.robots if each.name == self.name)
-        if self.killed or robot.errand is None or robot.status.state != TraversalStatus.RUNNING:
+        if self.killed or robot.assignment is None or robot.status.state != TraversalStatus.RUNNING:
             return
         if not self.slowed:
             self.slowed = all(pace(each.bus, SLOWLY) for each in self.run.robots)
@@ -228,7 +228,7 @@ class Operator(Killer):
 
 def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     operator = Operator(system, "r2")
-    with begun(system, job, Conduct(20.0), operator) as run:
+    with begun(system, job, SharedRunSettings(20.0), operator) as run:
         run.run()
         for orders in operator.orders:
             orders.join()
@@ -245,7 +245,9 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
         ("r2", "remove", True),
         ("r2", "take-over", True),
     ]
-    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(
+        job, run, evaluate_work(job, run.planned, [work for robot in run.robots for work in robot.works])
+    )
     assert told["success"], told["reason"]
     assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
     assert told["paint"]["double_paint_m2"] < PAINTED_TWICE_M2
@@ -255,14 +257,16 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
 @pytest.mark.full
 def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(system, job):
     killer = Killer(system, "r1")
-    with begun(system, job, Conduct(20.0, take_over_after_s=1.0), killer) as run:
+    with begun(system, job, SharedRunSettings(20.0, take_over_after_s=1.0), killer) as run:
         try:
             run.run()
         except JobFailed as failed:  # it stands in the way of all that is left of its line
-            assert "nothing left that can be reached" in " ".join(killer.told)
+            assert "no remaining work within reach" in " ".join(killer.told)
             assert "not finished: row-" in str(failed)
             return
-    told = bus_figures(job, run, judged(job, run.planned, [work for robot in run.robots for work in robot.works]))
+    told = bus_figures(
+        job, run, evaluate_work(job, run.planned, [work for robot in run.robots for work in robot.works])
+    )
     assert not told["success"] and "not accepted" in told["reason"], killer.told
     assert [(each["robot"], each["order"], each["done"]) for each in run.orders] == [("r1", "take-over", True)]
     assert told["paint"]["gap_m"] == pytest.approx(told["traversal"]["left_out_m"], abs=0.15)
@@ -272,7 +276,10 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
 
 @pytest.mark.full
 def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
-    conduct, said = Conduct(20.0, ordered_within_s=2.0), "r2 is out of service: its process is gone; nobody has ordered"
+    conduct, said = (
+        SharedRunSettings(20.0, ordered_within_s=2.0),
+        "r2 is out of service: its process is gone; nobody has ordered",
+    )
     with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
         run.run()
     lines = str(failed.value).partition("not finished: ")[2].split(", ")

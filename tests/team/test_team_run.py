@@ -105,7 +105,7 @@ def test_who_freezes_is_passed_and_told_of() -> None:
     )
     assert figures["contacts"] == 0
     told = figures["goals"]["hindrances"]
-    assert "stands still" in told.pop("tb2")
+    assert "hangs" in told.pop("tb2")
     assert all(told.values())
     assert figures["success"], figures["reason"]
     assert figures["goals"]["arrived"] >= 4

@@ -1,4 +1,4 @@
-"""Robots for viewers that speak Foxglove's WebSocket protocol (Foxglove, Lichtblick): topics, orders, parameters."""
+"""Server of robots for viewers that speak Foxglove's WebSocket protocol (Foxglove, Lichtblick)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def serve_viewers(buses: Sequence[Bus], config: FoxgloveConfig) -> AbstractConte
     """Serve viewers until the context is left.
 
     Args:
-        buses: Of each robot.
-        config: Where they are served.
+        buses: Bus of each robot.
+        config: Address and permissions.
 
     Raises:
         TouchlineError: Foxglove's SDK is not installed, or the address cannot be listened on.

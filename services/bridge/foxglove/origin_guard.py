@@ -1,7 +1,7 @@
-"""Listens for viewers before Foxglove's SDK does, and passes on those whose handshake names an allowed origin.
+"""Guard in front of Foxglove's SDK: listens for viewers, and passes on those whose handshake names an allowed origin.
 
-Browsers let any page open a WebSocket to this machine and say in the header Origin whose page it is; the SDK does not
-look at it. Programs that are no browsers send none.
+Browsers let any page open a WebSocket to this machine and name its origin in the header Origin; the SDK does not look
+at it. Programs that are no browsers send none.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class OriginGuard:
     """Accepts connections in a thread of its own until `stop`.
 
     Args:
-        host: To listen on.
-        port: Likewise; 0 is any that is free.
+        host: Host to listen on.
+        port: Port to listen on; 0: any free one.
         origins: Allowed beside those of `is_allowed`.
-        warn: Called with a line about each origin that is refused, once; in that thread.
+        warn: Called once with a line about each refused origin; in that thread.
 
     Attributes:
-        inner: Where allowed connections are passed on to; while it is None, all are closed.
+        inner: Address to which allowed connections are passed on; while it is None, all are closed.
 
     Raises:
         OSError: The address cannot be listened on.
@@ -93,30 +93,30 @@ class OriginGuard:
         head = await asyncio.wait_for(reader.readuntil(_END_OF_HEAD), _HEAD_S)
         refusal = refusal_of(head, self._origins)
         if refusal:
-            self._tell(refusal)
+            self._warn_once(refusal)
             text = f"{refusal}\n".encode()
-            told = (
+            response = (
                 f"HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: {len(text)}\r\n"
             )
-            writer.write(told.encode() + b"Connection: close\r\n\r\n" + text)
+            writer.write(response.encode() + b"Connection: close\r\n\r\n" + text)
             await asyncio.wait_for(writer.drain(), _HEAD_S)
         elif self.inner is not None:
             their_reader, their_writer = await asyncio.open_connection(*self.inner, limit=_PASSED_BYTES)
             try:
                 their_writer.write(head)
-                await _both_ways((reader, their_writer), (their_reader, writer))
+                await _both_directions((reader, their_writer), (their_reader, writer))
             finally:
                 their_writer.close()
 
-    def _tell(self, refusal: str) -> None:
+    def _warn_once(self, refusal: str) -> None:
         if refusal not in self._refused and len(self._refused) < _MOST_CONNECTIONS:
             self._refused.add(refusal)
             self._warn(refusal)
 
 
-async def _both_ways(*ways: tuple[asyncio.StreamReader, asyncio.StreamWriter]) -> None:
-    """Pass bytes on, without looking at them, until one side has ended; who takes none has the other wait."""
-    passing = [asyncio.ensure_future(_pass(*way)) for way in ways]
+async def _both_directions(*directions: tuple[asyncio.StreamReader, asyncio.StreamWriter]) -> None:
+    """Pass bytes on unread until one side has ended; a side that takes none delays the other."""
+    passing = [asyncio.ensure_future(_pass(*direction)) for direction in directions]
     try:
         await asyncio.wait(passing, return_when=asyncio.FIRST_COMPLETED)
     finally:
@@ -133,7 +133,7 @@ async def _pass(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 
 def refusal_of(head: bytes, origins: Collection[str]) -> str:
-    """Why a handshake is refused, for people; empty if it is not.
+    """Return why a handshake is refused; empty if it is not.
 
     Args:
         head: The request up to its empty line.

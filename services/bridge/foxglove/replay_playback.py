@@ -17,19 +17,19 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import Service
 from touchline.services.bridge.foxglove.viewer_server import Span
 
-_TELL_EVERY_S: Final = 0.1
+_SEND_EVERY_S: Final = 0.1
 _ANSWER_S: Final = 10.0
 _NS: Final = 1_000_000_000
-#: Nearer to the end than this (s) a replay that does not play has ended.
+#: A paused replay nearer to the end than this (s) has ended.
 _AT_END_S: Final = 1e-3
 
 
 class ReplayPlayback:
-    """What viewers are told of a replay and tell it.
+    """State of replays for viewers, and their commands.
 
     Args:
-        buses: Of each robot; a replay is told of under each of its own.
-        check: Called while an answer is waited for; raises `CallError` if there is no time for that.
+        buses: Bus of each robot; a replay is reported under each of its own.
+        check: Called while waiting for an answer; raises `CallError` if there is no time for that.
     """
 
     def __init__(self, buses: Sequence[Bus], check: Callable[[], None]) -> None:
@@ -37,11 +37,11 @@ class ReplayPlayback:
         self._ends = [(bus, bus.presence(), bus.inbox([topics.REPLAY_STATUS], keep="latest")) for bus in buses]
         self._bus = buses[0]
         self._status: ReplayStatus | None = None
-        self._told: ReplayStatus | None = None
-        self._tell_s = 0.0
+        self._sent: ReplayStatus | None = None
+        self._send_s = 0.0
 
     def turn(self) -> None:
-        """Take what the replay tells."""
+        """Take the replay's status."""
         there = False
         for bus, presence, inbox in self._ends:
             presence.poll()
@@ -57,26 +57,26 @@ class ReplayPlayback:
 
     @property
     def span_ns(self) -> Span | None:
-        """What can be played; None while nothing is, or nobody knows how long it is."""
+        """Return the span that can be played; None while nothing is, or its length is unknown."""
         status = self._status
         if status is None or not status.end_s > status.begin_s:  # NaN: not known yet
             return None
         return _ns(status.begin_s), _ns(status.end_s)
 
     def news(self) -> PlaybackState | None:
-        """Where the replay is, if that is to be told."""
-        status, told, now_s = self._status, self._told, time.monotonic()
-        if status is None or status == told:
+        """Return the state of the replay, if it is due."""
+        status, sent, now_s = self._status, self._sent, time.monotonic()
+        if status is None or status == sent:
             return None
-        jumped = told is not None and told.jumps != status.jumps
-        changed = told is None or jumped or told.playing != status.playing or told.speed != status.speed
-        if not changed and now_s < self._tell_s:
+        jumped = sent is not None and sent.jumps != status.jumps
+        changed = sent is None or jumped or sent.playing != status.playing or sent.speed != status.speed
+        if not changed and now_s < self._send_s:
             return None
-        self._told, self._tell_s = status, now_s + _TELL_EVERY_S
+        self._sent, self._send_s = status, now_s + _SEND_EVERY_S
         return _state(status, jumped=jumped)
 
-    def control(self, wish: PlaybackControlRequest) -> PlaybackState | None:
-        """Have the replay do what a viewer wishes; returns how it is then, None if there is none.
+    def control(self, request: PlaybackControlRequest) -> PlaybackState | None:
+        """Carry out a viewer's request; return the state after it, None if there is no replay.
 
         Called in a thread of the SDK.
         """
@@ -85,25 +85,25 @@ class ReplayPlayback:
             return None
         changed: dict[str, object] = {}
         try:
-            if wish.seek_time is not None:
-                time_s = wish.seek_time / _NS
+            if request.seek_time is not None:
+                time_s = request.seek_time / _NS
                 if self._call(topics.REPLAY_SEEK, ReplaySeekRequest(request_id=_new(), time_s=time_s)):
                     changed["now_s"] = time_s
-            if wish.playback_speed > 0.0 and wish.playback_speed != status.speed:
-                speed = SetSpeedRequest(request_id=_new(), factor=wish.playback_speed)
+            if request.playback_speed > 0.0 and request.playback_speed != status.speed:
+                speed = SetSpeedRequest(request_id=_new(), factor=request.playback_speed)
                 if self._call(topics.REPLAY_SET_SPEED, speed):
-                    changed["speed"] = wish.playback_speed
-            playing = wish.playback_command == PlaybackCommand.Play
+                    changed["speed"] = request.playback_speed
+            playing = request.playback_command == PlaybackCommand.Play
             if playing != status.playing:
                 service = topics.REPLAY_RESUME if playing else topics.REPLAY_PAUSE
                 if self._call(service, CommandRequest(request_id=_new())):
                     changed["playing"] = playing
-        except (CallError, PayloadError):  # it has gone; the viewer is told what was last known
+        except (CallError, PayloadError):  # it has gone; the viewer gets the last known state
             pass
-        return _state(status.model_copy(update=changed), jumped=wish.seek_time is not None)
+        return _state(status.model_copy(update=changed), jumped=request.seek_time is not None)
 
     def _call(self, service: Service[Any, Any], request: Message) -> bool:
-        """Whether the replay has done it."""
+        """Return whether the replay has done it."""
         return bool(self._bus.call(service, request, _ANSWER_S, self._check).success)
 
 

@@ -1,4 +1,4 @@
-"""All robots of a bridge for viewers: what its loop does for them."""
+"""Viewers' access to all robots of a bridge, as driven by its loop."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from touchline.services.bridge.foxglove.viewer_server import (
     ViewerAnswers,
     ViewerServer,
 )
-from touchline.services.bridge.robot_parameters import ToldParameters, plain_value
+from touchline.services.bridge.robot_parameters import RobotParameters, plain_value
 from touchline.services.bridge.routes import refusal_response
 
 _NODE: Final = "touchline"
-#: The longest that a service may take to answer; planning takes longest.
+#: Longest time for a service to answer; planning takes longest.
 _ANSWER_S: Final = 120.0
 _TIME_EVERY_S: Final = 1 / 30
 _PLAYBACK_EVERY_S: Final = 0.05
 
 
 class Viewers:
-    """Shows robots to viewers; call `turn` often.
+    """Serves robots to viewers; call `turn` often.
 
     Args:
-        buses: Of each robot.
-        config: Where viewers are served.
+        buses: Bus of each robot.
+        config: Address and permissions.
 
     Raises:
-        TouchlineError: They cannot be.
+        TouchlineError: The address cannot be served.
     """
 
     def __init__(self, buses: Sequence[Bus], config: FoxgloveConfig) -> None:
-        self._parameters = {bus.namespace: ToldParameters(bus.counters.reject) for bus in buses}
+        self._parameters = {bus.namespace: RobotParameters(bus.counters.reject) for bus in buses}
         self._leaving, self._orders_allowed = False, config.orders
         self._playback = ReplayPlayback(buses, self._check_staying)
         self._orders = 0
         services = (*SERVICES, *REPLAY_SERVICES) if config.orders else READ_ONLY_SERVICES
         served = [self._served(bus, service) for bus in buses for service in services]
-        self._server = ViewerServer(config, ViewerAnswers(served, self._told, self._playback.control))
+        self._server = ViewerServer(config, ViewerAnswers(served, self._all_parameters, self._playback.control))
         names = [bus.namespace for bus in buses]
         self._robots = {
             bus.namespace: ViewerChannels(
@@ -75,23 +75,23 @@ class Viewers:
 
     @property
     def url(self) -> str:
-        """Where viewers find it."""
+        """URL at which viewers connect."""
         return self._server.url
 
     def turn(self) -> bool:
-        """Pass on what has come; returns whether anything had."""
+        """Pass on what has arrived; return whether anything had."""
         subscribed, busy = self._server.take_subscribed(), False
         for name, robot in self._robots.items():
             busy |= robot.turn(subscribed)
             if robot.setup is not None:
                 self._parameters[name].take_setup(robot.setup)
                 robot.setup = None
-        self._tell_time()
-        self._tell_playback()
+        self._send_time()
+        self._send_playback()
         return busy
 
     def figures(self, namespace: str) -> dict[str, object]:
-        """Counters of one robot for the diagnostics."""
+        """Return counters of one robot for the diagnostics."""
         robot = self._robots[namespace]
         return {
             "foxglove": self._server.url,
@@ -100,14 +100,14 @@ class Viewers:
             "foxglove_calls": self._orders,
         }
 
-    def _tell_time(self) -> None:
+    def _send_time(self) -> None:
         watched = [robot.now_ns for robot in self._robots.values() if robot.watched]
         now_s = time.monotonic()
         if watched and now_s >= self._time_s and max(watched) != self._time_ns:
             self._time_ns, self._time_s = max(watched), now_s + _TIME_EVERY_S
-            self._server.tell_time(self._time_ns)
+            self._server.send_time(self._time_ns)
 
-    def _tell_playback(self) -> None:
+    def _send_playback(self) -> None:
         now_s = time.monotonic()
         if now_s < self._playback_s:
             return
@@ -118,36 +118,36 @@ class Viewers:
             self._span_ns = span_ns
             self._server.restart(span_ns)
         if span_ns is not None and (state := self._playback.news()) is not None:
-            self._server.tell_playback(state)
+            self._server.send_playback(state)
 
     def _served(self, bus: Bus, service: Service[Any, Any]) -> ServedOrder:
         name = f"/{bus.namespace}/{service.name.replace('-', '_')}"
         return ServedOrder(name, service, partial(self._pass_order, bus, service))
 
     def _pass_order(self, bus: Bus, service: Service[Any, Any], payload: bytes) -> bytes:
-        """Ask whoever serves it; called in a thread of the SDK, so that a stop waits for nothing here."""
+        """Call the service; called in a thread of the SDK, so that a stop waits for nothing here."""
         self._orders += 1
         try:
             return encode(bus.call(service, decode(service.request, payload), _ANSWER_S, self._check_staying))
         except (CallError, PayloadError) as error:
-            told = refusal_response(service, str(error))
-            if told is None:
+            response = refusal_response(service, str(error))
+            if response is None:
                 raise
-            return encode(told)
+            return encode(response)
 
     def _check_staying(self) -> None:
-        """Called while an answer is waited for: the process cannot end before that.
+        """Check, while waiting for an answer, that the process may go on: it cannot end before that.
 
         Raises:
             CallError: It is to end.
         """
         if self._leaving:
-            raise CallError("the bridge is being stopped; what becomes of this is not known")
+            raise CallError("the bridge is being stopped; the outcome is not known")
 
-    def _told(self) -> Parameters:
-        """Parameters by the names that they have among ROS 2 nodes: ``/tt2/touchline.vehicle.name``."""
+    def _all_parameters(self) -> Parameters:
+        """Return parameters by the names that they have among ROS 2 nodes: ``/tt2/touchline.vehicle.name``."""
         return {
             f"/{namespace}/{_NODE}.{name}": plain_value(value)
-            for namespace, told in self._parameters.items()
-            for name, value in told.known().items()
+            for namespace, response in self._parameters.items()
+            for name, value in response.known().items()
         }

@@ -1,4 +1,4 @@
-"""Where viewers are served, and to whom."""
+"""Address and permissions of the viewers' server."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _MOST_PORT: Final = 65535
 
 @dataclass(frozen=True)
 class FoxgloveConfig:
-    """Where viewers are served, and to whom.
+    """Address and permissions of the viewers' server.
 
     Attributes:
-        address: ``HOST:PORT`` of this machine; port 0 is any that is free.
-        clock: Whether the first robot's sim time is told as ``/clock``, too.
-        orders: Whether viewers may command the robots, recordings and replays, and not only look.
-        origins: Of web pages that may connect, beside those of `is_allowed`.
+        address: ``HOST:PORT`` of this machine; port 0: any free one.
+        clock: Whether the first robot's sim time is published as ``/clock``.
+        orders: Whether viewers may command the robots, recordings and replays.
+        origins: Web pages that may connect, beside those of `is_allowed`.
     """
 
     address: str = DEFAULT_ADDRESS
@@ -29,10 +29,10 @@ class FoxgloveConfig:
     origins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what is no address or no origin.
+        """Refuse an invalid address or origin.
 
         Raises:
-            SpecError: It is none.
+            SpecError: It is invalid.
         """
         host, _, port = self.address.rpartition(":")
         if not host or not port.isascii() or not port.isdigit() or int(port) > _MOST_PORT:
@@ -45,21 +45,21 @@ class FoxgloveConfig:
 
     @property
     def host(self) -> str:
-        """The host, without the brackets of IPv6."""
+        """Host, without the brackets of IPv6."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
     def port(self) -> int:
-        """The port."""
+        """Port number."""
         return int(self.address.rpartition(":")[2])
 
     @property
     def url(self) -> str:
-        """Where viewers find it."""
+        """URL at which viewers connect."""
         return f"ws://{self.address}"
 
     def arguments(self) -> list[str]:
-        """The options that hand this to ``touchline bridge``."""
+        """Options that pass this to ``touchline bridge``."""
         flags = [*(["--clock"] if self.clock else []), *(["--foxglove-orders"] if self.orders else [])]
         origins = [part for origin in self.origins for part in ("--foxglove-origin", origin)]
         return ["--foxglove", "--foxglove-listen", self.address, *flags, *origins]

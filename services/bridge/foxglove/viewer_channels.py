@@ -1,4 +1,4 @@
-"""One robot's topics for viewers: what nobody looks at is not even subscribed to, but for clock and setup."""
+"""One robot's topics for viewers; except clock and setup, only those that somebody looks at are subscribed to."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from touchline.services.bridge.gateway import CLOCK_NAME
 from touchline.services.bridge.live_viewing import LiveViewing
 
 _LOOK_EVERY_S: Final = 0.5
-#: So often what has come is passed on, and of where frames are what is the latest (wall clock).
+#: Period (wall clock) at which arrived messages are passed on, of frames only the latest.
 _PASS_EVERY_S: Final = 0.01
 _SAMPLE_EVERY_S: Final = 0.02
-#: Viewers forget everything when time steps back, and may hear of that after the messages that followed.
+#: Viewers forget everything when time steps back, and may notice that after the messages that followed.
 _AGAIN_S: Final = 0.5
-#: What other topics are drawn with comes before them; the clock tells when they were.
+#: Topics that others are drawn with come before them; the clock gives their time.
 _FIRST: Final = (topics.CLOCK, topics.SETUP, topics.TEMPLATE, topics.PLAN)
 _ORDER: Final = (*_FIRST, *(topic for topic in topics.TOPICS if topic not in _FIRST))
 _STAMPED: Final = frozenset(topic.name for topic in topics.TOPICS if is_stamped(topic))
@@ -37,18 +37,18 @@ Keep = Literal["recent", "latest"]
 
 
 class ViewerChannels:
-    """Passes one robot's messages on to viewers, and what is drawn of them.
+    """Passes one robot's messages on to viewers, and what is drawn from them.
 
     Args:
-        bus: Of the robot.
-        server: Of the viewers.
-        prefix: Before the names of the robot's own frames.
-        clock: Whether its clock is told as ``/clock``, too.
+        bus: Bus of the robot.
+        server: Server of the viewers.
+        prefix: Prefix of the robot's own frames.
+        clock: Whether its clock is published as ``/clock``, too.
 
     Attributes:
-        setup: The robot's last message of that topic, which parameters are told from; None before it.
-        messages: How many were passed on.
-        taken: The topics that are taken from the bus for viewers.
+        setup: The robot's last message of that topic, the source of parameters; None before it.
+        messages: Messages passed on.
+        taken: Topics that are taken from the bus for viewers.
     """
 
     def __init__(self, bus: Bus, server: ViewerServer, prefix: str, *, clock: bool) -> None:
@@ -75,19 +75,19 @@ class ViewerChannels:
 
     @property
     def now_ns(self) -> int:
-        """The robot's sim time."""
+        """Sim time of the robot."""
         return self._time.latest_ns
 
     @property
     def watched(self) -> bool:
-        """Whether anybody looks at anything of it."""
+        """True if anybody looks at any of its topics."""
         return bool(self._watched)
 
     def turn(self, subscribed: set[int]) -> bool:
-        """Pass on what has come; returns whether anything had.
+        """Pass on what has arrived; return whether anything had.
 
         Args:
-            subscribed: Ids of channels, this robot's and others', to which somebody has subscribed just now.
+            subscribed: Ids of channels, this robot's and others', with new subscribers.
         """
         now_s = time.monotonic()
         ours = subscribed & self._topics.keys()
@@ -95,11 +95,11 @@ class ViewerChannels:
             self._look_s = now_s + _LOOK_EVERY_S
             self._look()
         for number in ours:
-            self._tell_last(self._topics[number].name)
+            self._pass_on_last(self._topics[number].name)
         if self._again_s is not None and now_s >= self._again_s:
             self._again_s = None
             for name in list(self._last):
-                self._tell_last(name)
+                self._pass_on_last(name)
         if now_s < self._pass_s:
             return False
         self._pass_s = now_s + _PASS_EVERY_S
@@ -115,7 +115,7 @@ class ViewerChannels:
         return bool(samples)
 
     def _look(self) -> None:
-        """See what is looked at, and subscribe to what that takes; what was subscribed to for nothing is let go."""
+        """Find what is looked at, and subscribe to its sources; drop unused subscriptions."""
         watched = {topic for topic in self._topics.values() if self._channels[topic.name].has_sinks()}
         if self._clock is not None and self._clock.has_sinks():
             watched.add(topics.CLOCK)
@@ -131,12 +131,12 @@ class ViewerChannels:
         self._sampled = self._subscribed(self._sampled, sampled, "latest")
         names = {topic.name for topic in needed}
         self.taken = ", ".join(sorted(names))
-        for topic in (*topics.TOPICS, *topics.VIEWING):  # it may change without our hearing of it
+        for topic in (*topics.TOPICS, *topics.VIEWING):  # it may change without our noticing
             if not names.issuperset(source.name for source in SOURCES_OF.get(topic, (topic,))):
                 self._last.pop(topic.name, None)
 
     def _subscribed(self, known: Mapping[str, Inbox], wanted: set[Topic], keep: Keep) -> dict[str, Inbox]:
-        """Inboxes of the topics that are wanted, in their order; the others are let go."""
+        """Return inboxes of the wanted topics, in their order; the others are dropped."""
         names = [topic.name for topic in _ORDER if topic in wanted]
         return {name: known.get(name) or self._bus.inbox([topics.TOPIC_BY_NAME[name]], keep=keep) for name in names}
 
@@ -156,23 +156,23 @@ class ViewerChannels:
             self._again_s = time.monotonic() + _AGAIN_S
         if sample.topic is topics.SETUP:
             self.setup = payload
-        self._tell(sample.topic, payload)
+        self._pass_on(sample.topic, payload)
         if sample.topic is topics.CLOCK and self._clock is not None:
             self._clock.log(payload, log_time=self._time.latest_ns)
         for drawn in self._viewing.take(sample):
             self._draw(drawn)
 
     def _draw(self, drawn: Drawn) -> None:
-        self._tell(drawn.topic, drawn.payload)
+        self._pass_on(drawn.topic, drawn.payload)
 
-    def _tell(self, topic: Topic, payload: bytes) -> None:
+    def _pass_on(self, topic: Topic, payload: bytes) -> None:
         if topic.latched:
             self._last[topic.name] = payload
         if topic.name in self._shown:
             self._channels[topic.name].log(payload, log_time=self._time.latest_ns)
             self.messages += 1
 
-    def _tell_last(self, name: str) -> None:
-        """Tell a latched topic's last message again; who knows it already learns nothing new."""
+    def _pass_on_last(self, name: str) -> None:
+        """Send a latched topic's last message again; who has it already learns nothing new."""
         if name in self._last:
             self._channels[name].log(self._last[name], log_time=self._time.latest_ns)

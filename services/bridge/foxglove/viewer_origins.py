@@ -1,4 +1,4 @@
-"""Web pages that may connect as viewers, by their origin."""
+"""Origins of web pages that may connect as viewers."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Final
 from urllib.parse import urlsplit
 
 KNOWN_ORIGINS: Final = ("https://app.foxglove.dev", "file://")
-"""Foxglove in a browser; what desktop applications (Foxglove, Lichtblick) and pages in files of this machine send."""
+"""Foxglove in a browser; desktop applications (Foxglove, Lichtblick) and pages in files of this machine."""
 _ORIGIN: Final = re.compile(r"[a-z][a-z0-9+.-]*://[a-z0-9.:_\[\]-]*", re.ASCII)
 
 
 def is_origin(text: str) -> bool:
-    """Whether a text is an origin as browsers send it: ``https://viewer.example:8080``."""
+    """Return whether a text is an origin as browsers send it: ``https://viewer.example:8080``."""
     return bool(_ORIGIN.fullmatch(text.lower()))
 
 
 def is_allowed(origin: str, origins: Collection[str]) -> bool:
-    """Whether pages of an origin may connect: known viewers, pages that this machine serves, and those named.
+    """Return whether pages of an origin may connect: known viewers, pages that this machine serves, and named ones.
 
-    ``null``, which is what pages in a sandbox send whoever made them, is none of these.
+    ``null``, which pages in a sandbox send whoever made them, is none of these.
 
     Args:
         origin: As the browser sends it.

@@ -1,7 +1,7 @@
-"""The WebSocket server: channels, services, parameters and playback by Foxglove's SDK, the only place that imports it.
+"""WebSocket server: channels, services, parameters and playback by Foxglove's SDK, the only place that imports it.
 
-The SDK calls back from threads of its own. What a client asks for is noted there and looked at in the bridge's loop;
-only orders to the robot and parameters are answered in those threads.
+The SDK calls back from its own threads. Clients' requests are noted there and handled in the bridge's loop; only orders
+to the robot and parameters are answered in those threads.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 
 _NAME: Final = "Touchline"
 _ENCODING: Final = "cdr"
-#: Messages that wait for one client; the oldest gives way. It costs memory alone: nobody waits for a client.
+#: Messages that wait for one client; the oldest gives way. It costs only memory: nobody waits for a client.
 _BACKLOG: Final = 4096
 
 Parameters = Mapping[str, Any]
 """Values by name."""
 Span = tuple[int, int]
-"""From and to, in ns of a recording's own clock."""
+"""From and to, ns of a recording's own clock."""
 
 
 @dataclass(frozen=True)
 class ServedOrder:
-    """A service that viewers call.
+    """Service that viewers call.
 
     Attributes:
         name: With the robot's namespace.
         service: Its types.
-        answer: CDR of the response to CDR of a request; called in a thread of the SDK. What it raises is told the
+        answer: CDR of the response to CDR of a request; called in a thread of the SDK. What it raises is sent to the
             client.
     """
 
@@ -61,12 +61,12 @@ class ServedOrder:
 
 @dataclass(frozen=True)
 class ViewerAnswers:
-    """Who answers what viewers ask beside topics; called in threads of the SDK.
+    """Handlers of viewers' requests beside topics; called in threads of the SDK.
 
     Attributes:
         orders: Services.
-        parameters: All of them, of all robots.
-        control: What becomes of a request to play, pause or seek; None if nothing can be said.
+        parameters: All parameters of all robots.
+        control: Handler of a request to play, pause or seek; its result is None if the state is unknown.
     """
 
     orders: Sequence[ServedOrder]
@@ -78,8 +78,8 @@ class ViewerServer:
     """Serves viewers until `stop`.
 
     Args:
-        config: Where.
-        answers: Who answers what is asked.
+        config: Address and permissions.
+        answers: Handlers of requests.
 
     Raises:
         TouchlineError: The address cannot be listened on.
@@ -103,11 +103,11 @@ class ViewerServer:
 
     @property
     def url(self) -> str:
-        """Where viewers find it."""
+        """URL at which viewers connect."""
         return f"ws://{self._config.address.rpartition(':')[0]}:{self._guard.port}"
 
     def channel(self, name: str, topic: Topic) -> foxglove.Channel:
-        """A channel of that name for the topic's messages as they are."""
+        """Return a channel of that name for the topic's messages as they are."""
         return foxglove.Channel(
             name,
             schema=_schema(topic.type),
@@ -117,19 +117,19 @@ class ViewerServer:
         )
 
     def take_subscribed(self) -> set[int]:
-        """Ids of the channels to which somebody has subscribed since the last call."""
+        """Return the ids of the channels with new subscribers since the last call."""
         found = set()
         while self._subscribed:
             found.add(self._subscribed.popleft())
         return found
 
-    def tell_time(self, time_ns: int) -> None:
-        """The time that viewers show."""
+    def send_time(self, time_ns: int) -> None:
+        """Send the time that viewers show."""
         if self._server is not None:
             self._server.broadcast_time(time_ns)
 
-    def tell_playback(self, state: PlaybackState) -> None:
-        """Where a replay is."""
+    def send_playback(self, state: PlaybackState) -> None:
+        """Send the state of a replay."""
         if self._server is not None:
             self._server.broadcast_playback_state(state)
 
@@ -139,17 +139,17 @@ class ViewerServer:
             self._server.publish_status(text, foxglove.StatusLevel.Warning)
 
     def restart(self, span_ns: Span | None) -> None:
-        """Serve anew, since it is said at the beginning that there is playback, and of what; clients come back.
+        """Restart the server, since clients learn only at the beginning whether and what can be played; they reconnect.
 
         Args:
-            span_ns: From and to which time something is replayed; None if nothing is.
+            span_ns: Span of the replay; None if nothing is replayed.
         """
         self._stop()
         self._span_ns = span_ns
         self._start()
 
     def stop(self) -> None:
-        """Take leave of all clients."""
+        """Disconnect all clients and stop."""
         self._stop()
         self._guard.stop()
 
@@ -182,7 +182,7 @@ def _warn_operator(text: str) -> None:
 
 
 def _hidden_host() -> str:
-    """An address of this machine that no web page finds: one of the 16 million of Linux's loopback, else the usual."""
+    """Return an address that no web page finds: any of Linux's 16 million loopback ones, else the usual."""
     host = ".".join(map(str, (127, *(secrets.randbelow(254) + 1 for _ in range(3)))))
     try:
         with socket.create_server((host, 0)):
@@ -206,7 +206,7 @@ def _schema(message: type[Message]) -> foxglove.Schema:
 
 
 class _Listener(ServerListener):
-    """What clients do, as the SDK tells it from its threads."""
+    """Handler of clients' requests, called by the SDK from its threads."""
 
     def __init__(self, subscribed: deque[int], answers: ViewerAnswers, warn: Callable[[str], None]) -> None:
         self._subscribed = subscribed
@@ -214,13 +214,13 @@ class _Listener(ServerListener):
         self._warn = warn
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Noted for the bridge's loop."""
+        """Note the subscription for the bridge's loop."""
         self._subscribed.append(channel.id)
 
     def on_get_parameters(
         self, client: Client, param_names: list[str], request_id: str | None = None
     ) -> list[foxglove.Parameter]:
-        """Those that are named, or all."""
+        """Return the named parameters, or all."""
         known = self._answers.parameters()
         names = [name for name in param_names if name in known] if param_names else known
         return [foxglove.Parameter(name, value=known[name]) for name in names]
@@ -228,11 +228,11 @@ class _Listener(ServerListener):
     def on_set_parameters(
         self, client: Client, parameters: list[foxglove.Parameter], request_id: str | None = None
     ) -> list[foxglove.Parameter]:
-        """None can be set: the client is told of the values as they are."""
+        """Set nothing; the client gets the values as they are."""
         names = [parameter.name for parameter in parameters]
         self._warn(f"parameters are read-only: {', '.join(names)}")
         return self.on_get_parameters(client, names) if names else []
 
     def on_playback_control_request(self, playback_control_request: PlaybackControlRequest) -> PlaybackState | None:
-        """Passed on to the replay."""
+        """Pass the request on to the replay."""
         return self._answers.control(playback_control_request)

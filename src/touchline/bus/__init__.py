@@ -5,9 +5,9 @@ from touchline.bus.calls import Answer, CallError, ServedCall, Server
 from touchline.bus.config import BusConfig
 from touchline.bus.health import HealthReporter
 from touchline.bus.inbox import Inbox, Sample
-from touchline.bus.insist import UrgentOrder, insist
 from touchline.bus.publisher import Publisher
 from touchline.bus.stop_proof import StopProof, proves
+from touchline.bus.urgent_order import UrgentOrder, repeat_until_acknowledged
 
 __all__ = [
     "Answer",
@@ -22,6 +22,6 @@ __all__ = [
     "Server",
     "StopProof",
     "UrgentOrder",
-    "insist",
     "proves",
+    "repeat_until_acknowledged",
 ]

@@ -16,17 +16,17 @@ class Attachment(NamedTuple):
 
 
 def session_publisher(session_id: str) -> bytes:
-    """The publisher id that stands for a session; no more than one of its publishers of a key may have it."""
+    """Return the publisher id that stands for a session; no more than one of its publishers of a key may have it."""
     return bytes.fromhex(session_id.rjust(2 * _GID_BYTES, "0"))
 
 
 def pack(sequence: int, source_time_ns: int, publisher: bytes) -> bytes:
-    """The 33 bytes."""
+    """Pack the 33 bytes."""
     return _FORMAT.pack(sequence, source_time_ns, _GID_BYTES, publisher)
 
 
 def unpack(data: bytes) -> Attachment | None:
-    """The attachment in ``data``; ``None`` when it is not one."""
+    """Unpack the attachment in ``data``; ``None`` if it is not one."""
     if len(data) != _FORMAT.size:
         return None
     sequence, source_time_ns, length, publisher = _FORMAT.unpack(data)

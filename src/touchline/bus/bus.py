@@ -1,4 +1,4 @@
-"""One process's connection to the bus."""
+"""Connection of a process to the bus."""
 
 import threading
 import time
@@ -10,7 +10,6 @@ from weakref import WeakSet
 import zenoh
 
 from touchline.bus import calls
-from touchline.bus.answerers import Answerers
 from touchline.bus.attachment import session_publisher
 from touchline.bus.calls import Question, Server
 from touchline.bus.claim import claim
@@ -23,10 +22,11 @@ from touchline.bus.presence import Presence, token_prefix
 from touchline.bus.publisher import Publisher
 from touchline.bus.replies import Replies
 from touchline.bus.roster import Roster
+from touchline.bus.trusted_sessions import TrustedSessions
 from touchline.schemas.topics import SERVING, Request, Response, Service, Topic
 
-_TOLD: Final = 12
-#: Requests that came by a former session are answered within this.
+_MOST_NAMED: Final = 12
+#: Time to answer requests that came by a former session.
 _ANSWERED_S: Final = 2.0
 _Membership: TypeAlias = tuple[zenoh.Session, zenoh.LivelinessToken]
 
@@ -37,12 +37,12 @@ class Bus:
     A process that acts for several robots has a bus for each, all of one session.
 
     Attributes:
-        node: This process's name, as others see it.
+        node: This process's name on the bus.
         counters: Messages published, received, lost and rejected here.
     """
 
     def __init__(self, session: zenoh.Session, node: str, config: BusConfig, patience_s: float = PATIENCE_S) -> None:
-        """Use :meth:`open`."""
+        """Take an open session; use :meth:`open`."""
         self.node = node
         self.config = config
         self.counters = Counters()
@@ -51,7 +51,7 @@ class Bus:
         self._patience_s = patience_s
         self._declared: WeakSet[Inbox | Presence | Publisher | Server[Any, Any]] = WeakSet()
         self.opened_s = time.monotonic()
-        self._answerers = Answerers(self.presence)
+        self._trusted = TrustedSessions(self.presence)
         self._replies = Replies()
         self._others: list[Bus] = []
         self._token = self._declare_token(session)
@@ -71,18 +71,18 @@ class Bus:
     ) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
 
-        Says on standard error if other machines can reach it.
+        Warns on standard error if other machines can reach it.
 
         Args:
             node: This process's name.
-            config: Where the bus is; from the environment if not given.
-            stop: Waiting for a router that is not there ends when this says so.
-            patience_s: A peer that does not take a message for so long is cut off; it may join again.
+            config: Bus configuration; from the environment if not given.
+            stop: Waiting for an absent router ends when this returns true.
+            patience_s: A peer that does not take a message for this long is cut off; it may join again.
 
         Raises:
             SpecError: The configuration cannot be used.
             TouchlineError: Another program listens on the endpoint.
-            KeyboardInterrupt: ``stop()`` said so before the bus was joined.
+            KeyboardInterrupt: ``stop()`` was true before the bus was joined.
         """
         config = config or BusConfig.from_environment()
         with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config, patience_s) as bus:
@@ -97,7 +97,7 @@ class Bus:
         stop: Callable[[], object] = lambda: False,
         patience_s: float = PATIENCE_S,
     ) -> Iterator[tuple[Self, ...]]:
-        """As :meth:`open`, for each of the robots of ``config``, in their order."""
+        """Join the bus like :meth:`open`, for each of the robots of ``config``, in their order."""
         first, *others = config.namespaces
         with cls.open(node, config.of(first), stop, patience_s) as bus:
             yield (bus, *(bus.of(namespace) for namespace in others))
@@ -105,12 +105,12 @@ class Bus:
     @classmethod
     @contextmanager
     def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterator[Self]:
-        """As :meth:`open`, but with the robot alone, at its own door, so that nobody else can delay it.
+        """Open a session with the robot alone, at its own door, so that nobody else can delay it.
 
         Raises:
             SpecError: The configuration cannot be used.
             TouchlineError: The robot has no such door, or nobody answers there.
-            KeyboardInterrupt: ``stop()`` said so first.
+            KeyboardInterrupt: ``stop()`` was true first.
         """
         with cls._of(join_at_door(config, stop), node, config) as bus:
             yield bus
@@ -138,31 +138,31 @@ class Bus:
 
     @property
     def session_id(self) -> str:
-        """Of this process's session, as its liveliness token has it."""
+        """Id of this process's session, as in its liveliness token."""
         return str(self._session.zid())
 
     @property
     def publisher_id(self) -> bytes:
-        """For a publisher by which receivers shall know this session; one of a topic."""
+        """Publisher id by which receivers recognise this session; for one publisher of a topic."""
         return session_publisher(self.session_id)
 
     def peers(self) -> frozenset[str]:
-        """Ids of the sessions that this one has a link to."""
+        """Return the ids of the sessions that this one has a link to."""
         return frozenset(map(str, (*self._session.info.peers_zid(), *self._session.info.routers_zid())))
 
     def rejoin(self, stop: Callable[[], object]) -> None:
-        """Join the bus once more, with all that was declared here: who has cut this process off never comes back.
+        """Join the bus again, with all that was declared here: a peer that has cut this process off never comes back.
 
-        Zenoh connects anew to the endpoints of its configuration alone, and not to peers that it has learned of by
-        gossip. Until :meth:`leave_former`, inboxes go on with what arrives by the former session, and requests that
-        came by it can be answered. Of latched topics late joiners get nothing before the next message.
+        Zenoh reconnects only to the endpoints of its configuration, not to peers that it has learned of by gossip.
+        Until :meth:`leave_former`, inboxes continue with what arrives by the former session, and requests that came by
+        it can be answered. Of latched topics late joiners get nothing before the next message.
 
         Args:
-            stop: Called often; waiting for a router that is not there ends when this says so.
+            stop: Called often; waiting for an absent router ends when this returns true.
 
         Raises:
             TouchlineError: The bus cannot be joined; nothing has changed.
-            KeyboardInterrupt: ``stop()`` said so first.
+            KeyboardInterrupt: ``stop()`` was true first.
         """
         self.leave_former()
         session = join(self.config, self.node, lambda: bool(stop()), self._patience_s)
@@ -177,7 +177,7 @@ class Bus:
             each.declare(session)
 
     def leave_former(self) -> None:
-        """Go on with what arrives by the session of :meth:`rejoin` alone; the former one is soon closed."""
+        """Continue only with the session of :meth:`rejoin`; the former one is soon closed."""
         for bus in (self, *self._others):
             for each in list(bus._declared):
                 if isinstance(each, Inbox):
@@ -191,7 +191,7 @@ class Bus:
             closing.start()
 
     def of(self, namespace: str) -> Self:
-        """A bus of another robot in the same session, with counters and answering threads of its own."""
+        """Return the bus of another robot in the same session, with its own counters and answering threads."""
         other = type(self)(self._session, self.node, self.config.of(namespace), self._patience_s)
         other.opened_s = self.opened_s
         self._others.append(other)  # held here: its liveliness token goes with it
@@ -199,17 +199,17 @@ class Bus:
 
     @property
     def namespace(self) -> str:
-        """Of the robot."""
+        """Namespace of the robot."""
         return self.config.namespace
 
     def roster(self) -> Roster:
-        """A view of which robots are on the bus."""
+        """Return a view of the robots on the bus."""
         return Roster(self._session)
 
     def claim(self) -> None:
         """Make sure that no other process of this name serves, because two would answer the same requests.
 
-        A namesake that does not answer, such as a stranger's token, is told of, in the log and on the bus.
+        A namesake that does not answer, such as a stranger's token, is reported in the log and on the bus.
 
         Raises:
             TouchlineError: Another one serves.
@@ -217,32 +217,32 @@ class Bus:
         claim(self, self._session, self.opened_s)
 
     def key(self, name: str) -> str:
-        """The key of a topic or service name."""
+        """Return the key of a topic or service name."""
         return f"{self.config.namespace}/{name}"
 
     def publisher(self, topic: Topic, publisher_id: bytes | None = None) -> Publisher:
-        """A publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
+        """Declare a publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
         publisher = Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
         self._declared.add(publisher)
         return publisher
 
     def begin_anew(self, publisher: Publisher, publisher_id: bytes) -> None:
-        """Let a publisher of this bus go on as another one; see :meth:`Publisher.begin_anew`."""
+        """Let a publisher of this bus continue as another one; see :meth:`Publisher.begin_anew`."""
         publisher.begin_anew(self._session, publisher_id)
 
     def sent(self) -> list[LastSent]:
-        """What was sent here of each topic that is recorded."""
+        """Return what was sent here of each recorded topic."""
         ours = [each for each in self._declared if isinstance(each, Publisher) and each.topic.recorded]
         return [LastSent(each.topic.name, each.id, each.sequence) for each in ours]
 
     def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
-        """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
+        """Subscribe to ``topics``; see :class:`Inbox` for ``keep``."""
         inbox = Inbox(self._session, self.namespace, topics, keep, self.counters)
         self._declared.add(inbox)
         return inbox
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
-        """The serving end of ``service``."""
+        """Declare a server of ``service``."""
         server = Server(self._session, self.key(service.name), service, self.counters, self._replies)
         self._declared.add(server)
         return server
@@ -254,9 +254,15 @@ class Bus:
         timeout_s: float = 5.0,
         while_waiting: Callable[[], None] | None = None,
     ) -> Response:
-        """Ask ``service`` and wait for its answer, calling ``while_waiting`` every few milliseconds.
+        """Call ``service`` and wait for its answer, calling ``while_waiting`` every few milliseconds.
 
-        Only an answer of the service's own server is believed: of a session with that node's liveliness token.
+        Only an answer of the service's own server is trusted: of a session with that node's liveliness token.
+
+        Args:
+            service: Row of the topic table.
+            request: The request.
+            timeout_s: Wall-clock time for the answer.
+            while_waiting: Called every few milliseconds; may raise to end the wait.
 
         Raises:
             CallError: Nobody answers within ``timeout_s``, or the answer is an error.
@@ -268,30 +274,32 @@ class Bus:
         robots = self.roster().look(SERVING)
         if not robots or self.namespace in robots:
             return "is the service running?"
-        there = robots[0] if len(robots) == 1 else f"{', '.join(robots[:_TOLD])}{' …' * (len(robots) > _TOLD)}"
+        there = (
+            robots[0] if len(robots) == 1 else f"{', '.join(robots[:_MOST_NAMED])}{' …' * (len(robots) > _MOST_NAMED)}"
+        )
         return f"there is no robot {self.namespace} on the bus, but {there}; name one with --robot"
 
     def ask(self, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
-        """As :meth:`call` with a request that is CDR already, without waiting, and without looking for the service."""
-        believed = self._answerers.believed(service.server)
-        return Question(self._session, self.key(service.name), service, payload, timeout_s, believed)
+        """Send a request in CDR and return at once; unlike :meth:`call` without looking for the service."""
+        trusted = self._trusted.trusted(service.server)
+        return Question(self._session, self.key(service.name), service, payload, timeout_s, trusted)
 
     def ask_session(self, session: str, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
-        """As :meth:`ask`, but only the answer of the process with this session is taken."""
+        """Send a request like :meth:`ask`, and take only the answer of the process with this session."""
         return Question(self._session, self.key(service.name), service, payload, timeout_s, lambda who: who == session)
 
     def sessions(self, node: str) -> frozenset[str]:
-        """Sessions of all processes of a name, by their liveliness tokens."""
-        return self._answerers.sessions(node)
+        """Return the sessions of all processes of a name, by their liveliness tokens."""
+        return self._trusted.sessions(node)
 
     def presence(self) -> Presence:
-        """A view of who is on the bus."""
+        """Return a view of the processes on the bus."""
         presence = Presence(self._session, self.config.namespace)
         self._declared.add(presence)
         return presence
 
     def wait_for(self, nodes: set[str], timeout_s: float) -> set[str]:
-        """Wait until all of ``nodes`` are on the bus; returns those that are still missing."""
+        """Wait until all of ``nodes`` are on the bus; return those that are still missing."""
         presence = self.presence()
         deadline = time.monotonic() + timeout_s
         while True:

@@ -1,4 +1,4 @@
-"""Acknowledged commands: typed queries that are always answered; an answer is believed from its server only."""
+"""Acknowledged commands: typed queries that are always answered; an answer is trusted from its server only."""
 
 import time
 from collections import OrderedDict
@@ -18,18 +18,18 @@ from touchline.schemas.cdr import decode, encode, first_string
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
 
-#: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
-#: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
+#: Most waiting requests of a service; the oldest gives way, and its caller is notified at once. Zenoh's receiving
+#: threads must never wait for room: an emergency stop may be behind.
 _WAITING_CALLS: Final = 64
 _WAITING_LARGE_CALLS: Final = 8
-#: Of a service that stops the robot: room for what a flood brings between two polls, so that no stop gives way to it.
+#: The same for a service that stops the robot: room for a flood between two polls, so that no stop gives way to it.
 _WAITING_URGENT_CALLS: Final = 1024
 _LARGE_BYTES: Final = 1024 * 1024
-#: Requests that are looked at in one poll at most, so that neither junk nor repeats can hold up the loop that polls.
+#: Most requests looked at in one poll, so that neither junk nor repeats can hold up the polling loop.
 _LOOKED_AT: Final = 16
-#: Of a service that stops the robot; this many take 3 ms.
+#: The same for a service that stops the robot; this many take 3 ms.
 _LOOKED_AT_URGENT: Final = 128
-#: For how long an answer is remembered: no caller repeats a request after its own time-out, of which planning's is the
+#: Time for which an answer is remembered: no caller repeats a request after its own timeout, of which planning's is the
 #: longest.
 _REMEMBERED_S: Final = 600.0
 _REMEMBERED_BYTES: Final = 32 * 1024 * 1024
@@ -37,29 +37,29 @@ _FIRST_POLL_S: Final = 0.00005
 _POLL_GROWTH: Final = 1.1
 _POLL_S: Final = 0.002
 _RETRY_S: Final = 0.05
-#: How long a call looks for its service before it says that nobody answers.
+#: Time for which a call looks for its service before it reports that nobody answers.
 _DISCOVERY_S: Final = 1.5
-#: An answer may be here before its sender's liveliness token is; for so long it is kept.
+#: Time for which an answer is kept that arrives before its sender's liveliness token.
 _TOKEN_S: Final = 0.5
 _ANSWERS: Final = 64
 
 
 class CallError(TouchlineError):
-    """A call that was not answered, or answered with an error; the text is the reason."""
+    """Call that was not answered, or answered with an error; the text is the reason."""
 
 
 class ServedCall(Generic[Request, Response]):
-    """One request, and the place to answer it.
+    """One request, and its reply channel.
 
     Attributes:
         payload: CDR of the request.
-        request_id: Of the request; empty if its type has none.
+        request_id: Id of the request; empty if its type has none.
     """
 
     def __init__(
         self, server: "Server[Request, Response]", query: zenoh.Query, payload: bytes, request_id: str
     ) -> None:
-        """Made by :class:`Server`."""
+        """Wrap a query; made by :class:`Server`."""
         self._server = server
         self.payload = payload
         self.request_id = request_id
@@ -68,7 +68,7 @@ class ServedCall(Generic[Request, Response]):
 
     @property
     def request(self) -> Request:
-        """The request, decoded when it is first looked at; in any thread.
+        """The request, decoded at the first access; in any thread.
 
         Raises:
             PayloadError: The payload is not a request of this service.
@@ -82,23 +82,23 @@ class ServedCall(Generic[Request, Response]):
         self.reply_bytes(encode(response))
 
     def reply_bytes(self, payload: bytes) -> None:
-        """As :meth:`reply`, with CDR of the response."""
+        """Answer with CDR of the response; see :meth:`reply`."""
         self._server.finish(self, payload)
 
     def fail(self, reason: str) -> None:
-        """Answer with an error, for what goes wrong outside the request's own meaning."""
+        """Answer with an error, for problems outside the request's own meaning."""
         self._server.abandon(self, reason)
 
     def reject(self, error: PayloadError) -> None:
-        """Answer a payload that is no request of this service, and count it."""
+        """Answer a payload that is no request of this service with an error, and count it."""
         self._server.reject(self, error)
 
 
 class Server(Generic[Request, Response]):
-    """The serving end of one service.
+    """Server of one service.
 
-    Requests that are not what they should be are answered with an error and counted; a request id that was answered
-    already gets the same answer again and does nothing.
+    Invalid requests are answered with an error and counted; a request id that was answered already gets the same answer
+    again and does nothing.
     """
 
     def __init__(
@@ -126,12 +126,12 @@ class Server(Generic[Request, Response]):
         self.declare(session)
 
     def declare(self, session: zenoh.Session) -> None:
-        """Serve by this session, and answer what comes by the one before as long as that is open."""
+        """Serve by this session, and answer requests by the one before as long as that is open."""
         new = session.declare_queryable(self._key, handlers.RingChannel(self._room), complete=True)
         self._queryables = [*self._queryables[-1:], new]
 
     def close(self) -> None:
-        """Serve no longer; what has not been looked at yet is not answered."""
+        """Stop serving; waiting requests are not answered."""
         for queryable in self._queryables:
             with suppress(zenoh.ZError):  # its session is closed
                 queryable.undeclare()  # type: ignore[no-untyped-call]
@@ -148,7 +148,7 @@ class Server(Generic[Request, Response]):
         return None
 
     def poll(self) -> ServedCall[Request, Response] | None:
-        """The next request, if one waits."""
+        """Return the next request, if one waits."""
         looks = iter(range(self._looked_at))
         while (call := self._unread(looks)) is not None:
             try:
@@ -160,11 +160,11 @@ class Server(Generic[Request, Response]):
         return None
 
     def poll_unread(self) -> ServedCall[Request, Response] | None:
-        """The next request, if one waits, its payload not decoded yet; it may turn out to be none."""
+        """Return the next request, if one waits, not decoded yet; it may turn out to be invalid."""
         return self._unread(iter(range(self._looked_at)))
 
     def _unread(self, looks: Iterator[int]) -> ServedCall[Request, Response] | None:
-        """The next request, looking at no more than there are `looks`."""
+        """Return the next request, looking at no more than there are `looks`."""
         for _ in looks:
             query = self._received()
             if query is None:
@@ -175,7 +175,7 @@ class Server(Generic[Request, Response]):
         return None
 
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
-        """As :meth:`poll`, but waits up to ``timeout_s`` for a request: more closely for a while after each."""
+        """Wait up to ``timeout_s`` for a request, polling more closely for a while after each."""
         deadline = time.monotonic() + timeout_s
         while (call := self.poll()) is None and time.monotonic() < deadline:
             time.sleep(next(self._pauses_s))
@@ -203,7 +203,7 @@ class Server(Generic[Request, Response]):
         return call
 
     def _problem(self, query: zenoh.Query) -> str:
-        """Why a query is refused unread; empty if it may be a request."""
+        """Return why a query is refused undecoded; empty if it may be a request."""
         if str(query.key_expr) != self._key:
             return f"asked for by {query.key_expr}; a service is asked by its own key, {self._key}"
         size = len(query.payload) if query.payload is not None else 0
@@ -212,7 +212,7 @@ class Server(Generic[Request, Response]):
         return ""
 
     def finish(self, call: ServedCall[Request, Response], payload: bytes) -> None:
-        """Send ``payload`` to whoever asked with this call's id, and remember it."""
+        """Send ``payload`` to all callers with this call's id, and remember it."""
         if call.request_id:
             self._open.pop(call.request_id, None)
             self._answers.remember(call.request_id, payload, time.monotonic())
@@ -222,13 +222,13 @@ class Server(Generic[Request, Response]):
             self._answer(query, payload, Lane.OTHER)
 
     def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
-        """Send an error to whoever asked with this call's id; the same id may be tried again."""
+        """Send an error to all callers with this call's id; the same id may be tried again."""
         self._open.pop(call.request_id, None)
         for query in call.queries:
             self._refuse(query, reason)
 
     def reject(self, call: ServedCall[Request, Response], error: PayloadError) -> None:
-        """Count a payload that is no request, and say so to whoever sent it."""
+        """Count an invalid request, and answer its sender with the error."""
         self._counters.received -= 1
         self._counters.reject(f"{self.service.name}: {error}")
         self.abandon(call, str(error))
@@ -245,19 +245,19 @@ class Answers:
     """Answers by request id, for as long as a repeat of the request can come."""
 
     def __init__(self) -> None:
-        """None yet."""
+        """Start without answers."""
         self._kept: OrderedDict[str, tuple[bytes, float]] = OrderedDict()
         self._bytes = 0
 
     def find(self, request_id: str, now_s: float) -> bytes | None:
-        """The answer to a request of this id."""
+        """Return the answer to a request of this id."""
         while self._kept and next(iter(self._kept.values()))[1] < now_s - _REMEMBERED_S:
             self._forget_oldest()
         found = self._kept.get(request_id)
         return found[0] if found is not None else None
 
     def remember(self, request_id: str, answer: bytes, now_s: float) -> None:
-        """Keep an answer; where there is no room, the oldest go first."""
+        """Keep an answer; where there is no room, the oldest are dropped."""
         self._kept[request_id] = (answer, now_s)
         self._bytes += len(request_id) + len(answer)
         while self._bytes > _REMEMBERED_BYTES and len(self._kept) > 1:
@@ -269,7 +269,7 @@ class Answers:
 
 
 def _pauses_s() -> Iterator[float]:
-    """Between two looks for an answer or the next request: short at first, since most come at once, then longer."""
+    """Yield pauses between two polls: short at first, since most answers come at once, then longer."""
     pause_s = _FIRST_POLL_S
     while True:
         yield pause_s
@@ -288,32 +288,32 @@ def _reply_error(query: zenoh.Query, reason: str) -> None:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a question; neither of the first two is set when there was nobody to answer.
+    """Outcome of a query; without the first two, nobody answered.
 
     Attributes:
         payload: CDR of the response.
         refusal: Why there is none.
-        disbelieved: Whether somebody answered who is not the service's server.
+        untrusted: Whether a session answered that is not the service's server.
     """
 
     payload: bytes | None = None
     refusal: str | None = None
-    disbelieved: bool = False
+    untrusted: bool = False
 
 
 class _Reply(NamedTuple):
-    """A reply, and the session that it came from."""
+    """Reply, and the session that it came from."""
 
     answer: Answer
     session: str
 
 
-Believed = Callable[[str], bool]
-"""Whether a session is one of the service's server."""
+Trusted = Callable[[str], bool]
+"""Predicate on a session: whether it belongs to the service's server."""
 
 
 class Question:
-    """One query under way; poll it for its answer."""
+    """Query in progress; poll it for its answer."""
 
     def __init__(
         self,
@@ -322,10 +322,10 @@ class Question:
         service: Service[Request, Response],
         payload: bytes,
         timeout_s: float,
-        believed: Believed,
+        trusted: Trusted,
     ) -> None:
-        """Ask; use :meth:`touchline.bus.Bus.ask`."""
-        self._believed = believed
+        """Send the query; use :meth:`touchline.bus.Bus.ask`."""
+        self._trusted = trusted
         self._doubted: list[_Reply] = []
         self._closed_at: float | None = None
         self._replies = session.get(
@@ -342,22 +342,22 @@ class Question:
         )
 
     def poll(self) -> Answer | None:
-        """The answer; ``None`` while it is still to come."""
+        """Return the answer; ``None`` while it is still to come."""
         while self._closed_at is None:
             try:
                 reply = self._replies.try_recv()
-            except zenoh.ZError:  # the channel is closed: every queryable has had its say
+            except zenoh.ZError:  # the channel is closed: every queryable has answered or given none
                 self._closed_at = time.monotonic()
                 break
             if reply is None:
                 break
             self._doubted = [*self._doubted[-_ANSWERS:], _Reply(_answer_of(reply), _session_of(reply))]
         for doubted in self._doubted:
-            if self._believed(doubted.session):
+            if self._trusted(doubted.session):
                 return doubted.answer
         if self._closed_at is None or (self._doubted and time.monotonic() < self._closed_at + _TOKEN_S):
             return None
-        return Answer(disbelieved=bool(self._doubted))
+        return Answer(untrusted=bool(self._doubted))
 
 
 def _answer_of(reply: zenoh.Reply) -> Answer:
@@ -367,7 +367,7 @@ def _answer_of(reply: zenoh.Reply) -> Answer:
 
 
 def _session_of(reply: zenoh.Reply) -> str:
-    """Id of the session that replied; Zenoh notes it, not the one who replies."""
+    """Return the id of the session that replied; Zenoh notes it, not the sender."""
     return str(reply.replier_id.zid) if reply.replier_id is not None else ""
 
 
@@ -379,9 +379,9 @@ def call(
     while_waiting: Callable[[], None] | None = None,
     why: Callable[[], str] = lambda: "is the service running?",
 ) -> Response:
-    """Ask ``service`` and wait for its answer; see :meth:`touchline.bus.Bus.call`.
+    """Call ``service`` and wait for its answer; see :meth:`touchline.bus.Bus.call`.
 
-    ``why`` is asked for what to say when nobody answers.
+    ``why`` returns the reason to report when nobody answers.
     """
     if type(request) is not service.request:
         raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")
@@ -396,8 +396,8 @@ def call(
         if answer.payload is not None:
             return decode(service.response, answer.payload)
         waited = time.monotonic() - begun
-        if waited >= min(timeout_s, _DISCOVERY_S) and answer.disbelieved:
-            raise CallError(f"{service.name}: only somebody who is not {service.server} answers; that is not believed")
+        if waited >= min(timeout_s, _DISCOVERY_S) and answer.untrusted:
+            raise CallError(f"{service.name}: only a session that is not {service.server} answers; that is not trusted")
         if waited >= timeout_s:
             raise CallError(f"{service.name}: no answer within {timeout_s:.1f} s")
         if waited >= _DISCOVERY_S:

@@ -26,39 +26,39 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.topics import Request, Response, Service, Topic
 
-#: A newcomer knows all of its peers after this long: it hears of them from the first one.
+#: Time in which a newcomer learns of all of its peers, from the first one.
 _GETTING_TO_KNOW_S: Final = 0.3
-#: One that is just leaving is gone by then.
+#: Time in which a leaving process is gone.
 _LEAVING_S: Final = 0.5
-#: One that serves answers within this.
+#: Time in which a serving process answers.
 _ANSWER_S: Final = 1.0
 _REPLIES: Final = 1024
 _POLL_S: Final = 0.005
-#: What a process answers that has yet to find out whether its name is free.
+#: Answer of a process that has yet to find out whether its name is free.
 _CLAIMING: Final = "starting: claiming its name"
 
 
 class Claimant(Protocol):
-    """The part of a `Bus` that claims its node's name."""
+    """Part of a `Bus` that claims its node's name."""
 
     node: str
     config: BusConfig
 
     def key(self, name: str) -> str:
-        """The key of a topic or service name."""
+        """Return the key of a topic or service name."""
 
     def publisher(self, topic: Topic) -> Publisher:
-        """A publisher of a topic."""
+        """Declare a publisher of a topic."""
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
-        """A server of a service."""
+        """Declare a server of a service."""
 
 
 def claim(bus: Claimant, session: zenoh.Session, opened_at_s: float) -> None:
     """Make sure that no other process of this name serves; use :meth:`touchline.bus.Bus.claim`.
 
-    A token proves nothing, anybody can declare one: a namesake counts if it answers for itself. Of two that claim
-    their name at the same time, the one with the lesser id gets it.
+    A token proves nothing, anybody can declare one: a namesake counts if it answers for itself. Of two that claim their
+    name at the same time, the one with the lesser id gets it.
     """
     server = bus.serve(topics.diagnostics_service(bus.node))  # for another that claims this name now
 
@@ -83,7 +83,7 @@ def claim(bus: Claimant, session: zenoh.Session, opened_at_s: float) -> None:
 
 
 def _namesakes(bus: Claimant, session: zenoh.Session) -> set[str]:
-    """Ids of other sessions of this name."""
+    """Return the ids of other sessions of this name."""
     namespace = bus.config.namespace
     replies = session.liveliness().get(
         all_tokens(namespace, bus.node), handlers.FifoChannel(_REPLIES), timeout=_ANSWER_S
@@ -99,7 +99,7 @@ def _namesakes(bus: Claimant, session: zenoh.Session) -> set[str]:
 def _somebody_serves(
     bus: Claimant, session: zenoh.Session, namesakes: set[str], while_waiting: Callable[[], None]
 ) -> bool:
-    """Whether one of the namesakes answers, by its own session, how it is."""
+    """Return whether one of the namesakes answers a health request by its own session."""
     service = topics.diagnostics_service(bus.node)
     replies = session.get(
         bus.key(service.name),
@@ -127,7 +127,7 @@ def _somebody_serves(
 def _until_closed(
     replies: "handlers.Handler[zenoh.Reply]", meanwhile: Callable[[], None] = lambda: None
 ) -> Iterator[zenoh.Reply]:
-    """Every reply, until all have come or were given up; taken as they come, so that Zenoh's threads need not wait."""
+    """Yield every reply, until all have come or timed out; taken at once, so that Zenoh's threads need not wait."""
     while True:
         meanwhile()
         try:
@@ -146,7 +146,7 @@ def _claiming(node: str) -> GetDiagnosticsResponse:
 
 
 def _warn(bus: Claimant, namesakes: set[str]) -> None:
-    """Tell, in the log and on the bus, of namesakes that do not serve."""
+    """Report namesakes that do not serve, in the log and on the bus."""
     ids = ", ".join(sorted(namesakes)[:3]) + (" …" if len(namesakes) > 3 else "")
     text = (
         f"{len(namesakes)} other session{'s' * (len(namesakes) > 1)} ({ids}) on the bus "

@@ -10,14 +10,14 @@ from typing import Any, Self
 import zenoh
 from zenoh import Config
 
-from touchline.bus.reach import endpoints
+from touchline.bus.remote_access import endpoints
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.errors import SpecError
 from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
 
-#: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
+#: Time after which a peer that does not take a message is cut off, so that it holds up nobody else.
 PATIENCE_S = 1.0
-#: As much as `touchline.schemas.cdr` decodes, and room for what Zenoh puts round it.
+#: As much as `touchline.schemas.cdr` decodes, and room for Zenoh's headers.
 MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
@@ -29,14 +29,14 @@ CONFIG_VARIABLE = "TOUCHLINE_ZENOH_CONFIG"
 
 @dataclass(frozen=True)
 class BusConfig:
-    """How a process joins the bus.
+    """Configuration of a process's connection to the bus.
 
-    By default every process is a peer on loopback without multicast: whoever is first listens on ``endpoint``, the
-    others connect to it and learn of each other by gossip, so the first one may die without harm.
+    By default every process is a peer on loopback without multicast: the first one listens on ``endpoint``, the others
+    connect to it and learn of each other by gossip, so the first one may die without harm.
 
     Attributes:
-        endpoint: Zenoh locator of the meeting point, unless ``config_file`` has endpoints of its own.
-        namespaces: Of the robots that the process acts for, each the first part of every key of its robot.
+        endpoint: Zenoh locator of the meeting point, unless ``config_file`` has its own endpoints.
+        namespaces: Robots that the process acts for, each the first part of every key of its robot.
         config_file: Zenoh JSON5 configuration laid over ours, key by key (TLS, access control, routers).
     """
 
@@ -45,7 +45,7 @@ class BusConfig:
     config_file: Path | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what Zenoh could not use."""
+        """Refuse values that Zenoh could not use."""
         for namespace in self.namespaces:
             if not is_namespace(namespace):
                 raise SpecError(NAMESPACE_VARIABLE, "", f"is {namespace!r}", NAMESPACE_RULE)
@@ -58,10 +58,10 @@ class BusConfig:
 
     @classmethod
     def from_environment(cls, robots: Sequence[str] = ()) -> Self:
-        """The configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``.
+        """Return the configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``.
 
         Args:
-            robots: Namespaces that were named otherwise, in place of the comma-separated ones of the environment.
+            robots: Namespaces in place of the comma-separated ones of the environment.
 
         Raises:
             SpecError: One of them cannot be used.
@@ -75,10 +75,10 @@ class BusConfig:
 
     @property
     def namespace(self) -> str:
-        """Namespace of the one robot that the process acts for.
+        """Namespace of the single robot that the process acts for.
 
         Raises:
-            SpecError: It was given several.
+            SpecError: There are several.
         """
         if len(self.namespaces) > 1:
             problem = f"names {len(self.namespaces)} robots ({', '.join(self.namespaces)})"
@@ -86,18 +86,18 @@ class BusConfig:
         return self.namespaces[0]
 
     def of(self, *namespaces: str) -> Self:
-        """The same bus, for these robots."""
+        """Return the configuration of the same bus, for these robots."""
         return replace(self, namespaces=namespaces)
 
     def environment(self) -> dict[str, str]:
-        """The variables that hand this configuration to a child process."""
+        """Return the variables that hand this configuration to a child process."""
         variables = {ENDPOINT_VARIABLE: self.endpoint, NAMESPACE_VARIABLE: ",".join(self.namespaces)}
         if self.config_file:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         return variables
 
     def zenoh(self, node: str = "", patience_s: float = PATIENCE_S) -> Config:
-        """The Zenoh session configuration of a process of this name.
+        """Return the Zenoh session configuration of a process of this name.
 
         A peer that does not take a message for `patience_s` is cut off.
 
@@ -114,7 +114,7 @@ class BusConfig:
         return config
 
     def at_door(self) -> Config | None:
-        """Configuration of a direct session with the robot at its own door, which nobody else on the bus can delay.
+        """Return the configuration of a direct session with the robot at its own door, which nobody else can delay.
 
         The door is UDP, of which all sessions share one descriptor: the robot has room for it however many peers there
         are. ``None`` where the configuration file leads elsewhere than to our endpoints.
@@ -133,20 +133,20 @@ class BusConfig:
             "connect/endpoints": [door],
             "connect/timeout_ms": 0,
             "connect/exit_on_failure": True,
-            # The robot answers within milliseconds or is frozen; then another try is better than a longer one.
+            # The robot answers within milliseconds or hangs; then another try is better than a longer one.
             "transport/unicast/open_timeout": 300,
         }.items():
             settings.insert_json5(key, json.dumps(value))
         return settings
 
     def _from_file(self) -> Config:
-        """What the configuration file says; Zenoh's own defaults for the rest."""
+        """Return the configuration file's settings; Zenoh's own defaults for the rest."""
         if self.config_file is None:
             return zenoh.Config()
         try:
             config: Config = zenoh.Config.from_file(str(self.config_file))
         except zenoh.ZError as error:
-            reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+            reason = str(error).partition(" at /")[0]  # the rest is a place in Zenoh's own source
             raise SpecError(
                 str(self.config_file), "", f"is not a Zenoh configuration ({reason})", "give a valid one"
             ) from error
@@ -166,7 +166,7 @@ class BusConfig:
             "listen/exit_on_failure": False,
             "listen/timeout_ms": 0,
             "listen/retry": retry,
-            # Whoever keeps the meeting point may be frozen: the robot is met at a door of its own, too.
+            # Whoever keeps the meeting point may hang: the robot is met at its own door, too.
             "connect/endpoints": [self.endpoint, beside(self.endpoint)],
             "connect/exit_on_failure": False,
             "connect/timeout_ms": -1,
@@ -175,25 +175,25 @@ class BusConfig:
             "transport/link/tx/queue/congestion_control/block/wait_before_close": round(1e6 * patience_s),
             # Nothing honest is larger; more would be put together in memory before anybody could refuse it.
             "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
-            # Whoever connects and says nothing is let go soon, and does not take the place of who has something to say.
+            # Silent connections are soon closed, so that they do not take others' places.
             "transport/unicast/accept_timeout": 3000,
             "transport/unicast/accept_pending": 4000,
         }
 
 
 def named_robots() -> tuple[str, ...]:
-    """The namespaces in ``TOUCHLINE_NAMESPACE``, which commas separate; empty if it is not set."""
+    """Return the namespaces in ``TOUCHLINE_NAMESPACE``, which commas separate; empty if it is not set."""
     given = os.environ.get(NAMESPACE_VARIABLE)
     return tuple(name.strip() for name in given.split(",")) if given is not None else ()
 
 
 def _door(endpoint: str) -> str | None:
-    """Where the robot listens for who has no time to join everybody: UDP at the port of :func:`beside`."""
+    """Return where the robot listens for direct sessions: UDP at the port of :func:`beside`."""
     protocol, _, address = beside(endpoint).partition("/")
     return f"udp/{address}" if protocol == "tcp" and address != endpoint.partition("/")[2] else None
 
 
 def beside(endpoint: str) -> str:
-    """The robot's own door: the next port after that of the meeting point; the endpoint itself if it has no port."""
+    """Return the robot's own door: the next port after the meeting point's; the endpoint itself if it has no port."""
     address, _, port = endpoint.rpartition(":")
     return f"{address}:{int(port) + 1}" if port.isdigit() and 0 < int(port) < 65_535 else endpoint

@@ -1,4 +1,4 @@
-"""Health reports of a process: diagnostics five times a second, and on request."""
+"""Health reports of a process: diagnostics five times per second, and on request."""
 
 import os
 import time
@@ -22,22 +22,22 @@ from touchline.schemas.messages import (
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
 _ANSWERS_AT_ONCE = 8
-#: How the message of a process begins that is not ready yet.
+#: Beginning of the message of a process that is not ready yet.
 STARTING = "starting: "
 
 
 class HealthReporter:
     """Publishes a process's diagnostics and answers requests for them.
 
-    An answer tells what was sent of each topic, too (`touchline.bus.last_sent`).
-    Their stamp is the bus's time, the last clock that was heard (0 before the first); wall time is one of the values.
+    An answer includes what was sent of each topic (`touchline.bus.last_sent`). The stamp is the bus's time, the last
+    clock that was heard (0 before the first); wall time is one of the values.
 
     Attributes:
-        common: Values of the whole process, which are told beside those of each `poll`.
+        common: Values of the whole process, added to those of each `poll`.
     """
 
     def __init__(self, bus: Bus) -> None:
-        """Begin to serve ``<node>/diagnostics``."""
+        """Start to serve ``<node>/diagnostics``."""
         self._bus = bus
         self.common: Callable[[], Mapping[str, object]] = dict
         self._publisher = bus.publisher(topics.DIAGNOSTICS)
@@ -49,7 +49,7 @@ class HealthReporter:
 
     @property
     def due(self) -> bool:
-        """Whether somebody asks, or it is time to publish: else `poll` has nothing to do."""
+        """True if a request waits, or it is time to publish: else `poll` has nothing to do."""
         if self._asked is None:
             self._asked = self._server.poll()
         return self._asked is not None or time.monotonic() >= self._due
@@ -63,10 +63,14 @@ class HealthReporter:
         settle: Callable[[], None] = lambda: None,
         at_once: bool = False,
     ) -> None:
-        """Call often: answers waiting requests, and publishes five times a second of wall time.
+        """Answer waiting requests, and publish five times per second of wall time; to be called often.
 
-        ``settle`` is called between a request and its answer, to send what has to come before that; with ``at_once`` it
-        publishes now.
+        Args:
+            values: Values of the diagnostics.
+            level: Level of the status, as in `DiagnosticStatus`.
+            message: Message of the status.
+            settle: Called between a request and its answer, to send what has to come before that.
+            at_once: Publish now.
         """
         for _ in range(_ANSWERS_AT_ONCE):
             call, self._asked = self._asked or self._server.poll(), None
@@ -80,7 +84,7 @@ class HealthReporter:
             self._publisher.send(self._report(values, level, message))
 
     def starting(self, doing: str) -> None:
-        """Publish what the process is doing before it can serve; it counts as ready from the first :meth:`poll`."""
+        """Publish what the process does before it can serve; it counts as ready from the first :meth:`poll`."""
         self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:

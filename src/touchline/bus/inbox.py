@@ -20,10 +20,10 @@ from touchline.schemas.wellformed import Wellformed
 
 #: Samples of a topic that a lossless inbox holds before its publishers have to wait.
 MOST_WAITING = 65_536
-#: Samples of one topic that wait at most where the oldest gives way.
+#: Most waiting samples of a topic where the oldest gives way.
 _RECENT = 1024
 _POLL_S = 0.002
-#: Publishers of which an inbox remembers when it has looked into what they say.
+#: Publishers whose last check an inbox remembers.
 _PUBLISHERS = 1024
 _Subscriber: TypeAlias = (
     "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]"
@@ -37,10 +37,10 @@ class Sample(NamedTuple):
         topic: Its row of the topic table.
         payload: CDR bytes; empty where the inbox only skims and has not looked into it.
         sequence: The publisher's count from 1; 0 from a foreign publisher that does not count.
-        source_time_ns: When it was sent, ns since the epoch; 0 if unknown.
+        source_time_ns: Time of sending, ns since the epoch; 0 if unknown.
         publisher: The publisher's id; empty if unknown.
         missed: Messages of this publisher that are missing just before this one.
-        namespace: Of the robot that it is about.
+        namespace: Namespace of the robot.
     """
 
     topic: Topic
@@ -52,7 +52,7 @@ class Sample(NamedTuple):
     namespace: str = ""
 
     def decode(self) -> Message:
-        """The message.
+        """Decode the message.
 
         Raises:
             PayloadError: The payload is not one of the topic's type.
@@ -64,14 +64,14 @@ class Inbox:
     """Samples of several topics of one robot.
 
     ``keep="all"`` loses nothing: when the inbox is full, publishers of blocking topics wait. ``keep="latest"`` holds
-    one sample a topic and lets newer ones replace it; ``keep="recent"`` holds a thousand, so that only who falls far
+    one sample per topic and lets newer ones replace it; ``keep="recent"`` holds a thousand, so that only a receiver far
     behind loses any, and publishers never wait.
 
     Attributes:
-        namespace: Of the robot.
+        namespace: Namespace of the robot.
         lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
-        rejected: By topic name, payloads that were no messages of their topic, whoever sent them.
-        cut: Names of the topics of which the last `drain` took the most that it was to, so that more may wait.
+        rejected: By topic name, payloads that did not fit their topic, from any sender.
+        cut: Topics of which the last `drain` took its most, so that more may wait.
     """
 
     def __init__(
@@ -98,9 +98,9 @@ class Inbox:
         self._looked_s: dict[tuple[str, bytes], float] = {}
 
     def skim(self, every_s: float) -> None:
-        """Of each publisher look into one sample of a topic in so many seconds; with 0 into each again.
+        """Look into one sample per publisher and topic in every so many seconds; with 0 into each again.
 
-        The others come out with an empty payload, neither checked nor decoded: they say no more than that they came.
+        The others come out with an empty payload, neither checked nor decoded: they only show that they came.
         """
         self._every_s = every_s
         self._looked_s.clear()
@@ -110,7 +110,7 @@ class Inbox:
         self._next = [self._declare(session, topic) for topic, *_ in self._subscribers]
 
     def leave_former(self) -> None:
-        """Take samples from the last session, when those of the former one are taken."""
+        """Take samples from the last session, once those of the former one are taken."""
         if not self._next:
             return
         self._early = self.drain({topic.name: MOST_WAITING for topic, *_ in self._subscribers})
@@ -134,9 +134,9 @@ class Inbox:
         return ext.declare_advanced_subscriber(session, key, channel, history=history)
 
     def drain(self, most: Mapping[str, int] | None = None) -> list[Sample]:
-        """Every sample that waits, in order of arrival within a topic; no more of a topic than `most` says by its name.
+        """Return every waiting sample, in order of arrival within a topic, at most `most` of it by its name.
 
-        Who takes samples as fast as they are sent would never come to an end without.
+        Without that limit a fast sender could keep it from ending.
         """
         samples, self._early = self._early, []
         self.cut.clear()
@@ -152,14 +152,14 @@ class Inbox:
                 self.cut.add(topic.name)
         return samples
 
-    def told(self, sent: LastSent) -> int:
-        """Take the word of a publisher, when all that has arrived of it was drained.
+    def take_report(self, sent: LastSent) -> int:
+        """Take a publisher's report of its last message, when all that has arrived of it was drained.
 
         Returns:
-            How many of its messages are missing that were not known to be.
+            Number of newly known missing messages.
         """
         missing = sum(
-            gaps.told(sent.publisher, sent.sequence)
+            gaps.take_report(sent.publisher, sent.sequence)
             for topic, _, gaps, _ in self._subscribers
             if topic.name == sent.topic
         )
@@ -167,7 +167,7 @@ class Inbox:
         return missing
 
     def messages(self) -> Iterator[tuple[Sample, Message]]:
-        """Every sample that waits, decoded; unusable ones are counted and left out."""
+        """Yield every waiting sample, decoded; unusable ones are counted and left out."""
         for sample in self.drain():
             try:
                 message = sample.decode()
@@ -177,7 +177,7 @@ class Inbox:
             yield sample, message
 
     def wait(self, timeout_s: float) -> list[Sample]:
-        """As :meth:`drain`, but waits up to ``timeout_s`` for something to arrive."""
+        """Wait up to ``timeout_s`` for samples to arrive, then :meth:`drain`."""
         deadline = time.monotonic() + timeout_s
         while not (samples := self.drain()) and time.monotonic() < deadline:
             time.sleep(_POLL_S)
@@ -202,7 +202,7 @@ class Inbox:
         return Sample(topic, payload, *numbered, missed, self.namespace)
 
     def _looked_lately(self, topic: Topic, publisher: bytes) -> bool:
-        """Whether a sample of this publisher need not be looked into; if so, the next one may be due."""
+        """Return whether a sample of this publisher need not be looked into; if so, the next one may be due."""
         if not self._every_s:
             return False
         now_s, key = time.monotonic(), (topic.name, publisher)

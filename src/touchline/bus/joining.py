@@ -1,4 +1,4 @@
-"""Opens and closes Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
+"""Opening and closing of Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
 
 import errno
 import resource
@@ -14,32 +14,32 @@ from typing import Final
 import zenoh
 
 from touchline.bus.config import ENDPOINT_VARIABLE, BusConfig
-from touchline.bus.reach import beyond_loopback, endpoints, is_loopback, split
+from touchline.bus.remote_access import beyond_loopback, endpoints, is_loopback, split
 from touchline.schemas.errors import TouchlineError
 
-#: Whoever keeps the meeting point answers within this, or it is said; a busy machine takes longer now and then.
-_TELL_S: Final = 2.0
-#: Whoever has not answered by then is none of ours.
-_GIVE_UP_S: Final = 10.0
+#: Time after which a missing answer from the meeting point is reported; a busy machine may take longer.
+_REPORT_AFTER_S: Final = 2.0
+#: Time after which it is not one of ours.
+_ABORT_AFTER_S: Final = 10.0
 _POLL_S: Final = 0.01
 _LEAVE_S: Final = 2.0
-#: What a service has open besides its links: event queues, listeners, files, and links that are just being opened.
+#: Descriptors of a service besides its links: event queues, listeners, files, and links that are just being opened.
 _OTHER_DESCRIPTORS: Final = 40
-#: Fewer peers than this are soon there: three services, consoles, orders, strangers.
+#: Fewer peers than this are soon reached: three services, consoles, orders, strangers.
 _FEW_PEERS: Final = 100
 
 
 def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: float) -> zenoh.Session:
-    """A session on the bus; use :meth:`touchline.bus.Bus.open`.
+    """Open a session on the bus; use :meth:`touchline.bus.Bus.open`.
 
     Raises:
         SpecError: The configuration cannot be used.
         TouchlineError: The endpoint cannot be used, or another program listens there.
-        KeyboardInterrupt: ``stop()`` said so first.
+        KeyboardInterrupt: ``stop()`` was true first.
     """
     settings = config.zenoh(node, patience_s)
-    if ways := beyond_loopback(settings):
-        sys.stderr.write(f"warning: this bus can be reached from other machines: {'; '.join(ways)}\n")
+    if paths := beyond_loopback(settings):
+        sys.stderr.write(f"warning: this bus can be reached from other machines: {'; '.join(paths)}\n")
     _make_room()
     occupied = config.endpoint in endpoints(settings, "connect") and _occupied(config.endpoint)
     begun = time.monotonic()
@@ -54,7 +54,7 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
 
 
 def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
-    """Close a session; what takes longer than `wait_s` goes on in the background.
+    """Close a session; what takes longer than `wait_s` continues in the background.
 
     Zenoh waits for connections that are being opened, ten seconds for one that keeps silent, and raises after that.
     """
@@ -69,12 +69,12 @@ def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
 
 
 def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
-    """A session with the robot alone; use :meth:`touchline.bus.Bus.open_at_door`.
+    """Open a session with the robot alone; use :meth:`touchline.bus.Bus.open_at_door`.
 
     Raises:
         SpecError: The configuration cannot be used.
         TouchlineError: The robot has no such door, or nobody answers there.
-        KeyboardInterrupt: ``stop()`` said so first.
+        KeyboardInterrupt: ``stop()`` was true first.
     """
     settings = config.at_door()
     if settings is None:
@@ -83,7 +83,7 @@ def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
 
 
 def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
-    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be heard."""
+    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be handled."""
     zenoh.init_log_from_env_or("off")
     sessions: list[zenoh.Session] = []
     errors: list[Exception] = []
@@ -96,7 +96,7 @@ def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool])
 
     thread = threading.Thread(target=work, name="join-bus", daemon=True)
     thread.start()
-    tell_at: float | None = time.monotonic() + _TELL_S
+    tell_at: float | None = time.monotonic() + _REPORT_AFTER_S
     while thread.is_alive():
         thread.join(_POLL_S)
         if stop():
@@ -106,13 +106,13 @@ def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool])
             whom = ", ".join(endpoints(settings, "connect")) or "the bus"
             sys.stderr.write(f"warning: {whom} does not answer; still trying\n")
     if errors:
-        reason = str(errors[0]).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+        reason = str(errors[0]).partition(" at /")[0]  # the rest is a place in Zenoh's own source
         raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
     return sessions[0]
 
 
 def _occupied(endpoint: str) -> bool:
-    """Whether somebody listens at the meeting point, if that is on this machine and can be known."""
+    """Return whether somebody listens at the meeting point, if that is on this machine and can be known."""
     protocol, host, port = split(endpoint)
     if protocol != "tcp" or not is_loopback(endpoint) or not port.isdigit():
         return False
@@ -127,24 +127,24 @@ def _occupied(endpoint: str) -> bool:
 
 
 def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Callable[[], bool]) -> None:
-    """Meet whoever keeps the meeting point.
+    """Wait for the peer that keeps the meeting point.
 
     Raises:
         TouchlineError: It does not answer as one of ours.
     """
     who = f"what listens on {config.endpoint} does not answer; if it is another program, or frozen,"
     remedy = f"{who} stop it, or choose another {ENDPOINT_VARIABLE}"
-    told = False
+    reported = False
     while not session.info.peers_zid() and not session.info.routers_zid():
         waited_s = time.monotonic() - begun_s
         if stop():
             raise KeyboardInterrupt
-        if not told and waited_s > _TELL_S:
-            told = True
+        if not reported and waited_s > _REPORT_AFTER_S:
+            reported = True
             if not _occupied(config.endpoint):
                 return  # it left meanwhile, and we take its place
             sys.stderr.write(f"warning: {remedy}\n")
-        if waited_s > _GIVE_UP_S:
+        if waited_s > _ABORT_AFTER_S:
             raise TouchlineError(remedy)
         time.sleep(_POLL_S)
 
@@ -156,7 +156,7 @@ def _make_room() -> None:
         try:
             resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
             soft = hard
-        except (OSError, ValueError):  # macOS has a limit of its own below an infinite one
+        except (OSError, ValueError):  # macOS has its own limit below an infinite one
             pass
     if soft == resource.RLIM_INFINITY:
         return

@@ -1,6 +1,6 @@
-"""What a process has sent of each topic, as a text in its diagnostics: a receiver that was cut off knows what it lacks.
+"""Last message of each topic that a process has sent, as a text in its diagnostics, for receivers that were cut off.
 
-Gaps in the sequence show only when something comes after them; who is asked tells of what came last, too.
+Gaps in the sequence show only when something comes after them; these numbers show missing last messages, too.
 """
 
 import re
@@ -11,13 +11,13 @@ from touchline.schemas.messages import DiagnosticArray
 
 #: Name of the value in the diagnostics.
 KEY: Final = "sent"
-#: Entries that are read; no process has so many publishers.
+#: Most entries that are read; no process has so many publishers.
 _MOST: Final = 1024
 _ENTRY: Final = re.compile(r"([A-Za-z0-9_/]{1,128}):([0-9a-f]{32}):([0-9]{1,18})")
 
 
 class LastSent(NamedTuple):
-    """The number of the last message that a publisher has sent; 0 before the first.
+    """Number of the last message that a publisher has sent; 0 before the first.
 
     Attributes:
         topic: Name in the topic table.
@@ -30,12 +30,12 @@ class LastSent(NamedTuple):
 
 
 def as_text(sent: Iterable[LastSent]) -> str:
-    """One value of the diagnostics."""
+    """Return them as one value of the diagnostics."""
     return " ".join(sorted(f"{each.topic}:{each.publisher.hex()}:{each.sequence}" for each in sent))
 
 
 def sent_by(node: str, diagnostics: DiagnosticArray) -> list[LastSent]:
-    """What ``node`` says that it has sent; what is not to be understood is left out."""
+    """Parse what ``node`` reports as sent; malformed entries are left out."""
     texts = (
         pair.value for status in diagnostics.status if status.name == node for pair in status.values if pair.key == KEY
     )

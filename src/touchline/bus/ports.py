@@ -5,12 +5,12 @@ import socket
 from typing import Final
 
 _PORTS: Final = range(20_000, 32_768)
-"""Below those that Linux hands out by itself: one of these may be somebody's before a process comes to listen on it."""
+"""Below those that Linux assigns by itself, which may be taken before a process comes to listen."""
 _CHANCE: Final = random.SystemRandom()
 
 
 def free_port() -> int:
-    """A free loopback port whose successor is free, too: that one becomes the robot's own door."""
+    """Return a free loopback port whose successor is free, too: that one becomes the robot's own door."""
     while True:
         port = _CHANCE.choice(_PORTS[::2])
         if _is_free(port) and _is_free(port + 1):

@@ -7,9 +7,9 @@ from typing import Final, NamedTuple, TypeAlias
 import zenoh
 from zenoh import handlers
 
-#: Tokens that came or went and wait to be polled; more push out the oldest, so that Zenoh's threads never wait for us.
+#: Most tokens that came or went and wait to be polled; more push out the oldest, so that Zenoh's threads never wait.
 _WAITING: Final = 1024
-#: Tokens that a count can find; whoever declares more is not counted in full.
+#: Most tokens that a count can find; if there are more, the count is incomplete.
 _COUNTED: Final = 16_384
 _COUNT_TIMEOUT_S: Final = 5.0
 _NAMES: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
@@ -21,14 +21,14 @@ LivelinessReplies: TypeAlias = "handlers.Handler[zenoh.Reply]"
 
 
 class Token(NamedTuple):
-    """What a liveliness token says: the name of a process, and the Zenoh id of its session."""
+    """Contents of a liveliness token: the name of a process, and the Zenoh id of its session."""
 
     node: str
     instance: str
 
 
 class PresenceChange(NamedTuple):
-    """A process that came (``alive``) or went."""
+    """Process that came (``alive``) or went."""
 
     node: str
     instance: str
@@ -36,9 +36,9 @@ class PresenceChange(NamedTuple):
 
 
 class Presence:
-    """The processes on the bus, kept up to date by :meth:`poll`.
+    """Processes on the bus, kept up to date by :meth:`poll`.
 
-    Whoever polls seldom keeps nobody waiting: what does not fit is dropped, and the tokens are counted anew.
+    Rare polling delays nobody: what does not fit is dropped, and the tokens are counted anew.
     """
 
     def __init__(self, session: zenoh.Session, namespace: str) -> None:
@@ -48,7 +48,7 @@ class Presence:
         self.declare(session)
 
     def declare(self, session: zenoh.Session) -> None:
-        """Watch by this session from now on, beginning with nobody."""
+        """Watch by this session from now on, starting empty."""
         self._session = session
         self._instances: defaultdict[str, set[str]] = defaultdict(set)
         self._missed = False
@@ -58,7 +58,7 @@ class Presence:
         )
 
     def poll(self) -> list[PresenceChange]:
-        """What changed since the last call; never waits."""
+        """Return changes since the last call; never waits."""
         changes: list[PresenceChange] = []
         taken = 0
         while taken < _WAITING and (sample := self._subscriber.try_recv()) is not None:
@@ -77,11 +77,11 @@ class Presence:
         return changes
 
     def alive(self) -> set[str]:
-        """Names of the processes that are there, as of the last :meth:`poll`."""
+        """Names of the present processes, as of the last :meth:`poll`."""
         return {node for node, instances in self._instances.items() if instances}
 
     def instances(self, node: str) -> frozenset[str]:
-        """Session ids of the processes of this name, as of the last :meth:`poll`."""
+        """Return session ids of the processes of this name, as of the last :meth:`poll`."""
         return frozenset(self._instances.get(node, ()))
 
     def _note(self, token: Token, alive: bool, changes: list[PresenceChange]) -> None:
@@ -105,11 +105,11 @@ class Presence:
 
 
 class _Count:
-    """A question under way, which tokens there are.
+    """Query for tokens in progress.
 
     Attributes:
-        found: Those that are.
-        newer: Those of which something was heard since; that counts for more.
+        found: Tokens that are there.
+        newer: Tokens with a change since, which takes precedence.
         whole: Whether ``found`` has them all.
     """
 
@@ -124,7 +124,7 @@ class _Count:
         self._taken = 0
 
     def poll(self) -> bool:
-        """Take what has been answered; returns whether that is all."""
+        """Take replies; return whether all have come."""
         try:
             while (reply := self._replies.try_recv()) is not None:
                 self._taken += 1
@@ -133,30 +133,30 @@ class _Count:
                 token = parse_token(str(reply.ok.key_expr), self._prefix) if reply.ok is not None else None
                 if token is not None:
                     self.found.add(token)
-        except zenoh.ZError:  # the channel is closed: everybody has had their say
+        except zenoh.ZError:  # the channel is closed: all replies have come
             self.whole = True
             return True
         return False
 
 
 def token_prefix(namespace: str) -> str:
-    """Where the liveliness tokens are; ``@`` keeps them out of every ``**``."""
+    """Return the prefix of the liveliness tokens; ``@`` keeps them out of every ``**``."""
     return f"@touchline/{namespace}"
 
 
 def namespace_of(key: str) -> str:
-    """Namespace of the token at ``key``; "" if it has none."""
+    """Return the namespace of the token at ``key``; "" if it has none."""
     _, *namespace = key.split("/")[:-2]
     return "/".join(namespace)
 
 
 def all_tokens(namespace: str, node: str = "*") -> str:
-    """The key expression of the tokens of ``node``, or of every process."""
+    """Return the key expression of the tokens of ``node``, or of every process."""
     return f"{token_prefix(namespace)}/{node}/*"
 
 
 def parse_token(key: str, prefix: str) -> Token | None:
-    """What the token at ``key`` says; ``None`` if it is not one of ours: anybody can declare any."""
+    """Parse the token at ``key``; ``None`` if it is not one of ours: anybody can declare any."""
     head, _, rest = key.partition(f"{prefix}/")
     node, _, instance = rest.partition("/")
     if head or not _NAMES.fullmatch(node) or not _IDS.fullmatch(instance):

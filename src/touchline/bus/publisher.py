@@ -19,8 +19,8 @@ class Publisher:
     """Sends the messages of one topic, each with the next sequence number.
 
     Attributes:
-        sequence: That of the last message.
-        id: By which receivers tell it from others of the topic.
+        sequence: Number of the last message.
+        id: Id by which receivers distinguish it from other publishers of the topic.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Publisher:
         self._put = self._declare(session).put
 
     def begin_anew(self, session: zenoh.Session, publisher_id: bytes) -> None:
-        """Go on as another publisher: what the former one sent last is kept for late joiners no more."""
+        """Continue as another publisher: the former one's last messages are no longer kept for late joiners."""
         self.id, self.sequence = publisher_id, 0
         if self.topic.latched:
             self.declare(session)
@@ -61,7 +61,7 @@ class Publisher:
         )
 
     def send(self, message: Message) -> None:
-        """Publish ``message``."""
+        """Publish a message under the next sequence number."""
         if type(message) is not self.topic.type:
             raise TypeError(f"{self.topic.name} carries {self.topic.type.__name__}, not {type(message).__name__}")
         self.send_bytes(encode(message))
@@ -71,7 +71,7 @@ class Publisher:
         self.send_numbered(payload, self.sequence + 1)
 
     def send_numbered(self, payload: bytes, sequence: int) -> None:
-        """As :meth:`send_bytes`, with a sequence number of the caller's, larger than the last one."""
+        """Publish CDR under the caller's sequence number, which must be larger than the last one."""
         self.sequence = sequence
         self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self.id))
         self._counters.published += 1

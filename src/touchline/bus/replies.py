@@ -1,4 +1,4 @@
-"""Sends answers from threads of their own, so that a slow client never blocks the server."""
+"""Sender of answers from threads of their own, so that a slow client never blocks the server."""
 
 import threading
 import traceback
@@ -10,7 +10,7 @@ from typing import Final
 
 import zenoh
 
-#: Answers that wait at most in a lane; beyond them the oldest gives way, and its client is told that there is none.
+#: Most waiting answers in a lane; beyond them the oldest gives way, and its client gets an error.
 _WAITING: Final = 1024
 _CLOSING_S: Final = 1.0
 
@@ -19,18 +19,18 @@ class Lane(Enum):
     """Kind of an answer. Answers of one kind queue behind each other if a client is slow."""
 
     STOP = auto()
-    """The first to a request that stops the robot."""
+    """The first answer to a request that stops the robot."""
     FIRST = auto()
-    """The first to any other request."""
+    """The first answer to any other request."""
     OTHER = auto()
-    """A refusal, or an answer given before, of which strangers may cause any number."""
+    """Refusals and repeated answers, of which strangers may cause any number."""
 
 
 class Replies:
-    """A queue and a thread for each lane that is used."""
+    """Queue and thread for each lane in use."""
 
     def __init__(self) -> None:
-        """No thread is started before there is something to send."""
+        """Start without threads; they start when there is something to send."""
         self._lanes: dict[Lane, _Sender] = {}
 
     def send(self, lane: Lane, reply: Callable[[], None]) -> None:

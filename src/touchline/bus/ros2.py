@@ -1,4 +1,4 @@
-"""A second Zenoh session, among ROS 2 nodes that use rmw_zenoh.
+"""Second Zenoh session, among ROS 2 nodes that use rmw_zenoh.
 
 It shares nothing with the bus: what ROS 2 nodes publish, ask or break stays on this side.
 """
@@ -28,7 +28,7 @@ _KNOWN_TOKENS = 1024
 
 @dataclass(frozen=True)
 class Ros2Endpoint:
-    """Where ROS 2 nodes are met.
+    """Meeting point with ROS 2 nodes.
 
     Attributes:
         locator: Zenoh locator.
@@ -40,18 +40,18 @@ class Ros2Endpoint:
 
     @property
     def option(self) -> str:
-        """The option that gives it on the command line."""
+        """Option of the command line that sets it."""
         return "--ros2-listen" if self.listen else "--ros2-connect"
 
     def __post_init__(self) -> None:
-        """Refuse what Zenoh could not use."""
+        """Refuse values that Zenoh could not use."""
         protocol, _, address = self.locator.partition("/")
         if not protocol.isalnum() or not address:
             problem, remedy = f"is {self.locator!r}", f"give a locator like {DEFAULT_ENDPOINT}"
             raise SpecError("command line", self.option, problem, remedy)
 
     def zenoh(self) -> zenoh.Config:
-        """The Zenoh session configuration: that of rmw_zenoh's router, or of one of its nodes."""
+        """Return the Zenoh session configuration: that of rmw_zenoh's router, or of one of its nodes."""
         config = zenoh.Config()
         for key, value in self._settings().items():
             config.insert_json5(key, json.dumps(value))
@@ -64,7 +64,7 @@ class Ros2Endpoint:
             # Opening waits this long for others to show up.
             "scouting/delay": 100,
             "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
-            # Samples kept for late joiners are told apart by their time.
+            # Samples kept for late joiners are distinguished by their time.
             "timestamping/enabled": True,
             "listen/endpoints": [self.locator if self.listen else "tcp/127.0.0.1:0"],
             "listen/exit_on_failure": True,
@@ -79,7 +79,7 @@ class Ros2Session:
     """Publishers, servers and liveliness tokens under keys that the caller spells; everything is polled."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        """Use :meth:`open`."""
+        """Wrap a session; use :meth:`open`."""
         self._session = session
         self._tokens: list[zenoh.LivelinessToken] = []
 
@@ -102,7 +102,7 @@ class Ros2Session:
 
     @property
     def id(self) -> str:
-        """The session's Zenoh id, as rmw_zenoh writes it."""
+        """Zenoh id of the session, as rmw_zenoh writes it."""
         return str(self._session.zid())
 
     def declare_token(self, key: str) -> None:
@@ -110,29 +110,29 @@ class Ros2Session:
         self._tokens.append(self._session.liveliness().declare_token(key))
 
     def tokens(self, key_expression: str) -> list[str]:
-        """The liveliness tokens of others that match."""
+        """Return matching liveliness tokens of others."""
         replies = self._session.liveliness().get(key_expression, handlers.FifoChannel(_KNOWN_TOKENS))
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
     def publisher(self, key: str, gid: bytes, *, latched: bool) -> "Ros2Publisher":
-        """A publisher; late joiners get the last message of a ``latched`` one."""
+        """Declare a publisher; late joiners get the last message of a ``latched`` one."""
         return Ros2Publisher(self._session, key, gid, latched=latched)
 
     def watch(self, key: str) -> Callable[[], bool]:
-        """Tells whenever it is asked whether somebody subscribes to a key."""
+        """Return a function that reports whether somebody subscribes to a key."""
         publisher = self._session.declare_publisher(key)
         return lambda: bool(publisher.matching_status.matching)  # type: ignore[attr-defined]  # they say bool
 
     def subscribe(self, key: str) -> "Ros2Subscriber":
-        """The receiving end of a topic."""
+        """Subscribe to a topic."""
         return Ros2Subscriber(self._session, key)
 
     def client(self, key: str, servers: str, gid: bytes) -> Ros2Client:
-        """The asking end of a service, whose servers have liveliness tokens that match ``servers``."""
+        """Create a client of a service, whose servers have liveliness tokens that match ``servers``."""
         return Ros2Client(self._session, key, servers, gid)
 
     def serve(self, key: str) -> "Ros2Server":
-        """The serving end of a service."""
+        """Declare a server of a service."""
         return Ros2Server(self._session, key)
 
 
@@ -140,7 +140,7 @@ class Ros2Publisher:
     """Publishes as rmw_zenoh does: a client that does not keep up loses messages rather than holding anyone up."""
 
     def __init__(self, session: zenoh.Session, key: str, gid: bytes, *, latched: bool) -> None:
-        """Use :meth:`Ros2Session.publisher`."""
+        """Declare the publisher; use :meth:`Ros2Session.publisher`."""
         self._gid = gid
         self._put = self._declare(session, key, latched).put
 
@@ -163,14 +163,14 @@ class Ros2Publisher:
 
 
 class Ros2Subscriber:
-    """What others publish; where nobody takes it, the oldest give way."""
+    """Messages of others; if they are not taken, the oldest give way."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
-        """Use :meth:`Ros2Session.subscribe`."""
+        """Declare the subscription; use :meth:`Ros2Session.subscribe`."""
         self._subscriber = session.declare_subscriber(key, handlers.RingChannel(_WAITING_MESSAGES))
 
     def take(self) -> list[bytes]:
-        """The payloads (CDR, or whatever was sent) that have come since the last call."""
+        """Return the payloads (CDR, or whatever was sent) that have come since the last call."""
         taken: list[bytes] = []
         while len(taken) < _WAITING_MESSAGES and (sample := self._subscriber.try_recv()) is not None:
             taken.append(sample.payload.to_bytes())
@@ -178,7 +178,7 @@ class Ros2Subscriber:
 
 
 class Ros2Request:
-    """One request, and the place to answer it.
+    """One request, and its reply channel.
 
     Attributes:
         payload: CDR of the request; whatever the client sent.
@@ -186,7 +186,7 @@ class Ros2Request:
     """
 
     def __init__(self, query: zenoh.Query, key: str) -> None:
-        """Made by :class:`Ros2Server`."""
+        """Wrap a query; made by :class:`Ros2Server`."""
         self.payload = query.payload.to_bytes() if query.payload is not None else b""
         self.client: Attachment | None = None
         if query.attachment is not None:
@@ -202,21 +202,21 @@ class Ros2Request:
             query.reply(self._key, payload, attachment=numbered)
 
     def fail(self, reason: str) -> None:
-        """Answer with an error."""
+        """Answer the request with an error."""
         with self._query as query:
             query.reply_err(reason.encode(), encoding=zenoh.Encoding.TEXT_PLAIN)
 
 
 class Ros2Server:
-    """The serving end of one ROS 2 service."""
+    """Server of one ROS 2 service."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
-        """Use :meth:`Ros2Session.serve`."""
+        """Declare the server; use :meth:`Ros2Session.serve`."""
         self._key = key
         self._queryable = session.declare_queryable(key, handlers.FifoChannel(_WAITING_REQUESTS), complete=True)
 
     def poll(self) -> Ros2Request | None:
-        """The next request, if one waits."""
+        """Return the next request, if one waits."""
         query = self._queryable.try_recv()
         return Ros2Request(query, self._key) if query is not None else None
 

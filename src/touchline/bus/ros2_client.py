@@ -1,4 +1,4 @@
-"""Asking services that ROS 2 nodes serve, as a client of rmw_zenoh does; everything is polled."""
+"""Client of services that ROS 2 nodes serve, as rmw_zenoh implements it; everything is polled."""
 
 import time
 from typing import Final
@@ -13,7 +13,7 @@ _ANSWERS: Final = 8
 
 
 class Ros2Response:
-    """The response to one request; poll it.
+    """Response to one request; poll it.
 
     Attributes:
         payload: CDR of the response; whatever the server sent. ``None`` until it is there.
@@ -21,7 +21,7 @@ class Ros2Response:
     """
 
     def __init__(self, session: zenoh.Session, key: str, payload: bytes, numbered: bytes, timeout_s: float) -> None:
-        """Ask; made by :class:`Ros2Client`."""
+        """Send the query; made by :class:`Ros2Client`."""
         self.payload: bytes | None = None
         self.problem = ""
         self._replies = session.get(
@@ -35,7 +35,7 @@ class Ros2Response:
         )
 
     def poll(self) -> bool:
-        """Whether it is there, or known not to come."""
+        """Return whether it is there, or known not to come."""
         if self.payload is None and not self.problem:
             try:
                 reply = self._replies.try_recv()
@@ -53,17 +53,17 @@ class Ros2Response:
 
 
 class Ros2Client:
-    """The asking end of one ROS 2 service.
+    """Client of one ROS 2 service.
 
     Args:
-        session: Among ROS 2 nodes.
-        key: At which the service is asked.
+        session: Session among ROS 2 nodes.
+        key: Key of the service.
         servers: Matches the liveliness tokens of those that serve it.
         gid: The client's 16-byte id.
     """
 
     def __init__(self, session: zenoh.Session, key: str, servers: str, gid: bytes) -> None:
-        """Use :meth:`touchline.bus.ros2.Ros2Session.client`."""
+        """Create the client; use :meth:`touchline.bus.ros2.Ros2Session.client`."""
         self._session = session
         self._key = key
         self._servers = servers
@@ -72,14 +72,14 @@ class Ros2Client:
         self._watch()
 
     def _watch(self) -> None:
-        """Hear of all servers anew. Nobody's tokens may hold up Zenoh's receiving threads, so the oldest give way."""
+        """Watch all servers anew. Nobody's tokens may hold up Zenoh's receiving threads, so the oldest give way."""
         self._alive: set[str] = set()
         self._changes = self._session.liveliness().declare_subscriber(
             self._servers, handlers.RingChannel(_KNOWN), history=True
         )
 
     def served(self) -> bool:
-        """Whether some node serves it."""
+        """True if some node serves it."""
         taken = 0
         while taken < _KNOWN and (change := self._changes.try_recv()) is not None:
             taken += 1

@@ -11,7 +11,7 @@ from zenoh import handlers
 from touchline.bus.presence import EVERY_TOKEN, LivelinessReplies, namespace_of, parse_token, token_prefix
 from touchline.schemas.topics import is_namespace
 
-#: Robots that are told of; whoever declares more tokens than that is none of ours.
+#: Most robots that are reported; a bus with more tokens than that is not ours.
 MOST_ROBOTS: Final = 256
 _COUNTED: Final = 16_384
 _TIMEOUT_S: Final = 1.0
@@ -20,20 +20,20 @@ _POLL_S: Final = 0.005
 
 
 class Roster:
-    """The namespaces of the bus and the processes in each, counted anew five times a second by :meth:`poll`."""
+    """Namespaces of the bus and their processes, counted anew five times per second by :meth:`poll`."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        """Nothing is known yet; use :meth:`touchline.bus.Bus.roster`."""
+        """Start empty; use :meth:`touchline.bus.Bus.roster`."""
         self._session = session
         self._nodes: dict[str, set[str]] = {}
         self._counting: dict[str, set[str]] = {}
         self._replies: LivelinessReplies | None = None
         self._due_s = self._begun_s = 0.0
         self.counted_s = -math.inf
-        """When (monotonic) the last count began that is done."""
+        """Start (monotonic) of the last complete count."""
 
     def poll(self) -> None:
-        """Go on counting; never waits."""
+        """Continue counting; never waits."""
         if self._replies is None:
             if time.monotonic() < self._due_s:
                 return
@@ -45,17 +45,17 @@ class Roster:
             while (reply := self._replies.try_recv()) is not None:
                 if reply.ok is not None:
                     self._note(str(reply.ok.key_expr))
-        except zenoh.ZError:  # the channel is closed: everybody has had their say
+        except zenoh.ZError:  # the channel is closed: all replies have come
             self._replies, self._nodes = None, self._counting
             self._due_s, self.counted_s = time.monotonic() + _EVERY_S, self._begun_s
 
     def robots(self, nodes: Iterable[str]) -> tuple[str, ...]:
-        """Namespaces in which there is a process of one of these names, sorted, as of the last count."""
+        """Return namespaces with a process of one of these names, sorted, as of the last count."""
         wanted = set(nodes)
         return tuple(sorted(name for name, there in self._nodes.items() if wanted & there)[:MOST_ROBOTS])
 
     def look(self, nodes: Iterable[str], seconds: float = 0.0) -> tuple[str, ...]:
-        """As :meth:`robots`, but counted after a delay: a process that joins learns of the others one by one."""
+        """Return :meth:`robots` as counted after a delay: a process that joins learns of the others one by one."""
         least_s = time.monotonic() + seconds
         while self.counted_s < least_s:
             self.poll()

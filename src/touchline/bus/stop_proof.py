@@ -1,7 +1,7 @@
-"""Proof of a stop: what the robot says itself, for the answer to an order may be that of a stranger in its name.
+"""Proof of a stop by the robot's own status, since the answer to an order may be a stranger's in its name.
 
-Each process that has the robot's name is asked, and each that tells its status is heard, so that a robot that is frozen
-is not spoken for by another. At its own door the robot alone answers.
+Each process with the robot's name is asked, and each status is heard, so that another one cannot speak for a robot that
+hangs. At its own door the robot alone answers.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from touchline.schemas.traversal_state import traversal_state
 
 _POLL_S: Final = 0.002
 _KNOWN_S: Final = 0.2
-"""Whoever has joined the bus knows who else is there after this long."""
+"""Time in which a newcomer on the bus learns of the other processes."""
 _S: Final = m.TraversalStatus
 _STOPPED: Final[Mapping[str, frozenset[int]]] = {
     topics.ESTOP.name: frozenset((_S.ESTOPPED,)),
@@ -31,7 +31,7 @@ _STOPPED: Final[Mapping[str, frozenset[int]]] = {
 
 
 def proves(service: str) -> bool:
-    """Whether the robot's state tells that an order was carried out.
+    """Return whether the robot's state shows that an order was carried out.
 
     Args:
         service: Name of the order's service.
@@ -40,46 +40,51 @@ def proves(service: str) -> bool:
 
 
 class StopProof:
-    """Finds out whether a robot has stopped as it was ordered to.
+    """Checks whether a robot has stopped as ordered.
 
     Args:
-        bus: Of the robot.
+        bus: Bus of the robot.
         at_door: Whether this is at the robot's own door.
     """
 
     def __init__(self, bus: Bus, *, at_door: bool = False) -> None:
         self._bus, self._at_door = bus, at_door
         self._inbox = None if at_door else bus.inbox([topics.STATUS], keep="recent")
-        self._told: dict[bytes, int] = {}
+        self._reported_last: dict[bytes, int] = {}
 
     def lacking(self, service: str, timeout_s: float) -> str:
-        """Why it is not certain that the robot has stopped; "" if it is.
+        """Return why it is not certain that the robot has stopped; "" if it is.
 
         Args:
             service: Name of the order's service, one that `proves`.
-            timeout_s: For how long to wait for what the robot says.
+            timeout_s: Time to wait for the robot's status.
         """
         node, bus, until_s = topics.ROBOT_SIM, self._bus, time.monotonic() + timeout_s
-        if not self._at_door:  # whoever has just joined learns of the others one by one
+        if not self._at_door:  # a newcomer learns of the others one by one
             time.sleep(min(max(bus.opened_s + _KNOWN_S - time.monotonic(), 0.0), timeout_s))
         sessions = bus.peers() if self._at_door else bus.sessions(node)
         request = encode(m.GetDiagnosticsRequest())
         asked = {each: bus.ask_session(each, topics.diagnostics_service(node), request, timeout_s) for each in sessions}
-        said = list(_states(asked, until_s))
+        found = list(_states(asked, until_s))
         stopped = _STOPPED[service]
-        if sessions and len(said) == len(sessions) and stopped.issuperset(said) and self._told_by_all(stopped, until_s):
+        if (
+            sessions
+            and len(found) == len(sessions)
+            and stopped.issuperset(found)
+            and self._reported_by_all(stopped, until_s)
+        ):
             return ""
         claimed = f", one of {len(sessions)} processes of that name," if len(sessions) > 1 else ""
-        return f"answered, but {node}{claimed} does not say itself that it has stopped"
+        return f"answered, but {node}{claimed} does not report itself that it has stopped"
 
-    def _told_by_all(self, stopped: frozenset[int], until_s: float) -> bool:
-        """Whether each status that is told of the robot is, in time, that of one that has stopped."""
+    def _reported_by_all(self, stopped: frozenset[int], until_s: float) -> bool:
+        """Return whether every status of the robot, in time, is that of a stopped one."""
         if self._inbox is None:
             return True
         while True:
-            self._told |= {sample.publisher: traversal_state(sample.payload) for sample in self._inbox.drain()}
-            heard = self._told or not self._bus.sessions(topics.TELEMETRY)
-            if heard and stopped.issuperset(self._told.values()):
+            self._reported_last |= {sample.publisher: traversal_state(sample.payload) for sample in self._inbox.drain()}
+            heard = self._reported_last or not self._bus.sessions(topics.TELEMETRY)
+            if heard and stopped.issuperset(self._reported_last.values()):
                 return True
             if time.monotonic() > until_s:
                 return False
@@ -87,7 +92,7 @@ class StopProof:
 
 
 def _states(asked: Mapping[str, Question], deadline_s: float) -> Iterable[int]:
-    """The states that come in time."""
+    """Yield the states that come in time."""
     waiting = list(asked.values())
     while waiting and time.monotonic() < deadline_s:
         for question in list(waiting):
@@ -102,9 +107,11 @@ def _state(payload: bytes | None) -> int | None:
     if payload is None:
         return None
     try:
-        said = decode(m.GetDiagnosticsResponse, payload).diagnostics.status
+        statuses = decode(m.GetDiagnosticsResponse, payload).diagnostics.status
     except PayloadError:
         return None
-    values = {value.key: value.value for status in said if status.name == topics.ROBOT_SIM for value in status.values}
+    values = {
+        value.key: value.value for status in statuses if status.name == topics.ROBOT_SIM for value in status.values
+    }
     text = values.get("state", "")
     return int(text) if text.isascii() and text.isdigit() and len(text) == 1 else None

@@ -1,1 +1,1 @@
-"""Checking recordings: each is rebuilt from itself by the code of today, and compared with that."""
+"""Checks of recordings: each session is rebuilt from its recording by the present code, and compared with it."""

@@ -1,4 +1,4 @@
-"""Many recordings checked: which files, and a verdict on each that goes from process to process."""
+"""Checks of many recordings: their files, and a verdict on each that passes between processes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Final
 from touchline.checking.check_session import SessionCheck, check_recording
 from touchline.checking.divergence import Divergence
 from touchline.checking.session_metrics import SessionMetric
-from touchline.checking.side_by_side import Progress
+from touchline.checking.streamed_comparison import Progress
 from touchline.schemas.errors import SpecError, TouchlineError
 
 SUFFIX: Final = ".mcap"
@@ -20,7 +20,7 @@ SUFFIX: Final = ".mcap"
 
 @dataclass(frozen=True)
 class TopicFigures:
-    """How the messages of a topic compare; see `TopicCheck`."""
+    """Comparison of a topic's messages; see `TopicCheck`."""
 
     pairs: int
     different: int
@@ -32,36 +32,36 @@ class TopicFigures:
     first: Divergence | None
 
     def __str__(self) -> str:
-        """In a line."""
-        told = [f"{self.different:,} of {self.pairs:,} differ"] if self.different else []
+        """Return it as one line."""
+        texts = [f"{self.different:,} of {self.pairs:,} differ"] if self.different else []
         if self.largest_field:
-            told[-1] += f" (largest {self.largest:.3g}{f' {self.unit}' if self.unit else ''} in {self.largest_field})"
-        told += [f"{self.only_recorded:,} are missing today"] if self.only_recorded else []
-        told += [f"{self.only_today:,} are new today"] if self.only_today else []
-        return ", ".join(told)
+            texts[-1] += f" (largest {self.largest:.3g}{f' {self.unit}' if self.unit else ''} in {self.largest_field})"
+        texts += [f"{self.only_recorded:,} are missing now"] if self.only_recorded else []
+        texts += [f"{self.only_today:,} are new"] if self.only_today else []
+        return ", ".join(texts)
 
 
 @dataclass(frozen=True)
 class SessionVerdict:
-    """What came of one robot's session in one recording.
+    """Verdict on one robot's session in one recording.
 
     Attributes:
-        path: Of the recording.
-        robot: Its namespace.
-        passed: Whether today's code does the same.
-        problem: Why that cannot be said; empty if it can.
-        part: That differs first; empty if nothing does.
-        first: The first difference in sim time.
-        exact: Whether every bit had to be the same, as this is the platform on which the recording was made.
-        messages: That were compared.
-        sim_time_s: How long the session is.
-        wall_time_s: How long the check took.
-        notes: What else there is to know.
-        topics: By name in the topic table, those that differ.
+        path: Path of the recording.
+        robot: Namespace of the robot.
+        passed: Whether the present code does the same.
+        problem: Why the session cannot be checked; empty if it can.
+        part: Component that differs first; empty if nothing differs.
+        first: First difference in sim time.
+        exact: Whether every bit had to be the same, as the recording was made on this platform.
+        messages: Number of messages compared.
+        sim_time_s: Length of the session.
+        wall_time_s: Duration of the check.
+        notes: Further remarks.
+        topics: Differing topics, by name in the topic table.
         process: Which process of the robot it was, from 1.
-        made_by: By what it was recorded: versions and the platform.
-        metrics: By which people judge the session, as recorded and today.
-        schemas: By name of a topic, what is different in how it is recorded today.
+        made_by: Versions and platform of the recording.
+        metrics: Main figures of the session, recorded and now.
+        schemas: Changes in how topics are recorded, by topic.
     """
 
     path: str
@@ -83,11 +83,11 @@ class SessionVerdict:
 
     @property
     def who(self) -> str:
-        """The robot, and which of its processes if that is not the first."""
+        """Robot, and its process unless that is the first."""
         return self.robot if self.process == 1 else f"{self.robot}, process {self.process}"
 
     def lines(self) -> Iterator[str]:
-        """For a person: what differs, first of all where it does first."""
+        """Yield lines for a person, the first difference first."""
         name = f"{Path(self.path).name}{f' ({self.who})' if self.robot else ''}"
         if self.problem:
             yield f"{name}: {self.problem}"
@@ -99,10 +99,10 @@ class SessionVerdict:
 
 
 def recordings_in(places: Sequence[str]) -> list[Path]:
-    """The recordings that are meant by files, folders (all recordings in them and below) and patterns.
+    """Return the recordings in files, folders (searched recursively) and patterns.
 
     Raises:
-        SpecError: One means none.
+        SpecError: One of them holds no recording.
     """
     found: dict[Path, None] = {}
     for place in places:
@@ -121,12 +121,12 @@ def recordings_in(places: Sequence[str]) -> list[Path]:
 
 
 def check_file(only: str, path: Path, progress: Progress = lambda done: None) -> list[SessionVerdict]:
-    """Check a recording; what cannot be read is a verdict, too.
+    """Check a recording; an unreadable one gets a verdict, too.
 
     Args:
-        only: The part of a robot to be run alone on what was recorded; "" for all.
-        path: Of the recording.
-        progress: Told the fraction done.
+        only: Component to run alone on recorded inputs; "" for the whole robot.
+        path: Path of the recording.
+        progress: Called with the fraction done.
     """
     begun = time.perf_counter()
     try:
@@ -138,7 +138,7 @@ def check_file(only: str, path: Path, progress: Progress = lambda done: None) ->
 
 
 def lost_check(path: Path, why: str) -> list[SessionVerdict]:
-    """What is said of a recording whose check died with its process."""
+    """Return the verdict on a recording whose check died with its process."""
     return [SessionVerdict(str(path), "", False, why)]
 
 

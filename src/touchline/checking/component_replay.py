@@ -1,4 +1,4 @@
-"""One part of a robot alone on what was recorded, whatever the others would do today."""
+"""Component replay: runs one component on recorded inputs."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from collections.abc import Collection
 from typing import Final
 
 from touchline.checking.divergence import ESTIMATOR, PART_OF, SessionDiff
-from touchline.checking.estimator_alone import Said, estimates_again
-from touchline.checking.open_loop_computer import ForcedComputer, decisions
+from touchline.checking.estimator_alone import TopicPayloads, estimates_again
+from touchline.checking.open_loop_computer import OpenLoopComputer, decisions
 from touchline.checking.rebuild import Rebuild
 from touchline.checking.recorded_sensors import RecordedSensors
 from touchline.checking.recorded_session import TICK_NS, NotRebuilt, RecordedSession
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.robot_tables import ProcessTables
 from touchline.checking.sensor_frames import SENSED, sensor_frames
-from touchline.checking.side_by_side import Progress, compare_rest, let_both_go_on
+from touchline.checking.streamed_comparison import Progress, compare_rest, compare_streams
 from touchline.recordings.channels import topic_at
 from touchline.recordings.recorded import Recorded
 from touchline.schemas import topics
@@ -37,39 +37,41 @@ _CAUSES: Final = frozenset(
     )
 )
 OPEN_LOOP: Final = SENSED | ESTIMATES | _CAUSES
-"""Topics that it takes to run the estimator alone, and to compare what it says."""
+"""Topics needed to run the estimator alone and to compare its output."""
 
 
 def check_estimator(
-    recorded: ProcessTables, told: Collection[str], *, exact: bool, cut: bool
+    recorded: ProcessTables, topics_recorded: Collection[str], *, exact: bool, cut: bool
 ) -> tuple[SessionDiff, float]:
-    """Compare what today's estimator makes of the recorded sensors.
+    """Compare the present estimator's output on the recorded sensors.
 
     Args:
         recorded: The topics in `OPEN_LOOP`.
-        told: Names of the topics that are recorded.
+        topics_recorded: Names of the recorded topics.
         exact: Whether every bit counts.
-        cut: Whether the recording just stops.
+        cut: Whether the recording is cut off.
 
     Returns:
-        How it compares, and how long the session is (s).
+        The comparison, and the length of the session (s).
 
     Raises:
-        NotRebuilt: What it needs was not recorded.
+        NotRebuilt: A required topic was not recorded.
     """
-    session, said = estimated_again(recorded)
+    session, output = estimated_again(recorded)
     recorded = recorded.since(session.since)
     came = recorded.of(SENSED | ESTIMATES)
     from_ns = min([session.from_ns, *(int(each.publish_time_ns[0]) for each in came.values())])
-    diff = SessionDiff(ESTIMATES & set(told), exact, from_ns, session.orders[0].tick * TICK_NS, cut, session.loaded_ns)
-    if not diff.take_equal(came, said):
-        each_said = ([(topic, payload) for topic, some in slice_ for payload in some.each()] for slice_ in said)
-        compare_rest(diff, recorded.messages(ESTIMATES), each_said)
+    diff = SessionDiff(
+        ESTIMATES & set(topics_recorded), exact, from_ns, session.orders[0].tick * TICK_NS, cut, session.loaded_ns
+    )
+    if not diff.take_equal(came, output):
+        each_output = ([(topic, payload) for topic, some in slice_ for payload in some.each()] for slice_ in output)
+        compare_rest(diff, recorded.messages(ESTIMATES), each_output)
     return diff, session.last_tick / 100.0
 
 
-def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list[Said]]]:
-    """What was recorded, and what today's estimator says on its sensors; see `check_estimator`."""
+def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list[TopicPayloads]]]:
+    """Return the recorded session, and the present estimator's output on its sensors; see `check_estimator`."""
     causes = recorded.messages(_CAUSES)
     session = RecordedSession.of(causes)
     _refuse_resumed(session)
@@ -82,17 +84,17 @@ def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list
 def check_follower(
     session: RecordedSession, messages: RobotMessages, diff: SessionDiff, *, exact: bool, progress: Progress
 ) -> None:
-    """Compare what today's computer decides on the recorded sensors, while actuators do what they did then.
+    """Compare the present computer's decisions on the recorded sensors, with the recorded actuation applied.
 
     Args:
-        session: That is done again.
-        messages: Of the robot.
-        diff: Filled in.
+        session: The session to run again.
+        messages: Messages of the robot.
+        diff: Comparison to fill in.
         exact: Whether every bit counts.
-        progress: Told the fraction done.
+        progress: Called with the fraction done.
 
     Raises:
-        NotRebuilt: What the computer needs was not recorded.
+        NotRebuilt: A required topic was not recorded.
     """
     computer = decided_again(session, messages, diff, progress)
     diff.topics[topics.ACTUATOR_COMMAND.name] = decisions(computer, session, exact=exact)
@@ -100,26 +102,26 @@ def check_follower(
 
 def decided_again(
     session: RecordedSession, messages: RobotMessages, diff: SessionDiff, progress: Progress = lambda done: None
-) -> ForcedComputer:
-    """Today's computer after it has been through the session; see `check_follower`."""
+) -> OpenLoopComputer:
+    """Return the present computer after it has run the session; see `check_follower`."""
     _refuse_resumed(session)
     came = messages.tables(SENSED).of(SENSED)
-    computer = ForcedComputer(session.setup, session.commands)
+    computer = OpenLoopComputer(session.setup, session.commands)
     sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick, session.initial))
-    let_both_go_on(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
+    compare_streams(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
     return computer
 
 
 def _refuse_resumed(session: RecordedSession) -> None:
     if session.shifted or any(order.details.get("resumed") for order in session.orders):
         raise NotRebuilt(
-            "a part alone is not run on what goes on from a process that died: "
-            "when its sensors arrived is not told until sim time has passed what that process had come to"
+            "a component alone cannot be run after a restart of the robot's process: "
+            "arrival times of its sensors are not recorded until sim time has passed that of the earlier process"
         )
 
 
 def _accepted(causes: list[Recorded]) -> frozenset[int]:
-    """Ticks in which the robot's computer said that it takes a jump of the receiver's for true."""
+    """Return the ticks in which the robot's computer reported that it accepts a jump of the receiver."""
     events = [each for each in causes if topic_at(each.topic) is topics.EVENTS]
     return frozenset(
         each.publish_time_ns // TICK_NS for each in events if decode(Event, each.payload).code == _JUMP_ACCEPTED

@@ -1,4 +1,4 @@
-"""Plots of what the computer decided on the recorded sensors, beside what it did then."""
+"""Plots of the computer's decisions on the recorded sensors, beside the recorded ones."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from numpy.typing import NDArray
 from touchline.checking.difference_plots import APART, RECORDED, TODAY, Plot, field_plot, over_time
 from touchline.checking.difference_traces import MOST_POINTS, WINDOW_S, BothSides, TimeSeries
 from touchline.checking.divergence import Divergence
-from touchline.checking.open_loop_computer import ForcedComputer
+from touchline.checking.open_loop_computer import OpenLoopComputer
 from touchline.checking.recorded_session import RecordedSession
 
 Floats = NDArray[np.float64]
 _COLOURS = (APART, RECORDED, TODAY)
 
 
-def decision_plots(session: RecordedSession, computer: ForcedComputer, first: Divergence) -> list[Plot]:
-    """The actuator that differs first, around then, and the differences of all over the whole session.
+def decision_plots(session: RecordedSession, computer: OpenLoopComputer, first: Divergence) -> list[Plot]:
+    """Plot the actuator that differs first, around that time, and the differences of all over the whole session.
 
     Args:
-        session: With the commands that were recorded.
-        computer: That has been through the session.
-        first: Where the two part.
+        session: The session, with its recorded commands.
+        computer: The computer after it has run the session.
+        first: The first difference.
     """
     then = session.commands
     now = np.full_like(then, np.nan)
@@ -49,7 +49,7 @@ def decision_plots(session: RecordedSession, computer: ForcedComputer, first: Di
 
 
 def _largest(time_s: Floats, values: Floats) -> TimeSeries:
-    """Of each of some equal parts of a series the value that is farthest from 0, so that no peak is lost."""
+    """Return the value farthest from 0 in each of some equal parts of a series, so that no peak is lost."""
     size = -(-len(values) // MOST_POINTS)
     bounds = np.arange(0, len(values), size)
     at = np.array([begin + int(np.abs(values[begin : begin + size]).argmax()) for begin in bounds.tolist()])

@@ -1,4 +1,4 @@
-"""Plots of a session that differs, as SVG to stand in a page: recorded in blue, today in orange."""
+"""Plots of a session that differs, as SVG for a page: recorded in blue, present in orange."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ _TALL_IN: Final = (7.2, 3.4)
 _MAP_IN: Final = (7.2, 4.6)
 _MILLIMETRES_BELOW_M: Final = 0.5
 _LONG: Final = re.compile(r"(\d+\.\d)\d+")
-"""Numbers of which tenths of a point are enough."""
+"""Numbers in SVG, of which tenths of a point suffice."""
 
 
 Line = tuple[TimeSeries, str, str]
-"""Values, their colour and name."""
+"""(values, colour, name)"""
 
 
 class Plot(NamedTuple):
-    """A picture and what it shows.
+    """A plot and its title.
 
     Attributes:
-        title: In a few words.
+        title: A few words.
         svg: An ``<svg>`` element.
     """
 
@@ -66,14 +66,14 @@ class Plot(NamedTuple):
 
 
 def plots_of(traces: DifferenceTraces) -> list[Plot]:
-    """The most telling fields of both sessions."""
+    """Plot the most telling fields of both sessions."""
     first, found = traces.first, field_plots(traces)
-    ways = traces.ways
-    if len(ways.recorded.time_s) and len(ways.today.time_s):
-        found.append(Plot("Where the robots went", plan_view(ways.recorded.values, ways.today.values, _place(traces))))
+    paths = traces.paths
+    if len(paths.recorded.time_s) and len(paths.today.time_s):
+        found.append(Plot("Paths of the robots", plan_view(paths.recorded.values, paths.today.values, _place(traces))))
         whole = (
             ("Distance between the two at the same sim time", [(traces.apart, APART, "distance")]),
-            ("Beside the path, as the robots believed", both_lines(traces.lateral)),
+            ("Cross-track error, as the robots believed", both_lines(traces.lateral)),
             ("Error of the position estimate", both_lines(traces.estimate_error)),
         )
         found += [Plot(title, over_time(lines, first.time_s)) for title, lines in whole if _any(lines)]
@@ -81,7 +81,7 @@ def plots_of(traces: DifferenceTraces) -> list[Plot]:
 
 
 def estimate_plots(traces: DifferenceTraces) -> list[Plot]:
-    """Of an estimator that was run alone: how its estimates err and part, and what it says of its consistency."""
+    """Plot an estimator that was run alone: errors and difference of the estimates, and their consistency."""
     nis, east, north = (traces.consistency(name) for name in ("fix_nis_recent", *INNOVATIONS))
     whole = (
         ("Error of the position estimate", both_lines(traces.estimate_error), "m"),
@@ -95,7 +95,7 @@ def estimate_plots(traces: DifferenceTraces) -> list[Plot]:
 
 
 def field_plots(traces: DifferenceTraces) -> list[Plot]:
-    """The field that differs first, around then; none if neither session has it."""
+    """Plot the field that differs first, around that time; nothing if neither session has it."""
     first, pair = traces.first, traces.field
     if not len(pair.recorded.time_s) and not len(pair.today.time_s):
         return []
@@ -108,7 +108,13 @@ def _any(lines: Sequence[Line]) -> bool:
 
 
 def plan_view(recorded: Floats, today: Floats, place: Floats | None = None) -> str:
-    """Two ways, (n, 2) and (m, 2) (m), from above, and a place (2,) that is marked."""
+    """Plot two paths, (n, 2) and (m, 2) (m, map frame), from above, and mark a place (2,).
+
+    Args:
+        recorded: (n, 2) recorded path, m, map frame.
+        today: (m, 2) present path, m, map frame.
+        place: (2,) place of the first difference, m, map frame.
+    """
 
     def draw(axes: Sequence[Axes]) -> None:
         (view,) = axes
@@ -128,20 +134,26 @@ def plan_view(recorded: Floats, today: Floats, place: Floats | None = None) -> s
 
 
 def _place(traces: DifferenceTraces) -> Floats:
-    """Where the robot was in the recording when the two parted."""
-    way = traces.ways.recorded
-    place: Floats = way.values[np.abs(way.time_s - traces.first.time_s).argmin()]
+    """Return where the robot was in the recording at the first difference."""
+    path = traces.paths.recorded
+    place: Floats = path.values[np.abs(path.time_s - traces.first.time_s).argmin()]
     return place
 
 
 def both_lines(pair: BothSides) -> list[Line]:
-    """A line for each side."""
+    """Return a line for each side."""
     return [(pair.recorded, RECORDED, "recorded"), (pair.today, TODAY, "today")]
 
 
 def field_plot(pair: BothSides, unit: str, first_s: float) -> str:
-    """Values of both sides and their difference, each point, with the first difference marked."""
-    told = f" ({unit})" if unit else ""
+    """Plot values of both sides and their difference, each point, and mark the first difference.
+
+    Args:
+        pair: Values of both sides.
+        unit: Unit of the values; "" if there is none.
+        first_s: Sim time of the first difference.
+    """
+    unit_text = f" ({unit})" if unit else ""
 
     def draw(axes: Sequence[Axes]) -> None:
         values, apart = axes
@@ -152,8 +164,8 @@ def field_plot(pair: BothSides, unit: str, first_s: float) -> str:
         for each in axes:
             each.axvline(first_s, color="#0f172a", linewidth=0.8, linestyle=":")
         values.tick_params(labelbottom=False)
-        values.set_ylabel(f"value{told}")
-        apart.set_ylabel(f"today − rec.{told}")
+        values.set_ylabel(f"value{unit_text}")
+        apart.set_ylabel(f"present − rec.{unit_text}")
         apart.set_xlabel("sim time (s)")
         values.figure.legend(loc="outside upper right", ncols=2)
 
@@ -161,7 +173,13 @@ def field_plot(pair: BothSides, unit: str, first_s: float) -> str:
 
 
 def over_time(lines: Sequence[Line], first_s: float, unit: str = "m") -> str:
-    """Values over sim time, with the first difference marked; lengths that are small in mm."""
+    """Plot values over sim time and mark the first difference; small lengths are in mm.
+
+    Args:
+        lines: Lines to plot.
+        first_s: Sim time of the first difference.
+        unit: Unit of the values; "" if there is none.
+    """
     most = max(float(np.abs(series.values).max()) for series, _, _ in lines if len(series.time_s))
     scale, shown = (1000.0, "mm") if unit == "m" and most < _MILLIMETRES_BELOW_M else (1.0, unit)
 

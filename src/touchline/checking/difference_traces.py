@@ -1,4 +1,4 @@
-"""What is drawn of a session that differs: where both went, how they err, and the field that differs first."""
+"""Series drawn of a session that differs: paths, errors, and the field that differs first."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from touchline.services.robot_sim.packing import Payload
 Floats = NDArray[np.float64]
 
 WINDOW_S: Final = 4.0
-"""Of sim time before and after the first difference, in which the field is drawn in full."""
+"""Sim time before and after the first difference in which the field is drawn in full."""
 MOST_POINTS: Final = 1200
-"""Of a line over the whole session."""
+"""Most points of a line over the whole session."""
 INNOVATIONS: Final = ("innovation_east_m", "innovation_north_m")
 _STEP: Final = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _PLAN_STEP_M: Final = 0.5
@@ -36,7 +36,7 @@ _UNKNOWN_M2: Final = 1e3
 
 
 class TimeSeries(NamedTuple):
-    """One side's values.
+    """Values of one side.
 
     Attributes:
         time_s: (n,) sim time, increasing.
@@ -48,7 +48,7 @@ class TimeSeries(NamedTuple):
 
 
 class BothSides(NamedTuple):
-    """The same of both sessions."""
+    """The same series of both sessions."""
 
     recorded: TimeSeries
     today: TimeSeries
@@ -56,11 +56,11 @@ class BothSides(NamedTuple):
 
 @dataclass
 class DifferenceTraces:
-    """Takes the messages of both sessions; see the module.
+    """Collects series from the messages of both sessions.
 
     Attributes:
-        first: Where the two part.
-        length_s: Of the session (sim time).
+        first: The first difference.
+        length_s: Length of the session (sim time).
     """
 
     first: Divergence
@@ -68,7 +68,7 @@ class DifferenceTraces:
     _found: dict[tuple[str, int], dict[int, Any]] = field(default_factory=lambda: defaultdict(dict))
 
     def take(self, side: int, messages: Iterable[Payload]) -> None:
-        """Keep what is drawn of some messages; side 0 is the recording, 1 is today."""
+        """Take messages and keep the values to draw; side 0 is the recording, 1 the present run."""
         every_ns = max(round(self.length_s / MOST_POINTS * 10.0), 1) * 100_000_000
         for topic, payload in messages:
             if not is_stamped(topic):
@@ -97,25 +97,25 @@ class DifferenceTraces:
             self._found[what, side][at_ns] = value
 
     @property
-    def ways(self) -> BothSides:
-        """Where the robots truly were (m); where that is not told, where they believed to be."""
+    def paths(self) -> BothSides:
+        """True paths of the robots (m, map frame); without truth, the believed ones."""
         truth = self._pair(topics.TRUTH.name)
         return truth if len(truth.recorded.time_s) else self._pair(topics.ODOMETRY.name)
 
     @property
     def apart(self) -> TimeSeries:
-        """How far the robots were from each other at the same sim time (m)."""
-        ways = self.ways
-        return _distance(ways.recorded, ways.today)
+        """Distance between the robots at the same sim time (m)."""
+        paths = self.paths
+        return _distance(paths.recorded, paths.today)
 
     @property
     def lateral(self) -> BothSides:
-        """How far the robots believed to be to the left of their path (m)."""
+        """Believed cross-track errors, left positive (m)."""
         return self._pair("lateral_error_m")
 
     @property
     def estimate_error(self) -> BothSides:
-        """How far their estimates were off (m)."""
+        """Errors of the position estimates (m)."""
         both = [
             _distance(self._series(topics.TRUTH.name, side), self._series(topics.ODOMETRY.name, side))
             for side in (0, 1)
@@ -124,16 +124,16 @@ class DifferenceTraces:
 
     @property
     def estimates_apart(self) -> TimeSeries:
-        """How far both estimates are from each other at the same sim time (m)."""
+        """Distance between both estimates at the same sim time (m)."""
         return _distance(*self._pair(topics.ODOMETRY.name))
 
     def consistency(self, field: str) -> BothSides:
-        """A field of what the estimators say of themselves."""
+        """Return a field of the estimators' consistency reports."""
         return self._pair(field)
 
     @property
     def field(self) -> BothSides:
-        """The field that differs first, around then."""
+        """The field that differs first, around that time."""
         return self._pair(self.first.field)
 
     def _pair(self, what: str) -> BothSides:
@@ -146,7 +146,7 @@ class DifferenceTraces:
 
 
 def difference(pair: BothSides) -> TimeSeries:
-    """Today's values less the recorded ones, where both have one."""
+    """Return the present values minus the recorded ones, where both exist."""
     common, left, right = np.intersect1d(pair.recorded.time_s, pair.today.time_s, return_indices=True)
     return TimeSeries(common, pair.today.values[right] - pair.recorded.values[left])
 
@@ -159,7 +159,7 @@ def _distance(one: TimeSeries, other: TimeSeries) -> TimeSeries:
 
 
 def _number_at(message: object, path: str) -> float | None:
-    """The number at a path such as ``pose.position.x`` or ``x_m[3]``; None if there is none."""
+    """Return the number at a path such as ``pose.position.x`` or ``x_m[3]``; None if there is none."""
     found: Any = message
     for name, number in _STEP.findall(path):
         try:
@@ -171,7 +171,7 @@ def _number_at(message: object, path: str) -> float | None:
 
 
 def way_of(trajectory: Trajectory) -> Floats:
-    """(n, 2) points along a plan (m)."""
+    """Return (n, 2) points along a plan (m, map frame)."""
     points = [np.zeros((0, 2))]
     for segment in trajectory.path.segments:
         curve = Curve.from_message(segment.curve)

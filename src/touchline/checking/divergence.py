@@ -1,4 +1,4 @@
-"""Where a session and what is made of it today part: the messages of each topic, paired, in order of sim time."""
+"""First difference between a session and its rebuild: messages of each topic paired in order of sim time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from touchline.checking.session_metrics import MetricKeeper, SessionMetric
 from touchline.recordings.alignment import Alignment
 from touchline.recordings.channels import kind_of
-from touchline.recordings.differences import Unequal, unequal_fields
+from touchline.recordings.field_differences import Unequal, unequal_fields
 from touchline.recordings.message_table import MessageTable
 from touchline.recordings.recorded import Recorded, RecordingKind
 from touchline.recordings.recorder import is_stamped
@@ -36,7 +36,7 @@ PLAN, WORLD, SENSORS, ESTIMATOR, FOLLOWER, EXECUTIVE, PAINT = PARTS = (
     "executive",
     "paint",
 )
-"""The parts of a robot, each before those that depend on it within a tick."""
+"""Components of a robot, each before those that depend on it within a tick."""
 PART_OF: Final[Mapping[str, str]] = {
     topics.PLAN.name: PLAN,
     topics.TEMPLATE.name: PLAN,
@@ -78,28 +78,28 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
         "battery-replaced",
     )
 )
-"""Events of the process round the robot, which are no part of what is rebuilt."""
+"""Events of the robot's process, which are not rebuilt."""
 _LATE: Final = frozenset(each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE))
-"""Their stamps tell when they were measured; when they arrive matters, too."""
+"""Their stamps are times of measurement; their times of arrival matters, too."""
 _STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))
 _AWAKE: Final = frozenset(each.name for each in (topics.ODOMETRY, topics.GNSS_STATUS, topics.SPRAYER, topics.BATTERY))
-"""What a standing robot knows is told, too, when its process begins and before a job: see `Telemetry.awake`."""
+"""Topics that are also published when the process begins and before a job: see `Telemetry.awake`."""
 _HASH: Final = "session_hash"
-"""Of a report: it follows from all the rest."""
+"""Field of a report that follows from all others."""
 _SIDES: Final = ("the recording", "today")
 _STAMP: Final = struct.Struct("<4xiI")
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """Where a topic differs first.
+    """First difference of a topic.
 
     Attributes:
         time_s: Sim time.
         topic: Name in the topic table.
         field: Path of the field; empty if a message is missing.
         recorded, today: Both values.
-        unit: Of them; empty if they have none.
+        unit: Unit of the values; empty if there is none.
     """
 
     time_s: float
@@ -111,11 +111,11 @@ class Divergence:
 
     @property
     def part(self) -> str:
-        """Of the robot, that the topic belongs to."""
+        """Component that the topic belongs to."""
         return PART_OF[self.topic]
 
     def __str__(self) -> str:
-        """One line for a person."""
+        """Return it as one line for a person."""
         unit = f" {self.unit}" if self.unit else ""
         what = f" {self.field}" if self.field else ""
         return f"at {self.time_s:.2f} s {self.topic}{what}: recorded {self.recorded}, today {self.today}{unit}"
@@ -123,14 +123,14 @@ class Divergence:
 
 @dataclass
 class TopicCheck:
-    """How a topic compares.
+    """Comparison of a topic.
 
     Attributes:
-        pairs: Messages that have a partner.
-        different: Of these, how many differ.
-        only_recorded, only_today: Messages without a partner.
-        largest: The largest difference of a number, its field and unit.
-        first: Where it differs first; None if it does not.
+        pairs: Number of messages with a counterpart.
+        different: How many of these differ.
+        only_recorded, only_today: Messages without a counterpart.
+        largest: Largest difference of a number, with field and unit.
+        first: First difference; None if there is none.
     """
 
     pairs: int = 0
@@ -144,31 +144,30 @@ class TopicCheck:
 
     @property
     def same(self) -> bool:
-        """Whether nothing differs."""
+        """True if nothing differs."""
         return self.first is None
 
 
 @dataclass
 class SessionDiff:
-    """Pairs what was recorded with what is said today, as both come.
+    """Pairs recorded messages with present ones as both arrive.
 
     Attributes:
-        told: Names of the topics that are recorded: others do not count.
+        topics_recorded: Names of the recorded topics: others do not count.
         exact: Whether every bit counts, else each topic's tolerance.
-        from_ns: Sim time at which the recording begins: nothing that is said before counts.
-        ordered_ns: Sim time of the first order: how things stood until then does not count, as it is told when the
-            process begins, or somebody asks.
+        from_ns: Sim time at which the recording begins: earlier messages do not count.
+        ordered_ns: Sim time of the first order: latched states until then do not count, as they are sent when the
+            process begins, or on request.
         loaded_ns: Sim times of the loads: what a standing robot knows then, or at 0, does not count, as older
             recordings do not have it.
-        broken_off: Whether the recording just stops: what is said of a topic after the last that is recorded of it
-            does not count.
+        broken_off: Whether the recording is cut off: messages of a topic after its last recorded one do not count.
         topics: By name in the topic table.
-        time: The robot's when the session begins.
-        schemas: By name of a topic, what is different in how it is recorded today.
-        wanted: Names of the topics that are compared.
+        time: The robot's clock when the session begins.
+        schemas: Changes in how topics are recorded, by topic.
+        wanted: Names of the topics to compare.
     """
 
-    told: Collection[str] = frozenset(PART_OF)
+    topics_recorded: Collection[str] = frozenset(PART_OF)
     exact: bool = True
     from_ns: int = 0
     ordered_ns: int = -1
@@ -183,8 +182,8 @@ class SessionDiff:
     _newest_ns: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """See the class."""
-        self.wanted = frozenset(PART_OF.keys() & self.told)
+        """Prepare the alignment of topics."""
+        self.wanted = frozenset(PART_OF.keys() & self.topics_recorded)
 
     def recorded(self, topic: Topic, message: Recorded) -> None:
         """Take a message of the recording."""
@@ -193,27 +192,27 @@ class SessionDiff:
             self._newest_ns[topic.name] = max(self._newest_ns.get(topic.name, -1), timed.publish_time_ns)
             self._add(topic, 0, timed)
 
-    def said(self, payloads: Iterable[Payload]) -> None:
-        """Take what is said today."""
+    def present(self, payloads: Iterable[Payload]) -> None:
+        """Take messages of the present run."""
         for topic, payload in payloads:
-            if topic.name in self.told and is_stamped(topic):
+            if topic.name in self.topics_recorded and is_stamped(topic):
                 self.time.hear(stamp_ns(payload), topic is topics.CLOCK)
             if topic.name in self.wanted and self._counts(topic, payload):
                 at_ns = stamp_ns(payload) if is_stamped(topic) else 0
                 self._add(topic, 1, Recorded(topic.name, self.time.log_ns, at_ns, 0, payload, kind_of(topic.type)))
 
     def take_equal(
-        self, recorded: Mapping[str, MessageTable], said: Iterable[Iterable[tuple[Topic, Payloads]]]
+        self, recorded: Mapping[str, MessageTable], present: Iterable[Iterable[tuple[Topic, Payloads]]]
     ) -> bool:
-        """Take all of both if every topic has the same payloads in the same order; else False, and nothing is taken.
+        """Take all of both if every topic has the same payloads in the same order; else return False and take nothing.
 
         Args:
             recorded: By name in the topic table.
-            said: A slice of the session after the other.
+            present: One slice of the session after the other.
         """
         then = {name: table.payloads for name, table in recorded.items() if name in self.wanted}
         now: dict[str, list[Payloads]] = {}
-        for topic, payloads in (each for part in said for each in part):
+        for topic, payloads in (each for part in present for each in part):
             if topic.name in self.wanted:
                 now.setdefault(topic.name, []).append(payloads)
         found: dict[str, TopicCheck] = {}
@@ -231,7 +230,7 @@ class SessionDiff:
         return True
 
     def _counted(self, topic: Topic, payloads: Payloads) -> Payloads:
-        """Those that count."""
+        """Return the payloads that count."""
         by_stamp = is_stamped(topic) and topic is not topics.EVENTS and topic.name not in _STANDING
         if by_stamp:
             stamps_ns = _stamps_ns(payloads)
@@ -244,11 +243,11 @@ class SessionDiff:
 
     @property
     def metrics(self) -> tuple[SessionMetric, ...]:
-        """The figures of both sessions."""
+        """Main figures of both sessions."""
         return self._kept.metrics
 
     def end(self) -> None:
-        """Nothing more comes."""
+        """End the comparison: nothing more comes."""
         for name, alignment in self._going.items():
             alignment.end(0)
             alignment.end(1)
@@ -256,17 +255,17 @@ class SessionDiff:
 
     @staticmethod
     def kind_of(topic: Topic) -> RecordingKind:
-        """How today's payloads of a topic are read."""
+        """Return how present payloads of a topic are read."""
         return kind_of(topic.type)
 
     @property
     def first(self) -> Divergence | None:
-        """Where the two part first in sim time; of topics at the same time that of the part which is first."""
+        """First difference in sim time; of topics at the same time that of the earliest component."""
         found = [check.first for check in self.topics.values() if check.first is not None]
         return min(found, key=lambda each: (each.time_s, PARTS.index(each.part)), default=None)
 
     def _counts(self, topic: Topic, payload: bytes) -> bool:
-        """Whether a message is of the robot, and not of the process round it, or from before all."""
+        """Return whether a message is of the robot, not of its process or from before the session."""
         if is_stamped(topic):
             at_ns = stamp_ns(payload)
             if at_ns < self.from_ns or (topic.name in _STANDING and at_ns <= self.ordered_ns):
@@ -340,13 +339,13 @@ def _unequal(ours: Recorded, todays: Recorded, change: SchemaChange) -> Iterator
 
 
 def stamp_ns(payload: bytes) -> int:
-    """The sim time in a payload that begins with a stamp; not before 0."""
+    """Return the sim time in a payload that begins with a stamp; at least 0."""
     seconds, nanoseconds = _STAMP.unpack_from(payload)
     return int(max(seconds * 1_000_000_000 + nanoseconds, 0))
 
 
 def _stamps_ns(payloads: Payloads) -> NDArray[np.int64]:
-    """(n,) the sim times in payloads that begin with a stamp; not before 0."""
+    """Return (n,) the sim times in payloads that begin with a stamp; at least 0."""
     heads = b"".join([payload[_STAMP.size - 8 : _STAMP.size] for payload in payloads.each()])
     stamps = np.frombuffer(heads, np.dtype([("sec", "<i4"), ("nanosec", "<u4")]))
     found: NDArray[np.int64] = stamps["sec"].astype(np.int64) * 1_000_000_000 + stamps["nanosec"]

@@ -1,4 +1,4 @@
-"""Does a session that differs once more, to draw it."""
+"""Second run of a session that differs, to draw it."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from touchline.services.robot_sim.packing import Payload
 
 
 def drawn_differences(only: str, task: tuple[int, SessionVerdict]) -> tuple[int, list[Plot]]:
-    """As `draw_differences`, of a verdict in its place among others."""
+    """Run `draw_differences` for a verdict at its place among others."""
     place, verdict = task
     return place, draw_differences(only, verdict)
 
 
 def lost_drawing(task: tuple[int, SessionVerdict], _why: str) -> tuple[int, list[Plot]]:
-    """What is drawn if the process that draws it dies: nothing."""
+    """Return no plots for a drawing whose process died."""
     place, _ = task
     return place, []
 
 
 def draw_differences(only: str, verdict: SessionVerdict) -> list[Plot]:
-    """Plots of a session that differs; none of one that cannot be done.
+    """Return plots of a session that differs; none if it cannot be run again.
 
     Args:
-        only: The part that was run alone; "" for all of the robot.
-        verdict: What came of it.
+        only: Component that was run alone; "" for the whole robot.
+        verdict: Its verdict.
     """
     if verdict.first is None:
         return []
@@ -51,27 +51,29 @@ def draw_differences(only: str, verdict: SessionVerdict) -> list[Plot]:
         if only == PLAN:
             return found
         if only == FOLLOWER:
-            return decision_plots(session, decided_again(session, messages, SessionDiff(told=())), verdict.first)
+            return decision_plots(
+                session, decided_again(session, messages, SessionDiff(topics_recorded=())), verdict.first
+            )
         traces = DifferenceTraces(verdict.first, session.last_tick / 100.0)
-        for payloads in Rebuild(session).said():
+        for payloads in Rebuild(session).messages():
             traces.take(1, payloads)
         traces.take(0, _payloads(messages))
         return found + plots_of(traces)
-    except (TouchlineError, OSError):  # it could be done a moment ago; what came of that is told without pictures
+    except (TouchlineError, OSError):  # it could be run a moment ago; the verdict stands without pictures
         return []
 
 
 def _estimates(messages: RobotMessages, first: Divergence) -> DifferenceTraces:
-    """What was estimated then and today, both beside the truth that was recorded."""
+    """Return recorded and present estimates, both beside the recorded truth."""
     recorded = messages.tables(OPEN_LOOP | {topics.TRUTH.name})
-    session, said = estimated_again(recorded)
+    session, output = estimated_again(recorded)
     recorded = recorded.since(session.since)
     traces = DifferenceTraces(first, session.last_tick / 100.0)
     truth = [(topics.TRUTH, each.payload) for each in recorded.messages({topics.TRUTH.name})]
     then = recorded.messages(ESTIMATES)
     traces.take(0, [*truth, *((topic, each.payload) for each in then if (topic := topic_at(each.topic)) is not None)])
     traces.take(1, truth)
-    for part in said:
+    for part in output:
         traces.take(1, ((topic, payload) for topic, payloads in part for payload in payloads.each()))
     return traces
 
@@ -83,7 +85,7 @@ def _payloads(messages: RobotMessages) -> Iterator[Payload]:
 
 
 def _plans(session: RecordedSession) -> list[Plot]:
-    """Each plan that was driven, and the one that is made today."""
+    """Plot each driven plan, and the present one."""
     found = []
     for number, job in enumerate(session.jobs, 1):
         made = planned_again(job, session.setup.vehicle)

@@ -1,4 +1,4 @@
-"""Today's estimator on recorded sensors: no world, no follower, and many ticks in one kernel."""
+"""The present estimator on recorded sensors: no world, no follower, and many ticks in one kernel."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ from touchline.services.robot_sim.odometry_packer import OdometryPacker
 from touchline.services.robot_sim.packing import stamp
 from touchline.services.robot_sim.tick_log import period
 
-Said = tuple[Topic, Payloads]
-"""Some messages of a topic, in their order."""
+TopicPayloads = tuple[Topic, Payloads]
+"""Messages of one topic, in order."""
 _AT_ONCE: Final = 6000
-"""Ticks, so that memory is bounded."""
+"""Ticks per kernel call, so that memory is bounded."""
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
 _BEGINNING: Final = Checkpoint(0, 0.0, None)
 
 
 def estimates_again(
     session: RecordedSession, frames: FrameSeries, accepted: Collection[int] = ()
-) -> Iterator[list[Said]]:
-    """What today's estimator says of itself and of where the robot is, on both of its topics.
+) -> Iterator[list[TopicPayloads]]:
+    """Yield the present estimator's output on both of its topics.
 
     Args:
-        session: When the robot was carried to a start, and told to go on.
-        frames: That its computer got.
+        session: Jobs and orders of the robot.
+        frames: Sensor frames of its computer.
         accepted: Ticks at whose ends the position was moved to where the receiver had jumped.
     """
-    run = _SaidAgain(session, frames)
+    run = _EstimatorOutput(session, frames)
     jobs = iter(session.jobs)
     for order in session.orders:
         yield from run.until(order.tick)
@@ -55,8 +55,8 @@ def estimates_again(
     yield from run.until(session.last_tick)
 
 
-class _SaidAgain:
-    """An estimator, and what it says of itself."""
+class _EstimatorOutput:
+    """An estimator and its output."""
 
     def __init__(self, session: RecordedSession, frames: FrameSeries) -> None:
         self._first_tick = frames.first_tick
@@ -67,17 +67,17 @@ class _SaidAgain:
 
     @property
     def estimator(self) -> Estimator:
-        """As it is now."""
+        """The estimator in its present state."""
         return self._ticks.estimator
 
-    def until(self, tick: int) -> Iterator[list[Said]]:
+    def until(self, tick: int) -> Iterator[list[TopicPayloads]]:
         """Run up to the end of a tick."""
         end = tick - self._first_tick + 1
         while self._ticks.done < end:
-            yield self._said(self._ticks.run(min(end - self._ticks.done, _AT_ONCE)))
+            yield self._due(self._ticks.run(min(end - self._ticks.done, _AT_ONCE)))
 
-    def _said(self, ticks: EstimatedTicks) -> list[Said]:
-        """What is due on both topics."""
+    def _due(self, ticks: EstimatedTicks) -> list[TopicPayloads]:
+        """Return messages due on both topics."""
         first_tick, n = ticks.first_tick, len(ticks.rows)
         at = np.arange(-first_tick % tick_log.ODOMETRY_TICKS, n, tick_log.ODOMETRY_TICKS)
         rows = np.zeros((len(at), tick_log.COLUMNS))

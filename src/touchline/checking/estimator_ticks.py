@@ -1,4 +1,4 @@
-"""An estimator on known sensor frames: tick by tick until it starts, and then many ticks in one kernel."""
+"""An estimator on known sensor frames: tick by tick until it starts, then many ticks in one kernel."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ COUNTED: Final = FilterCounters.dtype.names or ()
 
 
 class EstimatedTicks(NamedTuple):
-    """What an estimator believes after each of n ticks.
+    """Estimates after each of n ticks.
 
     Attributes:
-        first_tick: Of the n.
+        first_tick: The first of the n.
         rows: (n, COLUMNS) as in `frame_series`; no estimate before `started`. Valid until the next ticks are run.
         counters: (n,) `FilterCounters`, likewise.
         started: The first row with an estimate; n if there is none.
@@ -45,21 +45,21 @@ class EstimatedTicks(NamedTuple):
 
 
 class EstimatorTicks:
-    """See the module.
+    """Runner of an estimator on a series of sensor frames.
 
     Args:
         setup: The robot.
-        frames: What arrived.
-        most: Ticks that are run at once.
-        estimator: Makes it, of vehicle, configuration and state.
+        frames: Sensor frames by tick.
+        most: Most ticks per call.
+        estimator: Class of the estimator, made of vehicle, configuration and state.
 
     Attributes:
-        estimator: As it is after the last tick that was run.
-        done: Ticks that were run.
+        estimator: After the last tick that was run.
+        done: Number of ticks that were run.
     """
 
     def __init__(self, setup: Setup, frames: FrameSeries, most: int, estimator: type[Estimator] = Estimator) -> None:
-        """See the class."""
+        """Allocate for at most `most` ticks."""
         self._frames, self._computer, self.done = frames, ComputerState(), 0
         self._array = cast("NDArray[Any]", self._computer.array)
         self.estimator = estimator(setup.vehicle, setup.onboard, self._computer)
@@ -69,23 +69,23 @@ class EstimatorTicks:
         self._counters = counters
 
     def restore(self, initial: InitialState) -> None:
-        """Begin in the state in which a robot was given a job.
+        """Begin in the state of a robot at the start of a job.
 
         Raises:
-            NotRebuilt: It is none of today's.
+            NotRebuilt: The state does not fit the present code.
         """
         try:
             initial.restore_estimator(self.estimator, self._computer)
         except DamagedState as error:
-            raise NotRebuilt(f"the robot's state at the job's begin is not one of today's: {error}") from error
+            raise NotRebuilt(f"the robot's state at the job's begin does not fit the present code: {error}") from error
 
     @property
     def state(self) -> NDArray[Any]:
-        """A copy of all that the estimator knows, once it has started."""
+        """Return a copy of the estimator's state, once it has started."""
         return self._array.copy()
 
     def go_back(self, done: int, state: NDArray[Any]) -> None:
-        """Be again as after so many ticks."""
+        """Return to the state after `done` ticks."""
         self.done = done
         self._array[:] = state
 
@@ -107,7 +107,7 @@ class EstimatorTicks:
         return EstimatedTicks(part.first_tick, self._out.rows[:ticks], self._counters[:ticks], started)
 
     def _until_it_starts(self, frames: FrameSeries, ticks: int) -> tuple[int, int]:
-        """Returns how many ticks were run, and the first row with an estimate."""
+        """Run until it starts; return how many ticks were run, and the first row with an estimate."""
         for row in range(ticks):
             self.estimator.step(frame_at(frames, row))
             self._note(row)

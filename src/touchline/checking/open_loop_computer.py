@@ -1,7 +1,7 @@
-"""The robot's computer of today on what was recorded: it decides, but the actuators do what they did then.
+"""Open-loop replay of the onboard computer: recorded sensors in, recorded actuation applied, decisions compared.
 
-So world and sensors are as they were, whatever the computer of today would do, and what differs first tells which part
-has changed.
+World and sensors are as recorded whatever the computer decides, so the first difference shows which component has
+changed.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from touchline.schemas import topics
 from touchline.schemas.setup import Setup
 
 
-class ForcedComputer(Onboard):
-    """See the module.
+class OpenLoopComputer(Onboard):
+    """Onboard computer whose actuators follow a recording.
 
     Args:
         setup: The robot and its world.
-        forced: (n, ACTUATORS) what the actuators do in each tick; NaN where the computer itself decides.
+        forced: (n, ACTUATORS) recorded commands of each tick; NaN where the computer itself decides.
 
     Attributes:
         decided: Its own decisions, by tick.
@@ -34,7 +34,7 @@ class ForcedComputer(Onboard):
         self.decided: dict[int, tuple[float, ...]] = {}
 
     def decide(self, tick: int) -> Command:
-        """See `Onboard`; the next tick takes what was recorded for its own last decision."""
+        """Decide as `Onboard`; the next tick sees the recorded command as its last decision."""
         own = super().decide(tick)
         self.decided[tick] = own.actuators
         if tick >= len(self._forced) or np.isnan(self._forced[tick]).any():
@@ -42,12 +42,12 @@ class ForcedComputer(Onboard):
         return self._state.command.give(own._replace(actuators=tuple(self._forced[tick].tolist())))
 
 
-def decisions(computer: ForcedComputer, session: RecordedSession, *, exact: bool) -> TopicCheck:
-    """What the computer decided in each tick, beside what it did then.
+def decisions(computer: OpenLoopComputer, session: RecordedSession, *, exact: bool) -> TopicCheck:
+    """Compare the computer's decision in each tick with the recorded one.
 
     Args:
-        computer: That has been through the session.
-        session: With what was recorded.
+        computer: The computer after it has run the session.
+        session: The recorded session.
         exact: Whether every bit counts, else the topic's tolerance.
     """
     found, tolerance = TopicCheck(), 0.0 if exact else topics.ACTUATOR_COMMAND.tolerance

@@ -21,7 +21,7 @@ _MARK = "touchline_session"
 
 @dataclass(frozen=True)
 class CheckedSession:
-    """A recording after it was done again.
+    """A recording after its check.
 
     Attributes:
         verdicts: One for each of its robots.
@@ -31,40 +31,40 @@ class CheckedSession:
 
     @property
     def same(self) -> bool:
-        """Whether all of it is as it was recorded."""
+        """True if all robots do the same as recorded."""
         return all(each.passed for each in self.verdicts)
 
     @property
     def part(self) -> str:
-        """The part of a robot that differs first; empty if nothing does."""
+        """Component that differs first; empty if nothing differs."""
         return next((each.part for each in self.verdicts if each.part), "")
 
     def require_same(self) -> None:
-        """Fail unless all of it is as it was recorded.
+        """Fail if anything differs.
 
         Raises:
-            AssertionError: It is not; the text says what differs, and where first.
+            AssertionError: Something differs; the message names what and where first.
         """
         __tracebackhide__ = True
         if not self.same:
             raise AssertionError(str(self))
 
     def __str__(self) -> str:
-        """What differs, a line each."""
+        """Return the differences, a line each."""
         return "\n".join(line for each in self.verdicts for line in each.lines())
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the mark known."""
-    config.addinivalue_line("markers", f"{_MARK}(file): the recording that the fixture {_MARK} does again and compares")
+    """Register the mark `touchline_session`."""
+    config.addinivalue_line("markers", f"{_MARK}(file): the recording that the fixture {_MARK} runs again and compares")
 
 
 @pytest.fixture
 def touchline_session(request: pytest.FixtureRequest) -> CheckedSession:
-    """The recording of the test's mark, done again; a relative path is taken from the test's folder, or the root."""
+    """Check the recording of the test's mark; a relative path starts at the test's folder, or the root."""
     mark = request.node.get_closest_marker(_MARK)
     if mark is None or len(mark.args) != 1:
-        raise pytest.UsageError(f'say which recording: @pytest.mark.{_MARK}("session.mcap")')
+        raise pytest.UsageError(f'name the recording: @pytest.mark.{_MARK}("session.mcap")')
     named = Path(mark.args[0])
     places = [Path(request.path).parent / named, Path(request.config.rootpath) / named]
     found = next((place for place in places if place.exists()), None)

@@ -1,4 +1,4 @@
-"""A session done again by the code of today: the same robot, given and told the same at the same ticks."""
+"""Rebuild of a session by the present code: the same robot, jobs and orders at the same ticks."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 SLICE_TICKS: Final = 1000
-"""Between two looks at what has been said."""
+"""Ticks per slice of messages."""
 MOST_LONGER_TICKS: Final = 360_000
-"""A session that goes on for so long after what was recorded is ended."""
+"""Ticks after the recorded end at which a session is ended."""
 
 
 class Rebuild:
-    """A session in progress once more.
+    """A session being run again.
 
     Args:
-        session: What is to be done again.
-        onboard: The robot's computer; Touchline's own if it is None.
-        sensors: What it senses with; the emulated ones if it is None.
+        session: The recorded session.
+        onboard: Computer of the robot; None: Touchline's own.
+        sensors: Sensors of the robot; None: the emulated ones.
 
     Attributes:
-        refused: Orders that the robot of today does not obey, with its reasons.
+        refused: Orders that the present robot refuses, with the reasons.
 
     Raises:
-        NotRebuilt: The state that it is to begin in is none of today's.
+        NotRebuilt: Its initial state does not fit the present code.
     """
 
     def __init__(
@@ -76,31 +76,31 @@ class Rebuild:
         try:
             self._emulator.restore(initial)
         except (DamagedState, SpecError) as error:
-            raise NotRebuilt(f"the robot's state at the job's begin is not one of today's: {error}") from error
+            raise NotRebuilt(f"the robot's state at the job's begin does not fit the present code: {error}") from error
         self._telemetry.go_on()
 
     @property
     def tick(self) -> int:
-        """To which it has come."""
+        """The last tick that was run."""
         return self._emulator.tick_count
 
-    def said(self) -> Iterator[list[Payload]]:
-        """What the robot says, in order, a slice at a time."""
+    def messages(self) -> Iterator[list[Payload]]:
+        """Yield the robot's messages in order, a slice at a time."""
         for order in self._session.orders:
             yield from self._until(order.tick)
             yield self._obey(order)
         yield from self._until(self._session.last_tick)
 
     def whole(self) -> Iterator[list[Payload]]:
-        """As `said`, with the setup before, and on until the robot is at rest, unless it has refused an order."""
+        """Yield `messages`, with the setup before, and until the robot is at rest, unless it has refused an order."""
         yield [self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()]
-        yield from self.said()
+        yield from self.messages()
         most = self._session.last_tick + MOST_LONGER_TICKS
         while self._emulator.active and self.tick < most and not self.refused:
             yield from self._until(self.tick + MOST_TICKS)
 
     def _until(self, tick: int) -> Iterator[list[Payload]]:
-        """Let sim time pass."""
+        """Run up to a tick."""
         emulator, telemetry = self._emulator, self._telemetry
         while emulator.tick_count < tick:
             most = telemetry.until_due(min(SLICE_TICKS, tick - emulator.tick_count))
@@ -121,7 +121,7 @@ class Rebuild:
             self.refused.append(f"at {order.tick / 100:.2f} s the robot refuses to {order.name}: {error}")
             return []
         except KeyError:
-            self.refused.append(f"at {order.tick / 100:.2f} s there is an order {order.name} that nobody knows today")
+            self.refused.append(f"at {order.tick / 100:.2f} s there is an unknown order {order.name}")
             return []
         if order.name in ("refill-tank", "replace-battery"):
             return self._telemetry.supplies()
@@ -133,8 +133,8 @@ class Rebuild:
         taking = Taking[str(order.details.get("taking", "carried")).upper()]
         resume, remains = restored_from(order.details)
         self._emulator.take(self._emulator.prepare(job.trajectory, job.template, resume, remains, taking, job.cause))
-        told = self._telemetry.awake() + self._telemetry.loaded(job.trajectory, job.template)
-        return told + (self._telemetry.restored_paint() if remains is not None else [])
+        messages = self._telemetry.awake() + self._telemetry.loaded(job.trajectory, job.template)
+        return messages + (self._telemetry.restored_paint() if remains is not None else [])
 
 
 def _until_m(details: Mapping[str, Any]) -> float:

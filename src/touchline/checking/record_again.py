@@ -1,4 +1,4 @@
-"""A session written anew by the code of today, on purpose."""
+"""Replacement of a recording by the present code's run, on request."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from touchline.recordings.recorder import Existing, Recorder
 from touchline.schemas.topics import RECORDED, Topic
 
 
-def record_again(path: Path, session: RecordedSession, robot: str, told: Sequence[Topic] = RECORDED) -> None:
-    """Do a session with today's plans, to the robot's rest, and put the recording of that in the place of a file.
+def record_again(path: Path, session: RecordedSession, robot: str, recorded: Sequence[Topic] = RECORDED) -> None:
+    """Run a session with present plans, to the robot's rest, and replace a file by its recording.
 
     Args:
-        path: Of the recording; what is there stays until the new one is complete.
-        session: What is to be done.
-        robot: Its namespace.
-        told: Topics to be recorded.
+        path: Path of the recording; the old one stays until the new one is complete.
+        session: The session to run.
+        robot: Namespace of the robot.
+        recorded: Topics to record.
 
     Raises:
-        NotRebuilt: The robot does not obey an order any more.
-        PlanningError: There is no plan any more.
+        NotRebuilt: The robot no longer obeys an order.
+        PlanningError: It can no longer be planned.
         RecordingError: The file cannot be written.
     """
     jobs = [
@@ -32,8 +32,8 @@ def record_again(path: Path, session: RecordedSession, robot: str, told: Sequenc
     ]
     rebuild = Rebuild(replace(session, jobs=jobs))
     new = path.with_name(f".{path.stem}.new{path.suffix}")
-    recorder = Recorder(new, (robot,), told, Existing.REPLACE)
-    wanted, counts = {topic.name for topic in told}, dict.fromkeys((topic.name for topic in told), 0)
+    recorder = Recorder(new, (robot,), recorded, Existing.REPLACE)
+    wanted, counts = {topic.name for topic in recorded}, dict.fromkeys((topic.name for topic in recorded), 0)
     try:
         for payloads in rebuild.whole():
             for topic, payload in payloads:

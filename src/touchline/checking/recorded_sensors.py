@@ -1,4 +1,4 @@
-"""The sensors of a recording: in each tick the computer gets what it got then."""
+"""Sensors of a recording: in each tick the computer gets the recorded frame."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _GNSS_FIELDS = len(GnssSample._fields)
 
 
 def frame_at(frames: FrameSeries, row: int) -> SensorFrame:
-    """A tick of a series; bumper, battery, tank and operator are as in a robot at rest."""
+    """Return the frame of a tick; bumper, battery, tank and operator are as in a robot at rest."""
     readings, tick = frames.readings[row].tolist(), frames.first_tick + row
     imu_tick, mag_tick, encoder_tick = frames.measured[row].tolist()
     fixes = cast("NDArray[Any]", frames.fixes)[frames.arrived[row] : frames.arrived[row + 1]]
@@ -47,35 +47,35 @@ def frame_at(frames: FrameSeries, row: int) -> SensorFrame:
     )
 
 
-def _pose(told: np.void) -> CameraSample:
-    """A camera's pose; the roots of squares that are told give the very figures that were squared."""
-    sigma_m, sigma_rad = math.sqrt(told["variance_m2"]), math.sqrt(told["heading_variance_rad2"])
-    stamp_s, east_m, north_m = (float(told[name]) for name in ("stamp_s", "east_m", "north_m"))
+def _pose(sample: np.void) -> CameraSample:
+    """Return a camera's pose; square roots of the variances restore the very figures that were squared."""
+    sigma_m, sigma_rad = math.sqrt(sample["variance_m2"]), math.sqrt(sample["heading_variance_rad2"])
+    stamp_s, east_m, north_m = (float(sample[name]) for name in ("stamp_s", "east_m", "north_m"))
     return CameraSample(
         stamp_s=stamp_s,
         east_m=east_m,
         north_m=north_m,
-        heading_rad=float(told["heading_rad"]),
+        heading_rad=float(sample["heading_rad"]),
         sigma_m=sigma_m,
         sigma_rad=sigma_rad,
     )
 
 
 class RecordedSensors(Sensors):
-    """See the module; what the computer learns of bumper, battery and tank is as in the world.
+    """Recorded sensors in place of emulated ones; bumper, battery and tank are the world's.
 
     Args:
         setup: The robot and its world.
-        frames: What arrived.
+        frames: Sensor frames by tick.
     """
 
     def __init__(self, setup: Setup, frames: FrameSeries) -> None:
-        """See the class."""
+        """Serve frames of a series."""
         super().__init__(setup.vehicle, setup.scenario)
         self._frames, self._full_wh = frames, setup.vehicle.body.battery_wh
 
     def read(self, tick: int, state: BodyState, effects: Effects | None = None) -> SensorFrame:
-        """What arrived in a tick; see `Sensors`. After the last one nothing new does."""
+        """Return the frame of a tick, as `Sensors`; after the last one nothing new arrives."""
         last = len(self._frames.readings) - 1
         frame = frame_at(self._frames, min(tick - self._frames.first_tick, last))
         late = tick - frame.tick

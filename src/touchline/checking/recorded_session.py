@@ -1,4 +1,4 @@
-"""What a recording says of the cause of one robot's session: who it was, what it was given and told, and when."""
+"""Inputs of one robot's session in a recording: setup, jobs and orders, with their times."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ from touchline.services.robot_sim.initial_state import DamagedState, InitialStat
 
 TICK_NS = 10_000_000
 _BEFORE_ALL: Final = ("estop", "reset", "inject-fault", "refill-tank", "replace-battery", "authorize")
-"""Orders that a robot may have obeyed before it was given anything to do."""
+"""Orders that a robot may obey before its first job."""
 _GIVES_A_JOB: Final = ("load", "begin-guided")
 _CLOCK_TICKS: Final = int(TICKS_PER_S / topics.CLOCK.rate_hz)
-"""A robot tells its clock so often."""
+"""Ticks between two clock messages."""
 
 
 class NotRebuilt(TouchlineError):
-    """A session that cannot be rebuilt from its recording; it says why."""
+    """A session that cannot be rebuilt from its recording; the message says why."""
 
 
 class NothingTold(NotRebuilt):
-    """The robot was told nothing."""
+    """The robot got no orders."""
 
 
 class GivenJob(NamedTuple):
-    """What the robot was given to drive.
+    """Job given to the robot.
 
     Attributes:
         trajectory: The plan.
-        template: By which its paint is judged, if there is one.
-        cause: What the plan was made from; None if the recording does not say.
+        template: Template against which its paint is evaluated, if there is one.
+        cause: Inputs of the plan; None if they are not recorded.
     """
 
     trajectory: Trajectory
@@ -59,9 +59,9 @@ class TimedOrder(NamedTuple):
     """A command that the robot obeyed.
 
     Attributes:
-        tick: The last one before it.
-        name: Of the command.
-        details: What belongs to it.
+        tick: The last tick before it.
+        name: Name of the command.
+        details: Its arguments.
     """
 
     tick: int
@@ -71,20 +71,20 @@ class TimedOrder(NamedTuple):
 
 @dataclass
 class RecordedSession:
-    """The cause of a session, and how long it took.
+    """Inputs of a session, and its length.
 
     Attributes:
         setup: The robot and its world.
-        orders: What it was told.
+        orders: Its orders.
         jobs: One for each order to load, in their order.
-        last_tick: The last one of which anything is recorded.
-        from_ns: Sim time of the first stamp that is recorded.
-        initial: The robot's state when its first job here was given; None if it had just been switched on.
+        last_tick: The last recorded tick.
+        from_ns: Sim time of the first recorded stamp.
+        initial: State of the robot at its first job here; None if it had just been switched on.
         since: Number of the message with that state among its kind, from 1: what comes before it is no part of the
             session; 0 if all is.
         amid: Whether the recording begins amid an earlier job.
-        shifted: Whether log times are no sim times, as an earlier process of the robot is in the recording.
-        commands: (last_tick + 1, ACTUATORS) what the actuators were told in each tick; NaN where nothing is recorded.
+        shifted: Whether log times differ from sim times, as an earlier process of the robot is in the recording.
+        commands: (last_tick + 1, ACTUATORS) actuator commands of each tick; NaN where nothing is recorded.
     """
 
     setup: Setup = field(default_factory=Setup)
@@ -100,39 +100,38 @@ class RecordedSession:
 
     @property
     def loaded_ns(self) -> frozenset[int]:
-        """Sim times at which a job was loaded; one that goes on does so at that of the process before."""
+        """Sim times at which a job was loaded; a resumed job keeps that of the earlier process."""
         loads = [order for order in self.orders if order.name == "load"]
         resumed = [int(order.details["checkpoint"]["tick"]) for order in loads if "checkpoint" in order.details]
         return frozenset(TICK_NS * tick for tick in (*(order.tick for order in loads), *resumed))
 
     @classmethod
     def of(cls, messages: Iterable[Recorded]) -> Self:
-        """From all messages of one robot, as they were recorded.
+        """Create it from all messages of one robot, in recorded order.
 
         Raises:
-            NotRebuilt: Something is missing, or cannot be done again.
+            NotRebuilt: Something is missing, or cannot be run again.
         """
         found = _Finder()
         for message in messages:
             found.take(message)
         if found.setup is None:
-            raise NotRebuilt("its setup is not in the recording: begin to record before the robot is told anything")
+            raise NotRebuilt("its setup is not in the recording: start recording before the first order")
         if not found.orders:
-            raise NothingTold("no order is in the recording: it is older than these, or begins after them")
+            raise NothingTold("no order is in the recording: it is too old, or begins after the orders")
         since, amid = _beginning(found)
         initial = found.states[since - 1].state if since else None
         found.forget_before(since)
         jobs, orders = found.jobs(), found.orders
         if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
             raise NotRebuilt(
-                "the session goes on from that of a process that died, "
-                "and the recording is older than those that say from where"
+                "the session continues that of a process that died, and the recording is too old to contain its state"
             )
         guided = any(order.name == "begin-guided" for order in orders)
         if guided and not any(order.name == "guidance" for order in orders):
             raise NotRebuilt(
-                "the robot was guided by a team's coordinator, and what that told it is not among its orders: "
-                "the recording is older than those that have it, or it was told nothing"
+                "the robot was guided by a team's coordinator, whose messages are not among its orders: "
+                "the recording is too old, or there were none"
             )
         if len(jobs) != sum(order.name == "load" for order in orders):
             raise NotRebuilt("the recording lacks a plan that was loaded")
@@ -153,7 +152,7 @@ class RecordedSession:
 
 @dataclass(frozen=True)
 class _StatePlace:
-    """A state in the recording, and how many orders, plans and templates come before it."""
+    """A recorded state, and the number of orders, plans and templates before it."""
 
     text: str
     orders: int
@@ -162,10 +161,10 @@ class _StatePlace:
 
     @cached_property
     def state(self) -> InitialState:
-        """It.
+        """Decoded state.
 
         Raises:
-            NotRebuilt: It cannot be read.
+            NotRebuilt: It cannot be decoded.
         """
         try:
             return InitialState.from_text(self.text)
@@ -173,16 +172,16 @@ class _StatePlace:
             raise NotRebuilt(str(error)) from error
 
     def begins(self, orders: Sequence[TimedOrder]) -> bool:
-        """Whether the next order is the one that was given in this state."""
+        """Return whether the next order is the one given in this state."""
         following = orders[self.orders : self.orders + 1]
         return any(each.name in _GIVES_A_JOB and each.tick == self.state.tick for each in following)
 
 
 def _beginning(found: _Finder) -> tuple[int, bool]:
-    """The number of the state that a session begins with, 0 for switched on; and whether that is amid a recording.
+    """Return the number of the session's first state, 0 for switched on; and whether that is amid a recording.
 
     Raises:
-        NotRebuilt: It begins with nothing that can be done again.
+        NotRebuilt: It does not begin with a state or order that can be rebuilt.
     """
     problem = _lack_of_beginning(found)
     if not problem and not (found.states and _lacks_orders(found.states[0], found.orders)):
@@ -194,26 +193,26 @@ def _beginning(found: _Finder) -> tuple[int, bool]:
 
 
 def _lack_of_beginning(found: _Finder) -> str:
-    """Why the session cannot have begun with a robot that was just switched on; "" if it may."""
+    """Return why the session cannot begin with a robot just switched on; "" if it can."""
     first = next((order for order in found.orders if order.name not in _BEFORE_ALL or order.tick), found.orders[0])
     if first.name not in _GIVES_A_JOB:
         return f"the recording begins amid a session, with the order {first.name}, and no other job follows"
     if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
         return (
-            f"the robot had been under way for {found.first_tick // TICKS_PER_S} s of sim time before the "
-            "recording begins, and how its sensors and its place were by then is not in it: the recording is older "
-            "than those that have the robot's state at the begin of each job"
+            f"the robot had been running for {found.first_tick // TICKS_PER_S} s of sim time before the "
+            "recording begins, and the state of sensors and robot at that time is not in it: the recording is older "
+            "than those that contain the robot's state at the start of each job"
         )
     return ""
 
 
 def _lacks_orders(first: _StatePlace, orders: Sequence[TimedOrder]) -> bool:
-    """Whether the robot had obeyed orders before that are not in the recording."""
+    """Return whether the robot had obeyed earlier orders that are not recorded."""
     return first.begins(orders) and first.state.orders != first.orders
 
 
 class _Finder:
-    """Collects what matters as the messages come."""
+    """Collector of a session's inputs from messages."""
 
     def __init__(self) -> None:
         self.setup: Setup | None = None
@@ -235,7 +234,7 @@ class _Finder:
         }
 
     def take(self, message: Recorded) -> None:
-        """Take what is of interest."""
+        """Take a message; others than inputs are ignored."""
         topic = topic_at(message.topic)
         if topic is None:
             return
@@ -252,23 +251,23 @@ class _Finder:
         try:
             taker(message.payload)
         except (PayloadError, SpecError, json.JSONDecodeError) as error:
-            raise NotRebuilt(f"{message.topic} cannot be read today: {error}") from error
+            raise NotRebuilt(f"{message.topic} cannot be decoded: {error}") from error
 
     def forget_before(self, since: int) -> None:
-        """Forget what was told before a state, by its number from 1; nothing for 0."""
+        """Drop messages before a state, by its number from 1; nothing for 0."""
         if since:
             begin = self.states[since - 1]
             self.orders = self.orders[begin.orders :]
             self._plans, self._templates = self._plans[begin.plans :], self._templates[begin.templates :]
 
     def jobs(self) -> list[GivenJob]:
-        """What was loaded, each with its cause."""
+        """Loaded jobs, each with the inputs of its plan."""
         causes = [order.details.get("plan") for order in self.orders if order.name == "load"]
         made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
         return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
 
     def commands(self) -> NDArray[np.float64]:
-        """See `RecordedSession`."""
+        """Commands as in `RecordedSession`."""
         found = np.full((self.last_tick + 1, ACTUATORS), np.nan)
         for tick, values in self._commands:
             if 0 <= tick <= self.last_tick:
@@ -292,12 +291,12 @@ class _Finder:
         self.orders.append(TimedOrder(tick_of(order.header), order.name, json.loads(order.details_json or "{}")))
 
     def _take_command(self, payload: bytes) -> None:
-        told = decode(ActuatorCommand, payload)
-        tick = tick_of(told.header)
+        command = decode(ActuatorCommand, payload)
+        tick = tick_of(command.header)
         self.last_tick = max(self.last_tick, tick)
-        self._commands.append((tick, tuple(told.values.tolist())))
+        self._commands.append((tick, tuple(command.values.tolist())))
 
 
 def tick_of(header: Header) -> int:
-    """The tick after which something was said."""
+    """Return the tick after which a message was sent."""
     return int(header.stamp.sec * 100 + header.stamp.nanosec // TICK_NS)

@@ -1,4 +1,4 @@
-"""A recorded plan made again."""
+"""Repetition of a recorded plan."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from touchline.services.planner.plan import plan
 
 
 def planned_again(job: GivenJob, vehicle: Vehicle) -> Trajectory | None:
-    """Today's plan from what a recorded one was made from; None if the recording does not say.
+    """Plan again from the recorded inputs; None if they are not recorded.
 
     Args:
-        job: What was driven.
-        vehicle: The robot.
+        job: The recorded job.
+        vehicle: The robot's vehicle.
 
     Raises:
-        PlanningError: There is none any more.
+        PlanningError: It can no longer be planned.
     """
     if job.cause is None:
         return None

@@ -1,4 +1,4 @@
-"""The messages of one process of one robot in a recording: a robot whose process died is set up anew."""
+"""Messages of one process of one robot in a recording; each process publishes its setup."""
 
 from __future__ import annotations
 
@@ -18,42 +18,42 @@ from touchline.schemas.topics import Topic
 
 
 class RobotMessages:
-    """See the module; iterating reads them anew, in the order in which they were recorded.
+    """Messages of one process; each iteration reads them again, in recorded order.
 
     Args:
-        path: Of the recording.
-        robot: Its namespace.
-        process: Which one, from 1.
+        path: Path of the recording.
+        robot: Namespace of the robot.
+        process: Which process, from 1.
 
     Attributes:
-        time: The robot's, as it was when this process, or the session, began; known once the first message has been
+        time: The robot's clock when this process, or the session, began; known once the first message has been
             read.
-        followed: Whether another process comes after it; known once all have been read.
+        followed: Whether another process follows; known once all have been read.
     """
 
     def __init__(self, path: Path, robot: str, process: int = 1) -> None:
-        """See the class."""
+        """Open a recording for one process."""
         self._path, self._robot, self._process = path, robot, process
         self.time, self.followed = RobotTime(), False
         self._since = 0
 
     def session(self) -> RecordedSession:
-        """What has caused their session; from now on these are only the messages of that.
+        """Return the inputs of their session; from now on only messages of that session are read.
 
         Raises:
-            NotRebuilt: Something is missing, or cannot be done again.
+            NotRebuilt: Something is missing, or cannot be run again.
         """
         found = RecordedSession.of(self)
         self._since = found.since
         return found
 
     def __iter__(self) -> Iterator[Recorded]:
-        """All of them."""
+        """Yield the messages of all topics."""
         return self.of()
 
     def of(self, names: Collection[str] | None = None) -> Iterator[Recorded]:
-        """Those of some topics only, by name in the topic table; all if it is None."""
-        # What passed before is told by the stamps of all topics.
+        """Yield messages of some topics, by name in the topic table; None: of all."""
+        # Stamps of all topics show what came before.
         wanted = None if names is None or self._process > 1 or self._since else self._paths(names)
         own: dict[str, Topic | None] = {}
         process, states, time = 0, 0, RobotTime()
@@ -78,10 +78,10 @@ class RobotMessages:
                 yield message
 
     def tables(self, names: Collection[str]) -> ProcessTables:
-        """Those of some topics as tables."""
+        """Return messages of some topics as tables."""
         return RobotTables(self._path, names, self._robot).process(self._process).since(self._since)
 
     def _paths(self, names: Collection[str]) -> frozenset[str]:
-        """By which topics may have been recorded; with the setups, which tell processes apart."""
+        """Return recorded names of some topics; with the setups, which separate processes."""
         table = (topics.TOPIC_BY_NAME[name] for name in {topics.SETUP.name, *names})
         return frozenset(path for topic in table for path in recorded_paths(topic_path(self._robot, topic)))

@@ -1,4 +1,4 @@
-"""Some topics of one robot in a recording as tables, process by process; see `robot_messages`."""
+"""Topics of one robot in a recording as tables, process by process; see `robot_messages`."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from touchline.schemas import topics
 
 
 class ProcessTables(NamedTuple):
-    """What one process of a robot said.
+    """Messages of one process of a robot.
 
     Attributes:
-        tables: Of its topics.
-        followed: Whether another process comes after it.
+        tables: Tables of its topics.
+        followed: Whether another process follows.
     """
 
     tables: Sequence[MessageTable]
     followed: bool
 
     def since(self, number: int) -> Self:
-        """What it said since it told in which state it was given a job, the message with that included.
+        """Return its messages from the one with a job's initial state on.
 
         Args:
-            number: Of that message among its kind, from 1; 0 for all.
+            number: Number of that message among its kind, from 1; 0 for all.
         """
         if not number:
             return self
@@ -40,7 +40,7 @@ class ProcessTables(NamedTuple):
         return self._replace(tables=[each for each in parts if len(each.place)])
 
     def of(self, names: Collection[str]) -> dict[str, MessageTable]:
-        """The table of each of these topics that there is, by name in the topic table."""
+        """Return the tables of these topics, as far as there are any, by name in the topic table."""
         found: dict[str, list[MessageTable]] = {}
         for table in self.tables:
             if (topic := topic_at(table.topic)) is not None and topic.name in names:
@@ -48,29 +48,29 @@ class ProcessTables(NamedTuple):
         return {name: some[0] if len(some) == 1 else MessageTable.of(_in_order(some)) for name, some in found.items()}
 
     def messages(self, names: Collection[str]) -> list[Recorded]:
-        """The messages of these topics, in the order in which they were recorded."""
+        """Return the messages of these topics, in recorded order."""
         wanted = [each for each in self.tables if (topic := topic_at(each.topic)) is not None and topic.name in names]
         return _in_order(wanted)
 
 
 class RobotTables:
-    """See the module.
+    """Tables of a robot's topics in a recording.
 
     Args:
-        path: Of the recording.
-        names: Of the topics, as in the topic table.
-        robot: Its namespace; by default the first that is met.
+        path: Path of the recording.
+        names: Topics, as in the topic table.
+        robot: Namespace of the robot; by default the first one.
 
     Attributes:
-        robot: Its namespace.
-        summary: Of all that is in the recording.
+        robot: Namespace of the robot.
+        summary: Summary of the whole recording.
 
     Raises:
-        RecordingError: It cannot be read.
+        RecordingError: The recording cannot be read.
     """
 
     def __init__(self, path: Path, names: Collection[str], robot: str | None = None) -> None:
-        """Read the recording."""
+        """Read the recording into tables."""
         self._names, self.robot = {topics.SETUP.name, topics.INITIAL_STATE.name, *names}, robot
         reader = RecordingReader(path)
         self._tables = reader.tables(self._wanted)
@@ -79,7 +79,7 @@ class RobotTables:
         self._begins = sorted(np.concatenate(setups).tolist()) if setups else []
 
     def process(self, number: int) -> ProcessTables:
-        """What a process said, from 1; all that comes before any setup counts to the first."""
+        """Return a process's messages, from 1; all before the first setup belong to the first."""
         begin = self._begins[number - 1] if 1 < number <= len(self._begins) else 0
         if number >= len(self._begins):
             parts = [each.rows(int(np.searchsorted(each.place, begin)), len(each.place)) for each in self._tables]

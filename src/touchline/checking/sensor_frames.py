@@ -1,4 +1,4 @@
-"""The frames that a recording's sensor messages were, tick by tick, decoded many at once."""
+"""Sensor frames rebuilt from recorded messages, tick by tick, decoded many at once."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ _FIRST_TICK: Final = 1
 
 
 def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialState | None = None) -> FrameSeries:
-    """What the computer got in each tick, from the first to the last.
+    """Return the computer's sensor frames in each tick, from the first to the last.
 
     Args:
         setup: The robot and its world.
-        came: The messages of each topic in `SENSED`, as far as there are any.
-        last_tick: Of the session.
-        initial: The state that it begins in; None if that is switched on.
+        came: Messages of each topic in `SENSED`, as far as there are any.
+        last_tick: Last tick of the session.
+        initial: State at its beginning; None if it was just switched on.
 
     Raises:
-        NotRebuilt: What the estimator needs was not recorded.
+        NotRebuilt: A sensor that the estimator needs was not recorded.
     """
     first_tick = _FIRST_TICK if initial is None else initial.tick + 1
     n = max(last_tick - first_tick + 1, 1)
@@ -88,10 +88,10 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialS
 
 
 def _numbers(layout: FixedLayout, messages: MessageTable, places: Mapping[str, int]) -> list[NDArray[Any]]:
-    """Numbers of messages; those of other frames or names are decoded one by one.
+    """Return numbers of messages; those with other frames or names are decoded one by one.
 
     Raises:
-        NotRebuilt: One cannot be read.
+        NotRebuilt: A message cannot be decoded.
     """
     try:
         return layout.columns(messages.payloads, places)
@@ -105,7 +105,7 @@ def _numbers(layout: FixedLayout, messages: MessageTable, places: Mapping[str, i
 
 
 def _at(path: str, count: int) -> Callable[[Any], list[float]]:
-    """Reads from a message the numbers that `FixedLayout` has at a place."""
+    """Return a function that reads from a message the numbers that `FixedLayout` has at a place."""
     *above, last = path.partition("[")[0].split(".")
 
     def read(message: Any) -> list[float]:
@@ -121,17 +121,17 @@ def _at(path: str, count: int) -> Callable[[Any], list[float]]:
 
 
 def _fixes(setup: Setup, came: OfTopic) -> tuple[NDArray[Any], Integers]:
-    """The fixes that arrived (k,), and in which ticks: each when its status did, which comes behind it."""
-    statuses, told = came.get(topics.GNSS_STATUS.name), came.get(topics.GNSS_FIX.name)
-    if statuses is None or told is None:
+    """Return arrived fixes (k,) and their ticks: those of their statuses, which follow them."""
+    statuses, fixes = came.get(topics.GNSS_STATUS.name), came.get(topics.GNSS_FIX.name)
+    if statuses is None or fixes is None:
         return np.zeros(0, ReceivedFix.dtype), np.zeros(0, np.int64)
-    place_of = {time_ns: i for i, time_ns in enumerate(told.publish_time_ns.tolist())}
+    place_of = {time_ns: i for i, time_ns in enumerate(fixes.publish_time_ns.tolist())}
     at = np.array([place_of.get(time_ns, -1) for time_ns in statuses.publish_time_ns.tolist()])
     paired = at >= 0
     at = at[paired]
     found = np.zeros(len(at), ReceivedFix.dtype)
     where = {"header.stamp.sec": 1, "header.stamp.nanosec": 1, "latitude": 3, "position_covariance[0]": 1}
-    sec, nanosec, places, variance_m2 = (column[at] for column in _numbers(layouts.GNSS_FIX, told, where))
+    sec, nanosec, places, variance_m2 = (column[at] for column in _numbers(layouts.GNSS_FIX, fixes, where))
     state = {"fix": 1, "satellites": 1, "correction_age_s": 1}
     fix, satellites, age_s = (column[paired] for column in _numbers(layouts.GNSS_STATUS, statuses, state))
     origin = setup.scenario.origin
@@ -146,14 +146,14 @@ def _fixes(setup: Setup, came: OfTopic) -> tuple[NDArray[Any], Integers]:
 
 
 def _stamps_s(sec: NDArray[Any], nanosec: NDArray[Any]) -> Floats:
-    """(n,) times as the robot's computer has them, of (n, 1) seconds and nanoseconds: whole ticks are exact."""
+    """Return (n,) times as in the robot's computer, of (n, 1) seconds and nanoseconds: whole ticks are exact."""
     ticks, rest_ns = np.divmod(nanosec.astype(np.int64), TICK_NS)
     found: Floats = ((100 * sec.astype(np.int64) + ticks) / 100 + rest_ns / 1e9)[:, 0]
     return found
 
 
-def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
-    """The poses of a camera that arrived (k,), and in which ticks; a heading's last bit is lost in its quaternion."""
+def _poses(camera: MessageTable) -> tuple[NDArray[Any], Integers]:
+    """Return arrived poses of a camera (k,) and their ticks; a heading's last bit is lost in its quaternion."""
     where = {
         "header.stamp.sec": 1,
         "header.stamp.nanosec": 1,
@@ -162,10 +162,10 @@ def _poses(told: MessageTable) -> tuple[NDArray[Any], Integers]:
         "pose.covariance[0]": 1,
         "pose.covariance[35]": 1,
     }
-    sec, nanosec, places, turned, variance_m2, variance_rad2 = _numbers(layouts.CAMERA_POSE, told, where)
+    sec, nanosec, places, turned, variance_m2, variance_rad2 = _numbers(layouts.CAMERA_POSE, camera, where)
     found = np.zeros(len(sec), ReceivedFix.dtype)
     found["stamp_s"], found["fix"] = _stamps_s(sec, nanosec), FIX_FIXED
     found["east_m"], found["north_m"] = places[:, 0], places[:, 1]
     found["variance_m2"], found["heading_variance_rad2"] = variance_m2[:, 0], variance_rad2[:, 0]
     found["heading_rad"] = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
-    return found, told.log_time_ns // TICK_NS
+    return found, camera.log_time_ns // TICK_NS

@@ -1,4 +1,4 @@
-"""The figures of a session by which people judge it, as recorded and today."""
+"""Main figures of a session, recorded and now."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _OF_REPORT: Final = (
     ("estimate RMSE", "position_rmse_m"),
 )
 _DIGITS: Final = (2, 3, 4, 6)
-"""Behind the point."""
+"""Numbers of decimals."""
 _KEPT: Final = (topics.REPORT.name, topics.STATUS.name)
 _OF_STATUS: Final = (("duration", "elapsed_s"), ("coverage", "coverage_pct"))
 
@@ -29,8 +29,8 @@ class SessionMetric(NamedTuple):
     """A figure of a session.
 
     Attributes:
-        name: Of the figure.
-        unit: Of both.
+        name: Name of the figure.
+        unit: Unit of both.
         recorded, today: None where that session has none.
     """
 
@@ -41,37 +41,37 @@ class SessionMetric(NamedTuple):
 
     @property
     def same(self) -> bool:
-        """Whether both are the same to the bit."""
+        """True if both are the same to the bit."""
         return self.recorded == self.today
 
     def __str__(self) -> str:
-        """Both values with as many digits as tell them apart, or the one that both have; lengths in mm."""
+        """Return both values with enough digits to distinguish them, or the common one; lengths in mm."""
         scale, unit = (1000.0, "mm") if self.unit == "m" else (1.0, self.unit)
         both = [None if value is None else scale * value for value in (self.recorded, self.today)]
         for digits in _DIGITS:
-            told = ["none" if value is None else f"{value:.{digits}f}" for value in both]
+            texts = ["none" if value is None else f"{value:.{digits}f}" for value in both]
             if self.same:
-                return f"{told[0]} {unit}"
-            if told[0] != told[1]:
-                return f"{' → '.join(told)} {unit}"
+                return f"{texts[0]} {unit}"
+            if texts[0] != texts[1]:
+                return f"{' → '.join(texts)} {unit}"
         return f"{self.recorded!r} → {self.today!r} {self.unit}"
 
 
 class MetricKeeper:
-    """Keeps what metrics are made from: of both sessions the last report and the last status."""
+    """Collector of the metrics' sources: the last report and the last status of both sessions."""
 
     def __init__(self) -> None:
-        """Nothing yet."""
+        """Start empty."""
         self._last: dict[tuple[str, int], bytes] = {}
 
     def take(self, topic: Topic, side: int, payload: bytes) -> None:
-        """Take a message; side 0 is the recording, 1 is today."""
+        """Take a message; side 0 is the recording, 1 the present run."""
         if topic.name in _KEPT:
             self._last[topic.name, side] = payload
 
     @property
     def metrics(self) -> tuple[SessionMetric, ...]:
-        """Of the final reports; where one lacks, as the robots believed at the end."""
+        """Return the metrics of the final reports; without one, as the robots believed at the end."""
         reports = [self._read(TraversalReport, topics.REPORT, side) for side in (0, 1)]
         if all(each is not None for each in reports):
             return _metrics(_OF_REPORT, reports)

@@ -1,4 +1,4 @@
-"""``touchline check``: whether recorded sessions come out the same with the code of today."""
+"""``touchline check``: recorded sessions as regression tests of the present code."""
 
 import sys
 from collections.abc import Generator, Iterator, Sequence
@@ -25,32 +25,32 @@ if TYPE_CHECKING:
 
 
 MOST_LISTED = 100
-"""Sessions up to which each has a row; of more, only those that do not come out the same."""
+"""Most sessions for which each has a row; of more, only the failures are listed."""
 
 Task = TypeVar("Task")
 Done = TypeVar("Done")
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("check")(with_groups(check))
 
 
 @dataclass(frozen=True)
-class AloneChoice:
-    """Which part alone is run on what was recorded."""
+class ComponentChoice:
+    """Component to run alone on recorded inputs."""
 
-    planner_only: Annotated[bool, typer.Option("--planner-only", help="Make the plans again, and no more.")] = False
+    planner_only: Annotated[bool, typer.Option("--planner-only", help="Compare the plans only.")] = False
     estimator_only: Annotated[
-        bool, typer.Option("--estimator-only", help="Run the estimator alone, on the recorded sensors and commands.")
+        bool, typer.Option("--estimator-only", help="Run only the estimator, on recorded sensors and commands.")
     ] = False
     follower_only: Annotated[
-        bool, typer.Option("--follower-only", help="Compare what the computer decides on the recorded sensors alone.")
+        bool, typer.Option("--follower-only", help="Compare only the onboard computer's decisions on recorded sensors.")
     ] = False
 
     @property
     def part(self) -> str:
-        """Its name; "" for the whole robot."""
+        """Name of the chosen component; "" for the whole robot."""
         asked = {"plan": self.planner_only, "estimator": self.estimator_only, "follower": self.follower_only}
         parts = [name for name, wanted in asked.items() if wanted]
         if len(parts) > 1:
@@ -61,26 +61,26 @@ class AloneChoice:
 def check(
     places: Annotated[
         list[str],
-        typer.Argument(metavar="SESSION…", help="Recordings, folders of them, or patterns.", show_default=False),
+        typer.Argument(
+            metavar="SESSION…", help="Recordings, folders of recordings, or glob patterns.", show_default=False
+        ),
     ],
     *,
     update: Annotated[
-        bool, typer.Option("--update", help="Write those that differ anew, as today's code does them; exit code 0.")
+        bool, typer.Option("--update", help="Replace sessions that differ by what the present code does; exit code 0.")
     ] = False,
-    alone: AloneChoice,
+    alone: ComponentChoice,
     processes: WorkersChoice,
     as_json: JsonOption = False,
     html: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE", help="Write a page of it with plots, one file for any browser.", show_default=False
-        ),
+        typer.Option(metavar="FILE", help="Write an HTML report with plots to this file.", show_default=False),
     ] = None,
 ) -> None:
-    """Do recorded sessions again with the code of today and compare; exit code 1 if one differs or cannot be done.
+    """Run recorded sessions again with the present code; exit code 1 if one differs or cannot be run.
 
-    Each is rebuilt from its recording alone: planned, loaded, ordered about and driven as it was then. What is told
-    is where the two part first in sim time, and which part of the robot did so.
+    Each session is rebuilt from its recording alone: planned, loaded, commanded and driven as it was then. The output
+    names the first difference in sim time, and the component that caused it.
     """
     from touchline.checking.check_files import check_file, lost_check, recordings_in
     from touchline.recordings.writing import check_writable
@@ -116,7 +116,7 @@ def check(
 
 
 def _done(title: str, tasks: Sequence[Task], done: Generator[Done, None, None]) -> Iterator[Done]:
-    """What came of each task, with a bar that shows how many are done."""
+    """Yield the result of each task; a bar shows how many are done."""
     with progress_bar(title) as advance, closing(done):
         advance(0.0, f"0 of {len(tasks)}")
         for number, one in enumerate(done, 1):
@@ -133,15 +133,15 @@ def _write_page(
     *,
     interrupted: bool,
 ) -> None:
-    """Write the page; what is told in detail is done once more, to be drawn."""
+    """Write the page; sessions that it shows in detail are run once more, to be drawn."""
     from datetime import datetime
 
+    from touchline.checking.check_page import page_of, to_be_detailed
     from touchline.checking.draw_differences import drawn_differences, lost_drawing
-    from touchline.checking.page import page_of, to_be_detailed
     from touchline.recordings.writing import write_text
 
-    told = to_be_detailed(verdicts)
-    tasks = [(i, each) for i, each in enumerate(verdicts) if each in told]
+    detailed = to_be_detailed(verdicts)
+    tasks = [(i, each) for i, each in enumerate(verdicts) if each in detailed]
     plots: dict[int, list[Plot]] = {i: [] for i, _ in tasks}
     if tasks and not interrupted:
         plots |= dict(_done("Plots", tasks, processes.done(drawn_differences, only, tasks, lost_drawing)))
@@ -152,15 +152,15 @@ def _write_page(
 
 
 def _update(verdicts: "list[SessionVerdict]") -> None:
-    """Write those that differ anew; one that cannot be read or done is left as it is, and an error."""
+    """Replace the recordings that differ; one that cannot be read or run is left unchanged and is an error."""
     from touchline.checking.check_session import update_recording
 
     for each in verdicts:
         if each.problem:
-            raise TouchlineError(f"{each.path} is not written anew: {each.problem}")
+            raise TouchlineError(f"{each.path} is not replaced: {each.problem}")
     for path in dict.fromkeys(each.path for each in verdicts if not each.passed):
         update_recording(Path(path))
-        say(f"wrote {path} anew")
+        say(f"replaced {path}")
 
 
 def _print(verdicts: "list[SessionVerdict]") -> None:

@@ -1,4 +1,4 @@
-"""Groups of options: how to plan, and with which robot in which world."""
+"""Groups of options: planning, vehicle and setup."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -26,19 +26,19 @@ Order = Literal["optimised", "given"]
 
 @dataclass(frozen=True)
 class PlanChoice:
-    """How to plan."""
+    """Planning options of commands that plan."""
 
     order: Annotated[
         Order,
         typer.Option(
             "--order",
             metavar="ORDER",
-            help="Mark lines in an order that takes least time (optimised), or as given (given).",
+            help="Order of the lines: least time (optimised), or as in the template (given).",
         ),
     ] = "optimised"
     method: Annotated[
         str,
-        PluginOption("--method", METHODS, "METHOD", "How lines are joined, or an area method", also=AREA_METHODS),
+        PluginOption("--method", METHODS, "METHOD", "Transitions between lines, or an area method", also=AREA_METHODS),
     ] = METHODS.default
     area_method: Annotated[
         str | None,
@@ -46,7 +46,7 @@ class PlanChoice:
             "--area-method",
             AREA_METHODS,
             "METHOD",
-            "How areas are covered",
+            "Area method",
             "parallel for a sprayer, lap-and-lanes for a roller",
         ),
     ] = None
@@ -55,7 +55,7 @@ class PlanChoice:
         typer.Option(
             "--kappa-max",
             metavar="1/M",
-            help="Largest curvature of a turn, 1/m; 0: as the method has it.",
+            help="Largest curvature of turns, 1/m (0: the method's default).",
             show_default=False,
         ),
     ] = 0.0
@@ -64,7 +64,7 @@ class PlanChoice:
         typer.Option(
             "--sigma-max",
             metavar="1/M²",
-            help="Largest sharpness dκ/ds, 1/m²; 0: as the method has it.",
+            help="Largest sharpness dκ/ds, 1/m² (0: the method's default).",
             show_default=False,
         ),
     ] = 0.0
@@ -73,55 +73,57 @@ class PlanChoice:
         typer.Option(
             "--paint-speed",
             metavar="M/S",
-            help="Speed while marking or covering, m/s; 0: the vehicle's.",
+            help="Speed while marking or covering, m/s (0: vehicle default).",
             show_default=False,
         ),
     ] = 0.0
     transit_speed: Annotated[
         float,
         typer.Option(
-            "--transit-speed", metavar="M/S", help="Speed in between, m/s; 0: the vehicle's.", show_default=False
+            "--transit-speed", metavar="M/S", help="Speed in transitions, m/s (0: vehicle default).", show_default=False
         ),
     ] = 0.0
-    forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
+    forward_only: Annotated[
+        bool, typer.Option("--forward-only", help="Drive forward only: neither reverse nor turn on the spot.")
+    ] = False
     drying_time: Annotated[
         float,
         typer.Option(
-            "--drying-time", metavar="S", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False
+            "--drying-time", metavar="S", help="Drying time of the paint, s (0: vehicle default).", show_default=False
         ),
     ] = 0.0
-    hard_drying: Annotated[
-        bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
-    ] = False
+    hard_drying: Annotated[bool, typer.Option("--hard-drying", help="Fail rather than drive over wet paint.")] = False
     obstructed: Annotated[
         str,
         typer.Option(
             "--obstructed",
             metavar="leave-out|refuse",
-            help="Where something is in the way of a line: leave that out and report it (default), or give no plan.",
+            help="Obstructed parts of lines: leave them out and report them (default), or fail.",
             show_default=False,
         ),
     ] = ""
-    return_to_start: Annotated[bool, typer.Option("--return", help="End where it began, not behind the last line.")] = (
-        False
-    )
+    return_to_start: Annotated[
+        bool, typer.Option("--return", help="End at the start pose, not behind the last line.")
+    ] = False
 
     overlap: Annotated[
-        float, typer.Option("--overlap", metavar="M", help="Areas: least overlap of neighbouring lanes, m.")
+        float, typer.Option("--overlap", metavar="M", help="Areas: minimum overlap of neighbouring lanes, m.")
     ] = 0.03
     margin: Annotated[
         float,
-        typer.Option("--margin", metavar="M", help="Areas: room from the body to outlines, m; 2/5 less in bends."),
+        typer.Option(
+            "--margin", metavar="M", help="Areas: clearance between body and outline, m (40 % less in turns)."
+        ),
     ] = 0.05
     laps: Annotated[
-        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline, 0: none; -1: as it needs.")
+        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline (0: none; -1: as many as needed).")
     ] = -1
     swath_angle: Annotated[
         float | None,
         typer.Option(
             "--swath-angle",
             metavar="DEGREES",
-            help="Areas: direction of the lanes, degrees counter-clockwise from +x; default: which suits best.",
+            help="Areas: direction of the lanes, degrees counter-clockwise from +x (default: the best one).",
             show_default=False,
         ),
     ] = None
@@ -130,16 +132,16 @@ class PlanChoice:
         typer.Option(
             "--coverage",
             metavar="PERCENT",
-            help="Areas: touch up until so much of what can be reached is covered; 0: what is cheap.",
+            help="Areas: minimum coverage of the reachable area, percent (0: touch up only where it costs little).",
             show_default=False,
         ),
     ] = 0.0
 
     def options(self) -> PlanOptions:
-        """The plan request's options.
+        """Return the plan request's options.
 
         Raises:
-            SpecError: One cannot be meant; it is named as on the command line.
+            SpecError: A value is not usable; the message names the option.
         """
         for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time", "overlap", "margin"):
             value = getattr(self, name)
@@ -168,10 +170,10 @@ class PlanChoice:
 
 
 def check_follower(config: OnboardConfig) -> None:
-    """Refuse an external follower where there is no bus by which it could be asked.
+    """Refuse an external follower where there is no bus to reach it.
 
     Raises:
-        SpecError: The robot's computer is told to ask one.
+        SpecError: The configuration names an external follower.
     """
     if config.follower in ASKED:
         remedy = "use `touchline run` or `up`, whose bus it can join"
@@ -183,7 +185,7 @@ VehicleOption = Annotated[
     typer.Option(
         "--vehicle",
         metavar="NAME|FILE",
-        help=f"A shipped robot ({', '.join(SHIPPED)}), or a JSON file: one of your own; default: the first.",
+        help=f"Robot: a shipped one ({', '.join(SHIPPED)}) or a JSON file (default: the first).",
         show_default=False,
     ),
 ]
@@ -191,29 +193,29 @@ VehicleOption = Annotated[
 
 @dataclass(frozen=True)
 class VehicleChoice:
-    """The robot itself: its dimensions and limits."""
+    """Vehicle option: dimensions and limits of the robot."""
 
     vehicle: VehicleOption = None
 
     def chosen(self) -> Vehicle:
-        """The vehicle of that name or in that file, or the default one.
+        """The vehicle of the given name or file, or the default one.
 
         Raises:
-            SpecError: There is none, or the file is not a vehicle.
+            SpecError: No such vehicle, or the file is not a vehicle.
         """
         return load_vehicle(self.vehicle) if self.vehicle else Vehicle()
 
 
 @dataclass(frozen=True)
 class SetupChoice:
-    """The robot's world, its computer and itself: three files, and what is said instead of their own."""
+    """Setup of a robot: files of its world, computer and vehicle, and options that override them."""
 
     scenario: Annotated[
         Path | None,
         typer.Option(
             "--scenario",
             metavar="FILE",
-            help="Scenario JSON file: the robot's world; --seed and --noise take precedence over it.",
+            help="Scenario JSON file: the robot's world; --seed and --noise override it.",
             show_default=False,
         ),
     ] = None
@@ -221,7 +223,7 @@ class SetupChoice:
         int | None,
         typer.Option(
             metavar="N",
-            help="Seed of every noise: the same seed gives the same session; default 1.",
+            help="Seed of all noise: the same seed gives the same session (default: 1).",
             min=0,
             max=MAX_SEED,
         ),
@@ -234,20 +236,18 @@ class SetupChoice:
         typer.Option(
             "--onboard",
             metavar="FILE",
-            help="JSON file for the robot's computer: data sheets, limits; --follower takes precedence over it.",
+            help="JSON file of the onboard computer: data sheets, limits; --follower overrides it.",
             show_default=False,
         ),
     ] = None
-    follower: Annotated[
-        str | None, PluginOption("--follower", FOLLOWERS, "NAME", "What steers the robot along the path")
-    ] = None
+    follower: Annotated[str | None, PluginOption("--follower", FOLLOWERS, "NAME", "Path follower")] = None
     vehicle: VehicleOption = None
 
     def chosen(self) -> Setup:
-        """What the files say, or the defaults, changed as the other options say.
+        """Return the files' contents, or the defaults, with the options applied.
 
         Raises:
-            SpecError: A file is not what it should be.
+            SpecError: A file is not usable.
         """
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
@@ -260,7 +260,7 @@ class SetupChoice:
         )
 
     def refuse_with(self, other: str, remedy: str) -> None:
-        """Refuse these options beside ``other``, which says the same.
+        """Refuse these options beside ``other``, which already contains them.
 
         Raises:
             SpecError: One of them is given.
@@ -268,7 +268,7 @@ class SetupChoice:
         self.refuse(f"and {other} is given, too", remedy)
 
     def refuse(self, problem: str, remedy: str) -> None:
-        """Refuse these options, with what is wrong about them.
+        """Refuse these options for the given reason.
 
         Raises:
             SpecError: One of them is given.
@@ -278,15 +278,15 @@ class SetupChoice:
                 raise SpecError("command line", f"--{field.name}", f"is {value!s}, {problem}", remedy)
 
     def chosen_robots(self, fleet: Path | None, namespaces: Sequence[str]) -> dict[str, Setup]:
-        """The robots in the file ``fleet``; without it, those of these names as the other options say.
+        """Return the robots in the file ``fleet``; without it, robots of these names with the options applied.
 
-        Of several that differ in nothing else, the seeds count up from the one given.
+        Robots that differ in nothing else get consecutive seeds.
 
         Raises:
-            SpecError: A file is not what it should be, or an option says of all what the file says of each.
+            SpecError: A file is not usable, or an option would override every robot of the file.
         """
         if fleet is not None:
-            self.refuse_with("--robots", f"say it of each robot in {fleet.name}")
+            self.refuse_with("--robots", f"set it for each robot in {fleet.name}")
             return Fleet.read(fleet).setups()
         setup = self.chosen()
         return {name: setup.with_seed(setup.scenario.seed + number) for number, name in enumerate(namespaces)}

@@ -1,4 +1,4 @@
-"""The command's entry: every subcommand, and how its errors reach a person."""
+"""Entry of the command: its subcommands, and the reporting of errors."""
 
 import io
 import os
@@ -18,11 +18,11 @@ from touchline.schemas.plugin_packages import blamed
 
 
 def command_line(asked: str | None = None) -> typer.Typer:
-    """The command with its subcommands.
+    """Return the command with its subcommands.
 
     Args:
-        asked: The subcommand that is going to be run. Only its module is loaded: all of them take longer to import than
-            most have to do. All are loaded if it is None or there is none of that name.
+        asked: The subcommand to run: only its module is loaded, since importing all takes longer than most need to
+            run. None or an unknown name loads all.
     """
     app = bare()
     known = asked == "--version" or any(asked in names for modules in PANELS.values() for names in modules.values())
@@ -35,17 +35,17 @@ def command_line(asked: str | None = None) -> typer.Typer:
 
 
 def execute() -> int:
-    """Run the command; what a person can mend is told in one line, without a traceback.
+    """Run the command; errors that the user can mend are one line, without a traceback.
 
     Returns:
         The exit code.
 
     Raises:
-        KeyboardInterrupt: It was interrupted before or after the work of a subcommand.
+        KeyboardInterrupt: Interrupted before or after the work of a subcommand.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # where the locale has no ² or ·, a question mark will do
+            stream.reconfigure(errors="replace")  # where the locale has no ² or ·, print a question mark
     completing = "_TOUCHLINE_COMPLETE" in os.environ
     try:
         command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)()

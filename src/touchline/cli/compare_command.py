@@ -1,4 +1,4 @@
-"""``touchline compare``: whether two recordings are the same session."""
+"""``touchline compare``: two recordings compared message by message."""
 
 import sys
 from dataclasses import asdict
@@ -12,7 +12,7 @@ from touchline.cli.options import ExitCode, JsonOption
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("compare")(compare)
 
 
@@ -23,7 +23,9 @@ def compare(
     right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
     topics: Annotated[
         list[str] | None,
-        typer.Option("--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."),
+        typer.Option(
+            "--topic", metavar="TOPIC", help="Compare only this topic, such as /tt2/odometry/filtered; may be repeated."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

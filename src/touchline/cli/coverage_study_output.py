@@ -1,4 +1,4 @@
-"""``touchline study coverage``: the study of area coverage, as a table, Markdown or JSON."""
+"""``touchline study coverage``: the study of area coverage, as tables, Markdown or JSON."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from touchline.cli.display import print_line, progress_bar
-from touchline.cli.judged_output import as_text, exit_if_missed, print_tables, write_tables
+from touchline.cli.study_output import as_text, exit_if_missed, print_tables, write_tables
 
 if TYPE_CHECKING:
     from touchline_research.coverage_study import CoverageRow
@@ -18,7 +18,7 @@ STEM = "coverage-study"
 
 
 def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
-    """Measure and print it; exit code 1 if something that is asked for is missed."""
+    """Run and print the study; exit code 1 if a requirement is missed."""
     from touchline_research.coverage_study import run_coverage_study
     from touchline_research.lane_edges import edge_cases
 

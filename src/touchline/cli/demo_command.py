@@ -1,4 +1,4 @@
-"""``touchline demo``: the main job, watched in the console if there is a terminal."""
+"""``touchline demo``: a whole job, shown in the console if there is a terminal."""
 
 import sys
 from pathlib import Path
@@ -8,11 +8,11 @@ import typer
 
 from touchline.cli.choices import PlanChoice, VehicleChoice
 from touchline.cli.display import print_figures, say
-from touchline.cli.drawing import TemplateArgument
 from touchline.cli.groups import with_groups
 from touchline.cli.options import ExitCode, JsonOption
 from touchline.cli.output_choice import deliver
 from touchline.cli.run_command import run_job
+from touchline.cli.template_choice import TemplateArgument
 from touchline.jobs.recording.recording_end import end_recording, lacking
 from touchline.jobs.single.reports import estimator_figures, paint_figures
 from touchline.recordings.writing import check_recordable
@@ -29,17 +29,17 @@ _RECORDING = Path("session.mcap")
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("demo")(with_groups(demo))
 
 
 def demo(
     body: VehicleChoice,
     template: TemplateArgument = "soccer-11",
-    headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="Do not open the console, even on a terminal.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Paint a whole pitch, soccer-11 or another: in the console at 20x in a terminal, else as fast as it goes."""
+    """Paint a whole pitch, soccer-11 or another: in the console at 20× on a terminal, else as fast as possible."""
     setup = Setup(vehicle=body.chosen())
     check_recordable(_RECORDING)
     if sys.stdin.isatty() and sys.stdout.isatty() and not (headless or as_json):
@@ -55,7 +55,7 @@ def demo(
 def _in_console(setup: Setup, template: str) -> None:
     from touchline.tui.console import run_console
 
-    with local_system({DEFAULT_NAMESPACE: setup}, join_as=topics.SUPERVISOR) as system:  # the console minds the job
+    with local_system({DEFAULT_NAMESPACE: setup}, join_as=topics.SUPERVISOR) as system:  # the console attends to it
         say("Starting the services")
         system.wait_until_ready(say)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))

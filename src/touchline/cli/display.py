@@ -1,7 +1,7 @@
 """Output of the subcommands: results on standard output, progress and events on standard error.
 
-On a terminal tables are drawn and progress is a bar. In a pipe or a file a table is one line a row with tabs between
-the cells, and progress is a line now and then. `quiet` leaves only results, warnings and errors.
+On a terminal tables are drawn and progress is a bar. In a pipe or a file a table is one line per row with tabs between
+the cells, and progress is an occasional line. `quiet` leaves only results, warnings and errors.
 """
 
 import json
@@ -24,7 +24,7 @@ from touchline.schemas.plain_text import plain, plain_lines
 from touchline.schemas.supplies import full
 from touchline.schemas.vehicles import Vehicle
 
-#: Progress and events go to standard error, so that standard output holds nothing but the result.
+#: Progress and events go to standard error, so that standard output holds only the result.
 stderr = Console(stderr=True, highlight=False)
 
 Advance = Callable[[float, str], None]
@@ -32,17 +32,17 @@ Advance = Callable[[float, str], None]
 _SEVERITY = {Event.INFO: ("info", "cyan"), Event.WARN: ("warning", "yellow"), Event.ERROR: ("error", "red")}
 _DIGITS = 4
 _LONGEST_DETAIL = 200
-#: Time between two lines of progress where there is no terminal.
+#: Time between two lines of progress without a terminal.
 _LINE_EVERY_S: Final = 10.0
 
 
 class Verbosity:
-    """How much is shown, and where; chosen once, by the options of the subcommand.
+    """Amount and destination of the output; set once, by the options of the subcommand.
 
     Attributes:
-        quiet: On standard error only warnings and errors.
-        verbose: Tracebacks of errors, too.
-        output_taken: Standard output is for a file that was asked for as `-`; figures go to standard error.
+        quiet: Only warnings and errors go to standard error.
+        verbose: Errors come with their tracebacks.
+        output_taken: Standard output carries a file requested as `-`; figures go to standard error.
     """
 
     quiet = False
@@ -52,7 +52,7 @@ class Verbosity:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Advance]:
-    """Progress on standard error; call what it gives with a fraction 0…1 and a text. Compilations are reported, too."""
+    """Show progress, and compilations, on standard error; call the yielded function with a fraction 0…1 and a text."""
     begun_s = time.monotonic()
     with Compilations(lambda name: say(f"compiling {name}")) as compiled:
         if Verbosity.quiet:
@@ -81,7 +81,7 @@ def _bar(title: str) -> Iterator[Advance]:
 
 
 def _lines(title: str) -> Advance:
-    """Progress as a line every few seconds, none for what takes less."""
+    """Print progress every few seconds; nothing for tasks that take less."""
     begun_s = shown_s = time.monotonic()
 
     def advance(fraction: float, detail: str) -> None:
@@ -95,17 +95,17 @@ def _lines(title: str) -> Advance:
 
 
 def print_line(text: str) -> None:
-    """A line of the result, whoever wrote it: nothing in it commands the terminal."""
+    """Print a line of the result, with control sequences removed."""
     _print(plain_lines(text))
 
 
 def print_json(content: object, indent: int | None = 2) -> None:
-    """The result as JSON."""
+    """Print the result as JSON."""
     _print(json.dumps(content, indent=indent, ensure_ascii=False))
 
 
 def print_table(table: Table) -> None:
-    """A table of the result: drawn on a terminal, else its title, its headings and a line a row, cells between tabs."""
+    """Print a table: drawn on a terminal, else title, headings and a line per row with tabs between cells."""
     if sys.stdout.isatty() and not Verbosity.output_taken:
         Console(highlight=False).print(table)
         return
@@ -123,18 +123,18 @@ def _print(text: str) -> None:
 
 
 def _plain_cell(cell: object) -> str:
-    """A cell's text in one line, without markup."""
+    """Return a cell's text on one line, without markup."""
     return " ".join(Text.from_markup(str(cell)).plain.split())
 
 
 def say(text: str) -> None:
-    """A line or several on standard error, whoever wrote it: nothing in it commands the terminal."""
+    """Print lines on standard error, with control sequences removed."""
     if not Verbosity.quiet:
         stderr.print(plain_lines(text), markup=False, soft_wrap=True)
 
 
 def print_event(severity: int, text: str) -> None:
-    """One line on standard error."""
+    """Print one line on standard error, labelled with its severity."""
     if Verbosity.quiet and severity == Event.INFO:
         return
     word, style = _SEVERITY[severity]
@@ -142,19 +142,19 @@ def print_event(severity: int, text: str) -> None:
 
 
 def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:
-    """A line on standard error for a full tank and for a full battery if it will not last for the plan."""
+    """Warn on standard error if a full tank or a full battery does not last for the plan."""
     for shortage in full(report, vehicle).shortages:
         print_event(Event.WARN, f"the job {shortage}")
 
 
 def warn_of_left_out(stretches: Iterable[LeftOutStretch]) -> None:
-    """A line on standard error for each stretch of a line that the plan leaves out."""
+    """Warn on standard error of each stretch of a line that the plan leaves out."""
     for stretch in stretches:
         print_event(Event.WARN, f"the plan leaves out {stretch.words}")
 
 
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:
-    """A report as a table, a line a figure, named as in its JSON form."""
+    """Print a report as a table, one figure per line, named as in its JSON form."""
     table = Table(title=escape(plain(title)), title_justify="left", show_header=False, box=None, padding=(0, 2))
     table.add_column()
     table.add_column()
@@ -168,7 +168,7 @@ def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
         path = f"{prefix}{name}"
         if isinstance(value, Mapping):
             yield from _flatten(value, f"{path}.")
-        elif not isinstance(value, list):  # a table in a table: the JSON report has it
+        elif not isinstance(value, list):  # nested tables are in the JSON report only
             yield path, value
 
 

@@ -1,4 +1,4 @@
-"""``touchline echo``: the messages of a topic, of a recording or live."""
+"""``touchline echo``: messages of a topic, recorded or live."""
 
 import sys
 from collections.abc import Iterator
@@ -23,27 +23,32 @@ _MOST_SHOWN = 12
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("echo")(with_groups(echo))
 
 
 @dataclass(frozen=True)
 class Extract:
-    """What is shown of a topic."""
+    """Part of a topic to show."""
 
     field: Annotated[
-        str, typer.Option(metavar="PATH", help="Only this field: pose.pose.position.x, x_m[0].", show_default=False)
+        str,
+        typer.Option(
+            metavar="PATH", help="Show only this field, such as pose.pose.position.x or x_m[0].", show_default=False
+        ),
     ] = ""
     from_s: Annotated[
-        float | None, typer.Option("--from", metavar="S", help="From this time on, as shown.", show_default=False)
+        float | None, typer.Option("--from", metavar="S", help="Start at this time, s, as shown.", show_default=False)
     ] = None
     to_s: Annotated[
-        float | None, typer.Option("--to", metavar="S", help="Up to this time, as shown.", show_default=False)
+        float | None, typer.Option("--to", metavar="S", help="End at this time, s, as shown.", show_default=False)
     ] = None
-    count: Annotated[int, typer.Option(metavar="N", help="At most so many; 0: all.", min=0, show_default=False)] = 0
+    count: Annotated[
+        int, typer.Option(metavar="N", help="Show at most N messages (0: all).", min=0, show_default=False)
+    ] = 0
 
     def of(self, messages: "Iterator[Recorded]") -> "Iterator[Recorded]":
-        """Those of the messages that are shown."""
+        """Yield the selected messages."""
         begin_s = float("-inf") if self.from_s is None else self.from_s
         end_s = float("inf") if self.to_s is None else self.to_s
         shown = 0
@@ -65,9 +70,9 @@ def echo(
     seconds: SecondsOption = 0.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the messages of a topic of a recording or, with --robot, of the bus: times are those of the messages.
+    """Show the messages of a topic, from a recording or (--robot) from the bus, with their own time stamps.
 
-    With --json one object a line, with the time it was made and it was recorded.
+    With --json one object per line, with the times at which it was stamped and recorded.
     """
     from touchline.recordings.recorded import Damage
 

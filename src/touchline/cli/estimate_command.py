@@ -1,4 +1,4 @@
-"""``touchline estimate``: the estimator alone on the sensors of a session."""
+"""``touchline estimate``: the estimator alone, on the sensors of a session."""
 
 import sys
 from dataclasses import dataclass
@@ -15,33 +15,37 @@ from touchline.schemas.messages import Event
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("estimate")(with_groups(estimate))
 
 
 @dataclass(frozen=True)
 class EstimateChoice:
-    """Of what robot, against what, and with what picture."""
+    """Robot, reference and picture of an estimate."""
 
     robot: Annotated[
         str | None,
-        typer.Option("--robot", metavar="NAME", help="Of a recording of several robots, whose.", show_default=False),
+        typer.Option(
+            "--robot", metavar="NAME", help="Robot to use, if the recording holds several.", show_default=False
+        ),
     ] = None
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw track, innovations and NIS: an .svg or .png file.", show_default=False),
+        typer.Option(
+            metavar="FILE", help="Draw track, innovations and NIS to this .svg or .png file.", show_default=False
+        ),
     ] = None
     align: Annotated[
         FrameFit,
-        typer.Option(help="What the reference's frame may differ by: nothing, an offset, or offset and rotation."),
+        typer.Option(help="Alignment of the reference's frame: none, by an offset, or by offset and rotation."),
     ] = FrameFit.NONE
 
 
 def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOption = False) -> None:
-    """Run today's estimator on a session's sensors; exit code 1 if it is outside of what it was made for.
+    """Run the present estimator on a session's sensors; exit code 1 if the log violates its assumptions.
 
-    Tells fixes accepted and rejected, NIS against what is expected, jumps, and the error against the truth or a
-    reference track; of a receiver that stood, also how its fixes scatter and wander.
+    Reports fixes accepted and rejected, NIS against its expectation, jumps, and the error against the truth or a
+    reference track; for a stationary receiver also the scatter and drift of its fixes.
     """
     from touchline.checking.estimating.estimate_figures import estimate_figures
     from touchline.checking.estimating.estimate_picture import draw_estimate
@@ -57,12 +61,12 @@ def estimate(file: RecordingArgument, *, choice: EstimateChoice, as_json: JsonOp
     if choice.plot is not None:
         draw_estimate(run, choice.align, choice.plot)
     if as_json:
-        print_json({**figures, "told": run.told})
+        print_json({**figures, "told": run.remarks})
     else:
         against = figures.pop("verdict")
         print_figures(f"Estimator on {file}", {name: value for name, value in figures.items() if value is not None})
         figures["verdict"] = against
-    for line in run.told:
+    for line in run.remarks:
         print_event(Event.WARN, line)
     for line in figures["verdict"]:
         print_event(Event.WARN, line)

@@ -1,4 +1,4 @@
-"""``touchline export``: recorded topics as tables, the painted field as a map of the earth, a copy for viewers."""
+"""``touchline export``: topics as tables, the field as a map, a copy for viewers."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ from touchline.schemas.messages import Event
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("export")(with_groups(export))
 
 
@@ -27,14 +27,14 @@ def export(
     geojson: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write template, plan and paint as GeoJSON in WGS 84 here.", show_default=False
+            metavar="FILE", help="Write template, plan and paint to this GeoJSON file (WGS 84).", show_default=False
         ),
     ] = None,
     viewer: Annotated[
         Path | None,
         typer.Option(
             metavar="OUT.mcap",
-            help="Write a copy here with the topics that viewers draw, for recordings made without; it must not exist.",
+            help="Write a copy with the topics that viewers draw, if the recording has none; must not exist.",
             show_default=False,
         ),
     ] = None,
@@ -43,27 +43,27 @@ def export(
         typer.Option(
             "--robot",
             metavar="NAME",
-            help="Of a recording of several robots, the one on the map; else all.",
+            help="Robot to put on the map, if the recording holds several (default: all).",
             show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write topics of a recording as CSV or Parquet (a row a message), its field as GeoJSON, or a copy for viewers.
+    """Write topics as CSV or Parquet (a row per message), the field as GeoJSON, or a copy for viewers.
 
-    The exit code is 1 if not all of the recording could be read.
+    The exit code is 1 if part of the recording could not be read.
     """
     check_writable(tables.csv, tables.parquet, geojson)
     check_recordable(viewer)
     if geojson is None and viewer is None and not tables.asked:
-        remedy = "say what to write: --csv, --parquet, --geojson or --viewer"
+        remedy = "give --csv, --parquet, --geojson or --viewer"
         raise SpecError("command line", "--csv", "is missing", remedy)
     written: dict[str, int] = {}
     problem = tables.write(file, written) if tables.asked else ""
     if geojson is not None:
-        from touchline.jobs.single.earth_map import earth_map
+        from touchline.jobs.single.geojson_map import geojson_map
 
-        found = earth_map(file, robot)
+        found = geojson_map(file, robot)
         write_text(json.dumps(found, allow_nan=False) + "\n", geojson)
         written["features"] = len(found["features"])
         say(f"{written['features']:,} features in {geojson}")
@@ -77,7 +77,7 @@ def export(
 
 
 def _copy_for_viewers(file: Path, out: Path, written: dict[str, int]) -> str:
-    """Returns what of the recording is not in the copy; empty if all is."""
+    """Write the copy and return what is missing from it; empty if nothing is."""
     from touchline.recordings.viewing_copy import copy_with_viewing
 
     found, drawn = copy_with_viewing(file, out)

@@ -41,18 +41,18 @@ from touchline.supervision.running_system import only_one
 from touchline.supervision.temporary_system import ProcessOptions, local_system
 
 _TASK_S: Final = 120.0
-"""Robots that have never been guided compile what they need for that."""
+"""Timeout, s: robots that were never guided first compile what guiding needs."""
 _ROBOT_S: Final = 10.0
 
 TeamNameOption = Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")]
 RecordAllOption = Annotated[
     Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
 ]
-RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Its name.")]
+RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of the robot.")]
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand with its own."""
+    """Add the group of subcommands to `app`."""
     fleet = typer.Typer(no_args_is_help=True, help="Teams of robots that share an area and never touch.")
     fleet.command("team")(team)
     fleet.command("robots")(with_groups(robots_of))
@@ -67,7 +67,7 @@ def register(app: typer.Typer) -> None:
 
 
 def team() -> None:
-    """Print a team as JSON, every field: what `--team` takes, to be changed."""
+    """Print a team as JSON with every field: to change and give as `--team`."""
     typer.echo(TeamScenario().model_dump_json(indent=1, context=EVERY_FIELD))
 
 
@@ -76,19 +76,21 @@ def robots_of(
     seed: SeedOption = None,
     only: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="NAME", help="This robot; may be repeated. Default: all.", show_default=False),
+        typer.Option(
+            "--only", metavar="NAME", help="Only this robot; may be repeated (default: all).", show_default=False
+        ),
     ] = None,
     *,
     choice: TeamChoice,
 ) -> None:
-    """Print a team's emulated robots as JSON: what `robot-sim --robots` takes, on this machine or another."""
-    from touchline.fleet.starts import free_area, starts
+    """Print a team's emulated robots as JSON, for `robot-sim --robots` on this machine or another."""
+    from touchline.fleet.start_poses import free_area, start_poses
 
     chosen = choice.chosen(robots, seed)
     for name in only or ():
         if name not in chosen.names:
             raise SpecError("command line", "--only", f"is {name!r}", f"use {', '.join(chosen.names)}")
-    places = starts(chosen, free_area(chosen))
+    places = start_poses(chosen, free_area(chosen))
     setups = {name: chosen.setup(name, places[name]) for name in only or chosen.names}
     typer.echo(Fleet.of(setups).model_dump_json())
 
@@ -103,10 +105,10 @@ def simulate(
     report: ReportOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive a team of emulated robots in this process, without Zenoh, in lockstep; exit code 1 if any two touch."""
+    """Simulate a team in this process, in lockstep and without Zenoh; exit code 1 if any two robots touch."""
     from touchline.core.stopwatch import Stopwatch
-    from touchline.jobs.places import cores
     from touchline.jobs.recording.payload_recorder import PayloadRecorder
+    from touchline.jobs.task_pool import cores
     from touchline.jobs.team.team_figures import team_figures
     from touchline.jobs.team.team_run import TeamRun
 
@@ -128,23 +130,23 @@ def run(
     robots: RobotsCountOption = None,
     seed: SeedOption = None,
     speed: SpeedOption = "max",
-    apart: Annotated[bool, typer.Option("--processes", help="A process for each robot, not one for all.")] = False,
+    apart: Annotated[bool, typer.Option("--processes", help="Run each robot in its own process.")] = False,
     record: RecordAllOption = None,
     *,
     choice: TeamChoice,
     report: ReportOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive a team over Zenoh: coordinator, emulated robots and, to record, bridge as processes, in lockstep.
+    """Run a team over Zenoh in lockstep: coordinator, emulated robots and, with --record, bridge as processes.
 
-    They are on a bus of their own, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
+    They use a private bus, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
     """
-    from touchline.fleet.starts import free_area, starts
+    from touchline.fleet.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
 
     check_recordable(record)
     chosen = choice.chosen(robots, seed)
-    places = starts(chosen, free_area(chosen))
+    places = start_poses(chosen, free_area(chosen))
     setups = {name: chosen.setup(name, places[name]) for name in chosen.names}
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder, progress_bar("Team") as advance:
         file = Path(folder) / "team.json"
@@ -172,14 +174,14 @@ def sweep(
         str | None,
         typer.Option(
             metavar="N,N…",
-            help="How many robots: teams of all these sizes; default: as the team says, 10.",
+            help="Team sizes to simulate (default: the team's, 10).",
             show_default=False,
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each, with seeds that count up.", min=1)] = 20,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each size, with consecutive seeds.", min=1)] = 20,
     seed: SeedOption = None,
     random_faults: Annotated[
-        bool, typer.Option("--random-faults", help="Each seed has a timeline of faults: robots, computers, radio.")
+        bool, typer.Option("--random-faults", help="Add random faults of robots, computers and radio, by seed.")
     ] = False,
     *,
     choice: TeamChoice,
@@ -199,10 +201,10 @@ def sweep(
 
 
 def _sizes(text: str | None) -> list[int | None]:
-    """The sizes of teams that are asked for; None: what the team says.
+    """Return the requested sizes of teams; None: the team's own.
 
     Raises:
-        SpecError: They are none.
+        SpecError: A size is not usable.
     """
     if text is None:
         return [None]
@@ -218,7 +220,7 @@ def task(
     robot: TeamNameOption = TEAM_NAMESPACE,
     as_json: JsonOption = False,
 ) -> None:
-    """Give a team on the bus a task: its coordinator sets it in motion, or has it go on with that."""
+    """Give a team on the bus a task; its coordinator starts it, or continues it if it is the present one."""
     text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text)
@@ -230,7 +232,7 @@ def stop(
     robot: TeamNameOption = TEAM_NAMESPACE,
     as_json: JsonOption = False,
 ) -> None:
-    """Pause every robot of a team on the bus; `touchline order resume` lets them go on."""
+    """Pause every robot of a team on the bus; `touchline order resume` continues."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
     _report(response, as_json)
@@ -239,12 +241,12 @@ def stop(
 def remove(
     name: RobotArgument,
     force: Annotated[
-        bool, typer.Option("--force", help="Though it may still drive: you answer for it that it does not.")
+        bool, typer.Option("--force", help="Remove it even if it may still drive: you guarantee that it does not.")
     ] = False,
     robot: TeamNameOption = TEAM_NAMESPACE,
     as_json: JsonOption = False,
 ) -> None:
-    """Take a robot that has been carried away out of a team on the bus: nobody keeps off it any more."""
+    """Remove a robot that has been taken off the ground from a team on the bus, so that the others ignore it."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
         response = bus.call(topics.TEAM_REMOVE, request, _ROBOT_S)
@@ -252,14 +254,14 @@ def remove(
 
 
 def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE, as_json: JsonOption = False) -> None:
-    """Have a robot join a team on the bus again that was taken out; it may stand elsewhere."""
+    """Let a removed robot join its team on the bus again; it may stand elsewhere."""
     with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
         response = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S)
     _report(response, as_json)
 
 
 def _report(response: CommandResponse | TeamTaskResponse | TeamRobotResponse, as_json: bool) -> None:
-    """Print an answer; the exit code says whether it is a success."""
+    """Print a response; the exit code shows whether it is a success."""
     if as_json:
         print_json({"success": response.success, "message": response.message})
     else:

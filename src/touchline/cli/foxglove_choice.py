@@ -1,4 +1,4 @@
-"""The options of the viewers' server, which ``touchline bridge`` and ``touchline up`` share."""
+"""Options of the viewers' server, shared by ``touchline bridge`` and ``touchline up``."""
 
 import os
 import socket
@@ -17,41 +17,41 @@ if TYPE_CHECKING:  # every process starts through this command line, and few nee
 
 @dataclass(frozen=True)
 class FoxgloveChoice:
-    """Whether and where Foxglove, Lichtblick and other viewers see the robots."""
+    """Server for Foxglove, Lichtblick and other viewers."""
 
     foxglove: Annotated[
-        bool, typer.Option("--foxglove", help="Serve viewers that speak Foxglove's protocol: Foxglove, Lichtblick.")
+        bool, typer.Option("--foxglove", help="Serve viewers with Foxglove's protocol: Foxglove, Lichtblick.")
     ] = False
     foxglove_listen: Annotated[
         str,
         typer.Option(
             metavar="HOST:PORT",
-            help="Serve them at this address; default 127.0.0.1:8765, which no other machine reaches.",
+            help="Address of the server (default: 127.0.0.1:8765, this machine only).",
             show_default=False,
         ),
     ] = ""
     foxglove_orders: Annotated[
         bool,
-        typer.Option("--foxglove-orders", help="Let viewers command robots, recordings and replays, not only look."),
+        typer.Option("--foxglove-orders", help="Let viewers command robots, recordings and replays."),
     ] = False
     foxglove_origin: Annotated[
         list[str] | None,
         typer.Option(
             metavar="ORIGIN",
-            help="Let web pages of this origin connect, too, as in https://viewer.example; may be repeated.",
+            help="Accept web pages of this origin, such as https://viewer.example; may be repeated.",
             show_default=False,
         ),
     ] = None
     clock: Annotated[
         bool,
-        typer.Option("--clock", help="Tell viewers and ROS 2 nodes the first robot's sim time as /clock, too."),
+        typer.Option("--clock", help="Publish the first robot's sim time as /clock to viewers and ROS 2 nodes."),
     ] = False
 
     def server(self) -> "FoxgloveConfig | None":
-        """The server that is asked for, if one is.
+        """Return the requested server, if any.
 
         Raises:
-            SpecError: Address or origin is none, or given without the server.
+            SpecError: The address or origin is invalid, or given without the server.
             TouchlineError: The server's package is not installed.
         """
         if not self.foxglove:
@@ -71,10 +71,10 @@ class FoxgloveChoice:
         return FoxgloveConfig(address, self.clock, self.foxglove_orders, origins)
 
     def check_free(self) -> None:
-        """Refuse an address that somebody else listens on, before anything is started.
+        """Refuse an address that is in use, before anything is started.
 
         Raises:
-            SpecError: It cannot be listened on.
+            SpecError: The address cannot be listened on.
         """
         server = self.server()
         if server is None:
@@ -86,20 +86,22 @@ class FoxgloveChoice:
             problem = f"is {server.address}, where it cannot listen ({os.strerror(error.errno or 0)})"
             raise SpecError("command line", "--foxglove-listen", problem, "give another address") from error
 
-    def told(self) -> str:
-        """Where viewers find the robots, for who starts them; empty without the server."""
+    def notice(self) -> str:
+        """Return a line for the user with the server's address; empty without the server."""
         server = self.server()
         if server is None:
             return ""
-        allowed = "" if server.orders else " (to look only; --foxglove-orders lets them command)"
+        allowed = "" if server.orders else " (read-only; --foxglove-orders lets them command)"
         return f"Foxglove and Lichtblick find it at {server.url}{allowed}"
 
     def with_clock(self, gateway: "GatewayConfig | None") -> "GatewayConfig | None":
-        """The gateway to ROS 2, if there is one, with the clock if that is asked for.
+        """Return the gateway to ROS 2, if any, with the clock if requested.
 
         Raises:
-            SpecError: The clock is asked for, and there is nobody to tell it.
+            SpecError: The clock is requested without a server or gateway.
         """
         if self.clock and gateway is None and not self.foxglove:
-            raise SpecError("command line", "--clock", "has nobody to tell", "give --foxglove or --ros2, too")
+            raise SpecError(
+                "command line", "--clock", "is given without --foxglove or --ros2", "give --foxglove or --ros2, too"
+            )
         return replace(gateway, clock=self.clock) if gateway is not None else None

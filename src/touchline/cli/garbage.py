@@ -1,4 +1,4 @@
-"""When no garbage is collected."""
+"""Suspension of garbage collection."""
 
 import gc
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def without_collecting() -> Iterator[None]:
-    """No search for garbage meanwhile: going through all objects takes time, and a plan's or a drive's all stay."""
+    """Suspend garbage collection: it would go through all objects of a plan or a drive, which all stay."""
     usual = gc.isenabled()
     gc.disable()
     try:

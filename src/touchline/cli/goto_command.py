@@ -1,4 +1,4 @@
-"""``touchline goto``: a robot drives to a pose, an emulated one in this process or the one on the bus."""
+"""``touchline goto``: drive an emulated robot, or the one on the bus, to a pose."""
 
 import math
 import sys
@@ -41,39 +41,41 @@ def register(app: typer.Typer) -> None:
 
 @dataclass(frozen=True)
 class GoalChoice:
-    """Where to, and how."""
+    """Goal, path method and timing."""
 
-    x: Annotated[float, typer.Argument(metavar="X", help="Of the goal, m, map frame.", show_default=False)]
-    y: Annotated[float, typer.Argument(metavar="Y", help="Of the goal, m, map frame.", show_default=False)]
+    x: Annotated[float, typer.Argument(metavar="X", help="Position of the goal, m, map frame.", show_default=False)]
+    y: Annotated[float, typer.Argument(metavar="Y", help="Position of the goal, m, map frame.", show_default=False)]
     heading: Annotated[
         float | None,
         typer.Argument(
             metavar="HEADING",
-            help="At the goal, rad, counter-clockwise from +x; left out: any.",
+            help="Heading at the goal, rad, counter-clockwise from +x (default: any).",
             show_default=False,
         ),
     ] = None
-    method: Annotated[str | None, PluginOption("--method", POSE_METHODS, "METHOD", "By which way")] = None
-    law: Annotated[str | None, PluginOption("--law", SPEED_LAWS, "LAW", "When it is where along the way")] = None
+    method: Annotated[str | None, PluginOption("--method", POSE_METHODS, "METHOD", "Path method")] = None
+    law: Annotated[str | None, PluginOption("--law", SPEED_LAWS, "LAW", "Speed law along the path")] = None
     duration: Annotated[
-        float, typer.Option("--duration", metavar="S", help="Drive so long, s; 0: as fast as the law allows.")
+        float, typer.Option("--duration", metavar="S", help="Duration of the drive, s (0: as fast as the law allows).")
     ] = 0.0
     tangents: Annotated[
         str | None,
         typer.Option(
             "--k",
             metavar="M[,M]",
-            help="Method cubic: tangent lengths at start and goal, m, negative backward; default: chosen.",
+            help="Method cubic: tangent lengths at start and goal, m; negative: backward (default: chosen).",
             show_default=False,
         ),
     ] = None
-    forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
+    forward_only: Annotated[
+        bool, typer.Option("--forward-only", help="Drive forward only: neither reverse nor turn on the spot.")
+    ] = False
 
     def goal(self) -> PoseGoal:
-        """The pose to drive to.
+        """Return the pose to drive to.
 
         Raises:
-            SpecError: The heading is no angle, or a tangent length no number.
+            SpecError: The heading is not an angle, or a tangent length not a number.
         """
         return PoseGoal(
             x_m=self.x,
@@ -86,7 +88,7 @@ class GoalChoice:
         )
 
     def options(self) -> PlanOptions:
-        """How to plan."""
+        """Return the planning options."""
         return PlanOptions(forward_only=self.forward_only)
 
 
@@ -98,12 +100,12 @@ def goto(
         typer.Option(
             "--start",
             metavar="X,Y,HEADING",
-            help="With --vehicle: where the robot stands (m, m, rad); default: the scenario's start, or 0,0,0.",
+            help="With --vehicle: start pose (m, m, rad; default: the scenario's, or 0,0,0).",
             show_default=False,
         ),
     ] = None,
     name: RobotOption = None,
-    hashed: Annotated[bool, typer.Option("--hash", help="With --vehicle: work out the session hash.")] = False,
+    hashed: Annotated[bool, typer.Option("--hash", help="With --vehicle: compute the session hash.")] = False,
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE.mcap", help="With --vehicle: record the session to this file.", show_default=False),
@@ -113,15 +115,15 @@ def goto(
 ) -> None:
     """Drive to a pose: with --vehicle an emulated robot in this process, without it the robot on the bus.
 
-    Tells where and when it arrived; exit code 1 if it did not come to rest within 5 cm and 2° of the goal. The robot on
-    the bus goes there from where it stands, or from amid another drive; Ctrl-C has it brake and give the goal up.
+    Reports where and when it arrived; exit code 1 if it did not come to rest within 5 cm and 2° of the goal. The robot
+    on the bus starts from where it stands or drives; Ctrl-C brakes it and aborts the goal.
     """
     check_recordable(record)
     check_writable(report)
-    goal.goal()  # which refuses what is none before anything starts
+    goal.goal()  # an invalid goal is refused before anything starts
     if robot.vehicle is not None:
         if name is not None:
-            raise SpecError("command line", "--robot", f"is {name}, and --vehicle is given, too", "give one of both")
+            raise SpecError("command line", "--robot", f"is {name}, and --vehicle is given, too", "give one of them")
         figures = emulated(_standing_at(robot.chosen(), start), goal, hashed, record)
     else:
         _refuse_for_bus(robot, {"--start": start, "--hash": hashed or None, "--record": record})
@@ -132,7 +134,7 @@ def goto(
 
 
 def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) -> dict[str, Any]:
-    """Have a robot of this setup drive there in this process; its figures."""
+    """Drive a robot of this setup to the goal in this process; return its figures."""
     from touchline.jobs.goal.goal_simulation import drive_to_goal
     from touchline.jobs.single.simulation import Products
 
@@ -149,7 +151,7 @@ def emulated(setup: Setup, goal: GoalChoice, hashed: bool, record: Path | None) 
 
 
 def on_bus(config: BusConfig, goal: GoalChoice) -> dict[str, Any]:
-    """Have the robot on the bus drive there; whether it arrived, or why not.
+    """Drive the robot on the bus to the goal; return whether it arrived, or why not.
 
     Raises:
         CallError: There is no such robot.
@@ -164,10 +166,10 @@ def on_bus(config: BusConfig, goal: GoalChoice) -> dict[str, Any]:
 
 
 def _standing_at(setup: Setup, start: str | None) -> Setup:
-    """The setup with the robot where --start says, or else its scenario, or else at 0,0,0.
+    """Return the setup with the robot at --start, else where the scenario puts it, else at 0,0,0.
 
     Raises:
-        SpecError: That is no pose.
+        SpecError: --start is not a pose.
     """
     if start is None:
         pose = setup.scenario.standing()
@@ -182,12 +184,12 @@ def _standing_at(setup: Setup, start: str | None) -> Setup:
 
 
 def _refuse_for_bus(robot: SetupChoice, others: dict[str, object]) -> None:
-    """Refuse what only an emulated robot can be told.
+    """Refuse options that only an emulated robot has.
 
     Raises:
-        SpecError: Some of it is given.
+        SpecError: One of them is given.
     """
-    problem, remedy = "but the robot on the bus is what and where it is", "leave it out, or give --vehicle"
+    problem, remedy = "but the robot on the bus has its own", "leave it out, or give --vehicle"
     robot.refuse(problem, remedy)
     for option, value in others.items():
         if value is not None:

@@ -1,4 +1,4 @@
-"""Groups of options that several subcommands share: a dataclass in a command's signature stands for its fields."""
+"""Groups of options shared by subcommands: a dataclass in a command's signature stands for its fields."""
 
 import inspect
 from collections.abc import Callable
@@ -13,10 +13,10 @@ from touchline.cli.verbosity import with_verbosity
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """``command`` as Typer wants it: every parameter that is a dataclass is replaced by the dataclass's fields.
+    """Return ``command`` for Typer: each parameter that is a dataclass is replaced by the dataclass's fields.
 
     A field's annotation and default are the option's. The help has arguments and options in the order of the signature;
-    a group that stands behind an option in it is keyword-only, since it has no default.
+    a group that follows an option in it is keyword-only, since it has no default.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
@@ -45,7 +45,7 @@ def _fields_of(group: Any) -> list[inspect.Parameter]:
 
 
 def in_panel(app: typer.Typer, name: str) -> None:
-    """Put every subcommand that is in no panel of the help yet into that one, and give it the options of all."""
+    """Put every subcommand without a panel into the panel ``name``, and add the options that all have."""
     for command in app.registered_commands:
         if not isinstance(command.rich_help_panel, str):
             command.rich_help_panel = name

@@ -1,4 +1,4 @@
-"""``touchline hz``: how often the messages of topics come, of a recording or live."""
+"""``touchline hz``: rates of topics, recorded or live."""
 
 from dataclasses import asdict
 from typing import Annotated
@@ -14,7 +14,7 @@ from touchline.schemas.plain_text import plain
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("hz")(hz)
 
 
@@ -27,7 +27,7 @@ def hz(
     seconds: SecondsOption = 5.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell rate and jitter of topics by when their messages were recorded or, with --robot, arrive here."""
+    """Show rate and jitter of topics, by the times at which messages were recorded or (--robot) arrive here."""
     from touchline.recordings.topic_rates import topic_rates
 
     with message_source(given or (), robot, seconds) as messages:

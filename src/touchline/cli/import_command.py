@@ -1,4 +1,4 @@
-"""``touchline import``: logs of other robots and receivers made into sessions."""
+"""``touchline import``: converts logs of other robots and receivers to sessions."""
 
 import sys
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from touchline.schemas.plain_text import plain
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("import")(with_groups(import_))
 
 
 @dataclass(frozen=True)
 class LogChoice:
-    """What is made of the logs."""
+    """Mapping and destination of imported logs."""
 
     mapping: Annotated[
         Path | None,
@@ -33,12 +33,12 @@ class LogChoice:
         ),
     ] = None
     out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.", show_default=False)] = None
-    listed: Annotated[bool, typer.Option("--list", help="Only tell what is in the logs, and propose a mapping.")] = (
-        False
-    )
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the streams in the logs and propose a mapping; write nothing.")
+    ] = False
 
     def check(self) -> None:
-        """Raises `SpecError` if they do not fit together."""
+        """Raise `SpecError` if the options contradict each other."""
         if not self.listed and self.out is None:
             raise SpecError("command line", "--out", "is missing", "name the session to write, or use --list")
 
@@ -46,18 +46,18 @@ class LogChoice:
 def import_(
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG…", help="Logs that belong together, of one robot.", show_default=False),
+        typer.Argument(metavar="LOG…", help="Logs of one robot and one drive.", show_default=False),
     ],
     *,
     choice: LogChoice,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a session of a ROS 1 or 2 bag, NMEA, UBX, RTKLIB solutions or tables, for `touchline estimate`.
+    """Convert a ROS 1 or 2 bag, NMEA, UBX, RTKLIB solutions or tables to a session, for `touchline estimate`.
 
-    Without a mapping, what is in the logs is taken as its standard types say.
+    Without a mapping, streams are mapped by their standard types.
     """
     from touchline.checking.importing.import_logs import import_logs, load_mapping
-    from touchline.checking.importing.proposal import log_list, proposal
+    from touchline.checking.importing.mapping_proposal import log_list, proposal
     from touchline.recordings.writing import check_recordable
 
     choice.check()
@@ -76,10 +76,10 @@ def import_(
     with progress_bar("Import") as advance:
         done = import_logs(logs, mapping, choice.out, folder, advance)
     if as_json:
-        print_json({**done.figures, "told": done.told, "problem": done.problem})
+        print_json({**done.figures, "told": done.remarks, "problem": done.problem})
     else:
         print_figures(f"Session {choice.out}", done.figures)
-    for line in done.told:
+    for line in done.remarks:
         print_event(Event.WARN, line)
     if done.problem:
         print_event(Event.ERROR, f"the session is not whole: {done.problem}")

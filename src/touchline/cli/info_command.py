@@ -1,4 +1,4 @@
-"""``touchline info``: what a recording holds, and what is lost of it."""
+"""``touchline info``: contents of a recording, and its losses."""
 
 from typing import Any
 
@@ -13,12 +13,12 @@ from touchline.schemas.plain_text import plain
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("info")(info)
 
 
 def info(file: RecordingArgument, as_json: JsonOption = False) -> None:
-    """Tell what a recording holds: its files, times, robots, topics, metadata and attachments, and what is lost."""
+    """Show a recording's files, times, robots, topics, metadata and attachments, and its losses."""
     from touchline.recordings.recording_info import recording_info
 
     found = recording_info(file)

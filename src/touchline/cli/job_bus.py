@@ -1,4 +1,4 @@
-"""On which bus a job of several robots is done."""
+"""Bus of a job of several robots."""
 
 import os
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from touchline.bus.ports import free_port
 
 
 def job_bus(robots: Sequence[str]) -> BusConfig:
-    """The bus that the environment names, or else a private one, so that any number of jobs can run at once."""
+    """Return the bus that the environment names, or else a private one, so that several jobs can run at once."""
     if ENDPOINT_VARIABLE in os.environ or CONFIG_VARIABLE in os.environ:
         return BusConfig.from_environment(robots)
     return BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}").of(*robots)

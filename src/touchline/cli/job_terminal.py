@@ -1,4 +1,4 @@
-"""Shows a job over the bus on the terminal, and ends it when what it needs has died."""
+"""Progress of a job over the bus on the terminal, which ends the job if a process that it needs dies."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,10 +11,10 @@ from touchline.supervision.temporary_system import LocalSystem, severity_of
 
 @dataclass
 class Terminal:
-    """Shows a job on standard error, and ends it when the robot's process dies.
+    """Progress of a job on standard error, which ends the job if the robot's process dies.
 
     Attributes:
-        advance: The bar.
+        advance: Moves the progress bar.
         watch: Called often; raises `JobFailed` when the robot's process has died.
     """
 
@@ -23,25 +23,29 @@ class Terminal:
     _stage: str = field(default="", init=False)
 
     def stage(self, text: str) -> None:
-        """Name the stage."""
+        """Show the name of the present stage."""
         self._stage = text
         self.advance(0.0, text)
 
     def progress(self, fraction: float, text: str) -> None:
-        """Move the bar."""
+        """Move the progress bar."""
         self.advance(fraction, f"{self._stage}: {text}")
 
     def event(self, severity: int, text: str) -> None:
-        """Print an event."""
+        """Print an event of a robot."""
         print_event(severity, text)
 
     def check(self) -> None:
-        """Tell what happened to the services."""
+        """Report changes of the services.
+
+        Raises:
+            JobFailed: The robot's process has died.
+        """
         self.watch()
 
 
 def watch_system(system: LocalSystem) -> None:
-    """Tell what happened to the services of a job.
+    """Report changes of the services of a job.
 
     Raises:
         JobFailed: The robot's process has died.
@@ -53,9 +57,9 @@ def watch_system(system: LocalSystem) -> None:
 
 
 def watch_team(system: LocalSystem) -> None:
-    """Tell what happened to the services of a job of several robots, each of a process of its own.
+    """Report changes of the services of a job in which each robot has its own process.
 
-    That one of those has died the others hear on the bus.
+    The other robots learn of a death on the bus.
     """
     for notice in system.poll():
         print_event(severity_of(notice), f"supervisor: {notice.text}")

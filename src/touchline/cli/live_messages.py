@@ -1,4 +1,4 @@
-"""What is on the bus, as a recording would have it: the same readers take both."""
+"""Messages on the bus in the form of recorded ones, for the same readers."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,12 +13,12 @@ _WAIT_S = 0.05
 
 
 def live_messages(bus: Bus, names: Sequence[str], stop: Callable[[], bool]) -> Iterator[Recorded]:
-    """The messages of a robot as they come, until ``stop``; their times are those of this machine's wall clock.
+    """Yield the messages of a robot as they arrive, until ``stop``; their times are this machine's wall clock.
 
     Args:
         bus: The robot's.
-        names: Of topics, as in the topic table or in full; all if there are none.
-        stop: Asked some twenty times a second.
+        names: Topics, as in the topic table or in full; none: all.
+        stop: Polled some twenty times a second.
 
     Raises:
         SpecError: There is no such topic.

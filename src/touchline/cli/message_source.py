@@ -1,4 +1,4 @@
-"""Where ``echo`` and ``hz`` take messages from: a recording, or a robot on the bus."""
+"""Source of messages for ``echo`` and ``hz``: a recording, or a robot on the bus."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -24,25 +24,25 @@ LiveOption = Annotated[
     typer.Option(
         "--robot",
         metavar="NAME",
-        help="Listen to this robot on the bus, until Ctrl-C; then no recording is given.",
+        help="Listen to this robot on the bus instead of reading a recording.",
         show_default=False,
     ),
 ]
 SecondsOption = Annotated[
-    float, typer.Option("--seconds", metavar="S", help="With --robot: stop after this long; 0: at Ctrl-C.", min=0.0)
+    float, typer.Option("--seconds", metavar="S", help="With --robot: duration, s (0: until Ctrl-C).", min=0.0)
 ]
 
 
 @contextmanager
 def message_source(given: Sequence[str], robot: str | None, seconds: float) -> Iterator["Iterator[Recorded]"]:
-    """The messages of a recording, which is given first, or of a robot; of the topics that are given, or of all.
+    """Yield the messages of a recording, the first argument, or of a robot; of the given topics, or of all.
 
     Raises:
         SpecError: No recording is given.
-        RecordingError: It cannot be read, or has no such topic.
+        RecordingError: The recording cannot be read, or has no such topic.
     """
     if robot is None:
-        from touchline.recordings.asked_topics import RecordedTopics
+        from touchline.recordings.topic_selection import RecordedTopics
 
         if not given:
             raise SpecError("command line", "RECORDING", "is missing", "give a recording, or --robot for a live one")

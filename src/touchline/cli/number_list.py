@@ -1,4 +1,4 @@
-"""Numbers that an option is given, separated by commas."""
+"""Comma-separated numbers as the value of an option."""
 
 from collections.abc import Sequence
 
@@ -6,16 +6,16 @@ from touchline.schemas.errors import SpecError
 
 
 def numbers_of(option: str, text: str, counts: Sequence[int], example: str) -> list[float]:
-    """The numbers in the text of an option.
+    """Parse the numbers in an option's value.
 
     Args:
-        option: As written on the command line.
-        text: What it is given.
-        counts: How many there may be.
-        example: A text that would do.
+        option: Name of the option, with its dashes.
+        text: Its value.
+        counts: Allowed numbers of numbers.
+        example: A valid value, for the error message.
 
     Raises:
-        SpecError: They are none, or not as many.
+        SpecError: The value is not a list of numbers, or has the wrong length.
     """
     try:
         numbers = [float(part) for part in text.split(",")]

@@ -1,4 +1,4 @@
-"""Options that several subcommands share, and the exit codes."""
+"""Options shared by several subcommands, and the exit codes."""
 
 from enum import IntEnum
 from pathlib import Path
@@ -13,7 +13,7 @@ PLOT_ENDINGS = (".svg", ".png")
 
 
 class ExitCode(IntEnum):
-    """What the command's exit code says."""
+    """Exit codes of the command."""
 
     OK = 0
     FAILED = 1
@@ -23,7 +23,9 @@ class ExitCode(IntEnum):
 
 SpeedOption = Annotated[
     str,
-    typer.Option("--speed", metavar="FACTOR", help="Times real time (1, 20, 0.5 …), or `max` for as fast as it goes."),
+    typer.Option(
+        "--speed", metavar="FACTOR", help="Pace, × real time (1, 20, 0.5 …), or `max` for as fast as possible."
+    ),
 ]
 ReportOption = Annotated[
     Path | None,
@@ -41,7 +43,7 @@ RecordingsOption = Annotated[
     typer.Option(
         "--recordings",
         metavar="FOLDER",
-        help="The folder that recordings go to, and none elsewhere; by default where this is started.",
+        help="Folder of recordings; none are written elsewhere (default: the current folder).",
         exists=True,
         file_okay=False,
         show_default=False,
@@ -52,28 +54,29 @@ RobotsOption = Annotated[
     typer.Option(
         "--robots",
         metavar="FILE",
-        help="JSON file of several robots, each with its namespace, vehicle, computer and world (docs/robots.md).",
+        help="JSON file of robots: namespace, vehicle, computer and world of each (docs/robots.md).",
         show_default=False,
     ),
 ]
-_ROBOT_HELP = "Namespace of the robot; default: $TOUCHLINE_NAMESPACE, or tt2."
+_ROBOT_HELP = "Namespace of the robot (default: $TOUCHLINE_NAMESPACE, or tt2)."
 RobotOption = Annotated[str | None, typer.Option("--robot", metavar="NAME", help=_ROBOT_HELP, show_default=False)]
 SomeRobotsOption = Annotated[
     list[str] | None,
     typer.Option(
         "--robot",
         metavar="NAME",
-        help="Namespace of a robot; may be repeated. Default: those in $TOUCHLINE_NAMESPACE, or all.",
+        help="Namespace of a robot; may be repeated (default: those in $TOUCHLINE_NAMESPACE, or all).",
         show_default=False,
     ),
 ]
 SupervisorOption = Annotated[
-    int | None, typer.Option("--supervisor", hidden=True, help="End when this process is not the parent any more.")
+    int | None,
+    typer.Option("--supervisor", hidden=True, help="End when the process with this id is no longer the parent."),
 ]
 
 
 def speed_factor(text: str, option: str = "--speed") -> float:
-    """``max`` as −1, otherwise the number.
+    """Parse a pace: ``max`` as −1, otherwise the number.
 
     Raises:
         SpecError: It is neither.
@@ -90,19 +93,19 @@ def speed_factor(text: str, option: str = "--speed") -> float:
 
 
 def check_plot(path: Path | None, option: str = "--plot") -> None:
-    """Refuse a picture of a kind that cannot be drawn, before any work is done.
+    """Refuse a picture format that cannot be drawn, before any work is done.
 
     Raises:
-        SpecError: The file's ending is none of ours.
+        SpecError: The file's ending is not supported.
     """
     if path is not None and path.suffix not in PLOT_ENDINGS:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
 
 
 def config_of(robot: str | None) -> BusConfig:
-    """The bus, and the robot that is named, or else the environment's.
+    """Return the bus configuration for the named robot, or else the environment's.
 
     Raises:
-        SpecError: It cannot be used.
+        SpecError: The name or the environment is not usable.
     """
     return BusConfig.from_environment([robot] if robot is not None else ())

@@ -1,4 +1,4 @@
-"""``touchline order|fault|topics``: the robot's services from a shell, and the list of all there are."""
+"""``touchline order|fault|topics``: the robot's services from a shell, and the list of topics."""
 
 import sys
 import uuid
@@ -11,7 +11,7 @@ import typer
 from rich import box
 from rich.table import Column, Table
 
-from touchline.bus import Bus, BusConfig, UrgentOrder, insist
+from touchline.bus import Bus, BusConfig, UrgentOrder, repeat_until_acknowledged
 from touchline.bus.config import named_robots
 from touchline.cli.display import print_json, print_table
 from touchline.cli.options import ExitCode, JsonOption, RobotOption, config_of
@@ -53,7 +53,7 @@ _LOAD_TIMEOUT_S = 30.0
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommands to `app`."""
     app.command("order")(order)
     app.command("fault")(fault)
     app.command("topics")(list_topics)
@@ -62,7 +62,7 @@ def register(app: typer.Typer) -> None:
 def order(
     what: Annotated[
         OrderName,
-        typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_ORDERS)}.", show_default=False),
+        typer.Argument(metavar="ORDER", help=f"Order: {', '.join(_ORDERS)}.", show_default=False),
     ],
     patience_s: Annotated[
         float,
@@ -70,7 +70,7 @@ def order(
             "--patience",
             metavar="SECONDS",
             min=0.1,
-            help="For how long estop, pause and abort are repeated until they are acknowledged.",
+            help="Longest time to repeat estop, pause and abort until acknowledged, s.",
         ),
     ] = 30.0,
     robot: Annotated[
@@ -87,29 +87,28 @@ def order(
 ) -> None:
     """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
 
-    resume ends a pause. go-on continues the job that was aborted, or cut short by a restart of the robot, from its
-    journal.
+    resume ends a pause. go-on continues a job from the robot's journal after an abort or a restart of the robot.
 
-    take-over and remove are for a robot that has failed in `touchline run --robots`: the others do what is left, and it
-    is said that it was carried away. What stops a robot is repeated until it is acknowledged, and says on standard
-    error while it is not.
+    take-over and remove are for a robot that has failed in `touchline run --robots`: take-over gives the others its
+    remaining work, remove reports that it has been taken off the ground. Orders that stop a robot are repeated until
+    they are acknowledged; standard error shows while they are not.
     """
     config = BusConfig.from_environment(robot or ())
     if what == _GO_ON:
-        _tell(_gone_on(config), what, config, as_json)
+        _print_answers(_continue_jobs(config), what, config, as_json)
         return
     service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
     if service.urgent:
         run_at(FIRST)
         typestore()  # takes a tenth of a second, which the order itself need not wait for
         urgent = UrgentOrder(service, request, patience_s, everyone=not (robot or named_robots()))
-        answers = insist(urgent, topics.OPERATOR, config, partial(_tell_unacknowledged, what))
+        answers = repeat_until_acknowledged(urgent, topics.OPERATOR, config, partial(_print_unacknowledged, what))
     else:
-        answers = _asked(service, request, config)
-    _tell(answers, what, config, as_json)
+        answers = _send(service, request, config)
+    _print_answers(answers, what, config, as_json)
 
 
-def _asked(
+def _send(
     service: Service[CommandRequest, CommandResponse], request: CommandRequest, config: BusConfig
 ) -> Iterator[tuple[str, CommandResponse]]:
     with Bus.open_all(topics.OPERATOR, config) as buses:
@@ -117,8 +116,8 @@ def _asked(
             yield bus.namespace, bus.call(service, request)
 
 
-def _gone_on(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
-    """Load the job that each robot's journal keeps, and start it."""
+def _continue_jobs(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
+    """Load the job of each robot's journal, and start it."""
     with Bus.open_all(topics.OPERATOR, config) as buses:
         for bus in buses:
             loaded = bus.call(topics.LOAD, LoadRequest(request_id=uuid.uuid4().hex, resume=True), _LOAD_TIMEOUT_S)
@@ -133,43 +132,43 @@ def fault(
     what: Annotated[
         str,
         typer.Argument(
-            help='The fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
-            "or a file of it. start_s counts from now.",
+            help='Fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
+            "or a JSON file. start_s counts from now.",
             show_default=False,
         ),
     ],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Let something go wrong with the robot on the bus (docs/robot-sim.md lists the faults)."""
+    """Inject a fault into the robot on the bus (docs/robot-sim.md lists the faults)."""
     config = config_of(robot)
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
-    parse_fault(text)  # told here, whether or not a robot is there
+    parse_fault(text)  # an invalid fault is refused here, whether or not a robot is there
     with Bus.open(topics.OPERATOR, config) as bus:
         answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
-    _tell([(config.namespace, answer)], "fault", config, as_json)
+    _print_answers([(config.namespace, answer)], "fault", config, as_json)
 
 
-def _tell_unacknowledged(what: str, problem: str) -> None:
-    typer.echo(f"{what}: NOT ACKNOWLEDGED ({plain(problem)}); repeating, Ctrl-C gives up", err=True)
+def _print_unacknowledged(what: str, problem: str) -> None:
+    typer.echo(f"{what}: NOT ACKNOWLEDGED ({plain(problem)}); repeating, Ctrl-C ends", err=True)
 
 
-def _tell(
+def _print_answers(
     answers: Iterable[tuple[str, CommandResponse | InjectFaultResponse]], what: str, config: BusConfig, as_json: bool
 ) -> None:
     """Print each answer as it comes."""
     refused = False
     for robot, answer in answers:
-        said = plain(answer.message)
+        message = plain(answer.message)
         shown = what if (robot,) == config.namespaces else f"{robot}: {what}"
         refused |= not answer.success
         if as_json:
-            told = {"robot": robot, "order": what, "success": answer.success, "message": said}
-            print_json(told)
+            figures = {"robot": robot, "order": what, "success": answer.success, "message": message}
+            print_json(figures)
         elif answer.success:
-            typer.echo(f"{shown}: {said}")
+            typer.echo(f"{shown}: {message}")
         else:
-            typer.echo(f"{shown} refused: {said}", err=True)
+            typer.echo(f"{shown} refused: {message}", err=True)
     if refused:
         sys.exit(ExitCode.FAILED)
 
@@ -180,7 +179,7 @@ def list_topics(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Write the .msg and .srv files of all their types into this folder instead, standard ones, too.",
+            help="Write the .msg and .srv files of all types to this folder instead, standard ones included.",
             show_default=False,
         ),
     ] = None,

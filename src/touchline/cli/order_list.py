@@ -1,4 +1,4 @@
-"""``--order T:ROBOT:WORD``: what an operator orders a simulated team, and what befalls it."""
+"""``--order T:ROBOT:WORD``: scheduled orders to and failures of a simulated team."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ OrdersOption = Annotated[
     typer.Option(
         "--order",
         metavar="T:ROBOT:WORD",
-        help=f"With --robots: at sim time T (s) this happens to robot ROBOT (1 to N). WORD is one of {_WORDS}. As in "
+        help=f"With --robots: at sim time T (s), WORD ({_WORDS}) happens to robot ROBOT (1 to N), such as "
         "200:2:fail; may be repeated.",
         show_default=False,
     ),
@@ -25,14 +25,14 @@ OrdersOption = Annotated[
 
 
 def orders_of(texts: Sequence[str], robots: int) -> list[TeamOrder]:
-    """The orders as they are written on the command line.
+    """Parse the orders of the command line.
 
     Args:
-        texts: Of each.
-        robots: How many there are.
+        texts: One per order.
+        robots: Number of robots.
 
     Raises:
-        SpecError: One is none, or there is no team.
+        SpecError: An order is invalid, or there is no team.
     """
     if texts and robots < 2:
         raise SpecError("command line", "--order", "is given without --robots", "give --robots 2 or more, too")

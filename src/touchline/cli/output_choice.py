@@ -1,4 +1,4 @@
-"""What comes of a command's work: figures as a table or as JSON; of a finished job a recording and a picture, too."""
+"""Results of a command: figures as a table or as JSON; of a finished job a recording and a picture, too."""
 
 import sys
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from touchline.schemas.setup import Setup
 
 
 def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: bool) -> None:
-    """Print ``figures``, and write them to the file ``report``, if one is given.
+    """Print ``figures``, and write them to the file ``report`` if given.
 
     Raises:
         SpecError: The file cannot be written.
@@ -30,10 +30,10 @@ def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: b
 
 @dataclass(frozen=True)
 class OutputChoice:
-    """Where to put what comes of a job.
+    """Destinations of a job's results.
 
     Raises:
-        SpecError: The picture is of a kind that cannot be drawn, or a file could not be written.
+        SpecError: The picture's format is not supported, or a file could not be written.
     """
 
     record: Annotated[
@@ -54,7 +54,7 @@ class OutputChoice:
         check_writable(self.report, self.plot)
 
     def conclude(self, doing: str, template: str, setup: Setup, figures: Mapping[str, Any]) -> None:
-        """Deliver the figures of ``doing`` that template; the exit code says whether it went well."""
+        """Print and write the figures, titled ``doing`` of ``template``; the exit code shows success."""
         named = {"template": template, **figures}
         named |= {
             "vehicle": setup.vehicle.name,

@@ -1,4 +1,4 @@
-"""The list of all subcommands, read from their modules' texts: to import them takes several times as long."""
+"""The list of all subcommands, read from their modules' texts: importing them takes several times as long."""
 
 import ast
 from collections.abc import Iterator
@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-#: The subcommands of each module, by panel, in the order of the help: what belongs together, and what is done first
-#: before what is done with it.
+#: Subcommands of each module, by panel, in the order of the help.
 PANELS: dict[str, dict[str, tuple[str, ...]]] = {
     "Jobs": {
         "demo_command": ("demo",),
@@ -51,7 +50,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
 
 
 def bare() -> typer.Typer:
-    """The command without subcommands."""
+    """Return the command without subcommands."""
     app = typer.Typer(
         name="touchline",
         no_args_is_help=True,
@@ -66,7 +65,7 @@ def bare() -> typer.Typer:
 
 
 def touchline(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
 ) -> None:
     """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
     if version:
@@ -77,9 +76,9 @@ def touchline(
 
 
 def overview() -> typer.Typer:
-    """The command with subcommands that have a name and a summary, and do nothing."""
+    """Return the command with subcommands that have a name and a summary, and do nothing."""
     app = bare()
-    late = []  # Typer lists groups of subcommands behind all others
+    late = []  # Typer lists groups of subcommands after all others
     for panel, modules in PANELS.items():
         for module, names in modules.items():
             summaries = dict(_summaries(ast.parse(Path(__file__).with_name(f"{module}.py").read_text("utf-8"))))
@@ -97,10 +96,10 @@ def _nothing() -> None:
 
 
 def _summaries(module: ast.Module) -> Iterator[tuple[str, tuple[str, bool]]]:
-    """Names of what a module registers, by `app.command("x")(f)`, `…(with_groups(f))` or `add_typer`.
+    """Yield the subcommands that a module registers, by `app.command("x")(f)`, `…(with_groups(f))` or `add_typer`.
 
     Yields:
-        Each with its docstring, and whether it is a group of subcommands.
+        Name, docstring, and whether it is a group of subcommands.
     """
     docs = {each.name: ast.get_docstring(each) or "" for each in module.body if isinstance(each, ast.FunctionDef)}
     texts: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""``touchline picture``: what a recording says was painted or covered."""
+"""``touchline picture``: the work in a recording, drawn."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,29 +10,31 @@ from touchline.recordings.writing import check_writable
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("picture")(picture)
 
 
 def picture(
     file: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="What to draw (docs/recording.md).", show_default=False)
+        Path, typer.Argument(metavar="RECORDING", help="Recording to draw (docs/recording.md).", show_default=False)
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The picture: an .svg or .png file.", show_default=False)],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="Picture to write: an .svg or .png file.", show_default=False)
+    ],
     robot: Annotated[
         str | None,
         typer.Option(
             "--robot",
             metavar="NAME",
-            help="Of a recording of several robots, the one to draw; else all together.",
+            help="Robot to draw, if the recording holds several (default: all).",
             show_default=False,
         ),
     ] = None,
 ) -> None:
-    """Draw what was done in a recording: in its last traversal, or in all of several robots.
+    """Draw the work in a recording: its last traversal, or all of several robots.
 
-    Paint is coloured by its distance from the template, or by the robot if there are several; of areas that were
-    covered, gaps and overlaps are shown; of a team the ways of its robots.
+    Paint is coloured by its distance from the template, or by robot if there are several; of covered areas gaps and
+    overlaps are shown; of a team the paths of its robots.
     """
     from touchline.jobs.shared.team_picture import draw_recorded
     from touchline.jobs.single.recorded_paint import read_all_painted

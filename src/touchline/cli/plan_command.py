@@ -1,4 +1,4 @@
-"""``touchline plan``: a template's trajectory, without any service running."""
+"""``touchline plan``: plans a template's trajectory without any service."""
 
 import signal
 from collections.abc import Iterator
@@ -12,11 +12,11 @@ import typer
 
 from touchline.cli.choices import PlanChoice, VehicleChoice
 from touchline.cli.display import progress_bar, say, warn_of_left_out, warn_of_shortages
-from touchline.cli.drawing import DrawingChoice
 from touchline.cli.garbage import without_collecting
 from touchline.cli.groups import with_groups
 from touchline.cli.options import JsonOption, ReportOption, check_plot
 from touchline.cli.output_choice import deliver
+from touchline.cli.template_choice import TemplateChoice
 from touchline.jobs.single.reports import plan_figures
 from touchline.recordings.writing import check_writable, write_text, writing
 from touchline.schemas.template import Template
@@ -27,50 +27,51 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("plan")(with_groups(plan))
 
 
 @contextmanager
 def first_interrupt() -> Iterator[list[int]]:
-    """A list that the first Ctrl-C makes non-empty: the best order so far is taken. The second one interrupts."""
-    told: list[int] = []
+    """Yield a list that the first Ctrl-C makes non-empty, to take the best order so far; the second one interrupts."""
+    interrupts: list[int] = []
     usual = signal.getsignal(signal.SIGINT)
 
     def note(number: int, frame: FrameType | None) -> None:
-        told.append(number)
+        interrupts.append(number)
         signal.signal(signal.SIGINT, usual)
         say("taking the best order so far; Ctrl-C again stops")
 
     signal.signal(signal.SIGINT, note)
     try:
-        yield told
+        yield interrupts
     finally:
         signal.signal(signal.SIGINT, usual)
 
 
 @dataclass(frozen=True)
 class PlanOutput:
-    """Where to put what comes of planning.
+    """Destinations of a plan.
 
     Raises:
-        SpecError: A picture is of a kind that cannot be drawn, or a file could not be written.
+        SpecError: A picture's format is not supported, or a file could not be written.
     """
 
     out: Annotated[
-        Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
+        Path | None,
+        typer.Option(help="Write the trajectory to this JSON file (fields as in tt_trajectory_msgs/Trajectory)."),
     ] = None
     report: ReportOption = None
     plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None
     colour: Annotated[
         Literal["plain", "speed", "curvature"],
-        typer.Option(help="What colours the plot: kind of line, speed, or curvature."),
+        typer.Option(help="Colours of the plot: by kind of line, speed, or curvature."),
     ] = "plain"
     plot_wheels: Annotated[
         Path | None,
         typer.Option(
             "--plot-wheels",
-            help="Draw what each actuator does over time (wheels, or drum and steering) to this .svg or .png file.",
+            help="Draw each actuator over time (wheels, or drum and steering) to this .svg or .png file.",
         ),
     ] = None
     as_json: JsonOption = False
@@ -98,7 +99,7 @@ class PlanOutput:
         deliver(title, plan_figures(planned.report), self.report, self.as_json)
 
 
-def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, output: PlanOutput) -> None:
+def plan(drawing: TemplateChoice, planning: PlanChoice, body: VehicleChoice, output: PlanOutput) -> None:
     """Plan a template: from the lines to mark, or the area to cover, to the trajectory that the robot drives."""
     with without_collecting():
         from touchline.core.stopwatch import Stopwatch

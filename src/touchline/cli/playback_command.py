@@ -29,17 +29,17 @@ from touchline.schemas.replay_steps import STEP_S
 from touchline.schemas.topics import Service
 
 _LOOK_S = 0.5
-_TOLD_S = 2.0
+_STATUS_S = 2.0
 #: A seek in a long recording without an index reads it from the beginning.
 _PATIENCE_S = 120.0
 
 TimeArgument = Annotated[
-    str, typer.Argument(metavar="TIME", help="Time of the recording in s; +S or -S from where it is.")
+    str, typer.Argument(metavar="TIME", help="Time of the recording, s; +S or -S: relative to the present one.")
 ]
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand with its own."""
+    """Add the group of subcommands to `app`."""
     playback = typer.Typer(no_args_is_help=True, help="Control a replay on the bus: pause, seek, step, speed, loops.")
     for command in (status, pause, resume, step, speed, loop):
         playback.command()(command)
@@ -48,17 +48,17 @@ def register(app: typer.Typer) -> None:
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Tell where the replay is."""
+    """Show the state of the replay."""
     with Bus.open(topics.OBSERVER, config_of(robot)) as bus:
-        told = _status_of(_replaying(bus, robot))
-    figures = told.model_dump()
+        reply = _status_of(_replaying(bus, robot))
+    figures = reply.model_dump()
     if as_json:
         finite = {
             key: None if isinstance(value, float) and math.isnan(value) else value for key, value in figures.items()
         }
         print_json(finite)
     else:
-        print_figures("Replay", {**figures, "robots": ", ".join(told.robots)})
+        print_figures("Replay", {**figures, "robots": ", ".join(reply.robots)})
 
 
 def pause(robot: RobotOption = None, as_json: JsonOption = False) -> None:
@@ -67,12 +67,12 @@ def pause(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 
 def resume(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Let the replay go on."""
+    """Resume the replay."""
     _order("resume", topics.REPLAY_RESUME, CommandRequest(request_id=uuid.uuid4().hex), robot, as_json)
 
 
 def seek(time_s: TimeArgument, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Go to a time: what held then is sent again."""
+    """Seek to a time; the state at that time is sent again."""
     try:
         value = float(time_s)
     except ValueError:
@@ -86,18 +86,18 @@ def seek(time_s: TimeArgument, robot: RobotOption = None, as_json: JsonOption = 
         if time_s.lstrip().startswith(("+", "-")):
             value += _status_of(bus).now_s
         request = ReplaySeekRequest(request_id=uuid.uuid4().hex, time_s=value)
-        _tell(_Told(bus.namespace, "seek", bus.call(topics.REPLAY_SEEK, request, _PATIENCE_S)), as_json)
+        _print_reply(_Reply(bus.namespace, "seek", bus.call(topics.REPLAY_SEEK, request, _PATIENCE_S)), as_json)
 
 
 def step(
-    messages: Annotated[int, typer.Option("--messages", metavar="N", help="So many messages.", min=0)] = 0,
-    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="So much sim time.", min=0.0)] = 0.0,
+    messages: Annotated[int, typer.Option("--messages", metavar="N", help="Number of messages.", min=0)] = 0,
+    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="Sim time, s.", min=0.0)] = 0.0,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send what comes next, by default of 0.1 s, and pause."""
+    """Send the next messages, by default 0.1 s of them, and pause."""
     if messages and seconds:
-        raise SpecError("command line", "--seconds", "stands beside --messages", "give one of both")
+        raise SpecError("command line", "--seconds", "and --messages are both given", "give one of them")
     request_id = uuid.uuid4().hex
     if messages:
         request = ReplayStepRequest(request_id=request_id, messages=messages)
@@ -107,27 +107,27 @@ def step(
 
 
 def speed(
-    factor: Annotated[str, typer.Argument(metavar="FACTOR", help="Times real time, or max.", show_default=False)],
+    factor: Annotated[str, typer.Argument(metavar="FACTOR", help="Pace, × real time, or max.", show_default=False)],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Set how fast it plays: times real time, or `max` for as fast as it goes."""
+    """Set the pace of the replay."""
     request = SetSpeedRequest(request_id=uuid.uuid4().hex, factor=speed_factor(factor, "FACTOR"))
     _order("speed", topics.REPLAY_SET_SPEED, request, robot, as_json)
 
 
 def loop(
-    times: Annotated[int, typer.Argument(metavar="N", help="Passes in all; 0: without end.", min=0)],
+    times: Annotated[int, typer.Argument(metavar="N", help="Passes in all (0: endless).", min=0)],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Set how many times it is played in all."""
+    """Set the number of passes."""
     request = ReplaySetLoopsRequest(request_id=uuid.uuid4().hex, loops=times)
     _order("loop", topics.REPLAY_SET_LOOPS, request, robot, as_json)
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Reply:
     robot: str
     order: str
     answer: Any
@@ -136,11 +136,11 @@ class _Told:
 def _order(what: str, service: Service[Any, Any], request: Message, robot: str | None, as_json: bool) -> None:
     with Bus.open(topics.OPERATOR, config_of(robot)) as first:
         bus = _replaying(first, robot)
-        _tell(_Told(bus.namespace, what, bus.call(service, request, _PATIENCE_S)), as_json)
+        _print_reply(_Reply(bus.namespace, what, bus.call(service, request, _PATIENCE_S)), as_json)
 
 
 def _replaying(bus: Bus, robot: str | None) -> Bus:
-    """That of the robot that is named, or of the first one that is replayed.
+    """Return the bus of the named robot, or of the first one that is replayed.
 
     Raises:
         TouchlineError: There is no replay.
@@ -152,29 +152,29 @@ def _replaying(bus: Bus, robot: str | None) -> Bus:
             raise TouchlineError(f"there is no replay of {bus.namespace} on the bus{others}")
         return bus
     if not there:
-        raise TouchlineError("there is no replay on the bus; begin one with `touchline replay FILE`")
+        raise TouchlineError("there is no replay on the bus; start one with `touchline replay FILE`")
     return bus if bus.namespace in there else bus.of(there[0])
 
 
 def _status_of(bus: Bus) -> ReplayStatus:
     inbox = bus.inbox([topics.REPLAY_STATUS], keep="latest")
-    deadline = time.monotonic() + _TOLD_S
+    deadline = time.monotonic() + _STATUS_S
     while time.monotonic() < deadline:
         for _, message in inbox.messages():
             if isinstance(message, ReplayStatus):
                 return message
         time.sleep(0.01)
-    raise TouchlineError(f"the replay of {bus.namespace} does not tell where it is")
+    raise TouchlineError(f"the replay of {bus.namespace} does not report its status")
 
 
-def _tell(told: _Told, as_json: bool) -> None:
-    success, said = told.answer.success, plain(told.answer.message)
+def _print_reply(reply: _Reply, as_json: bool) -> None:
+    success, message = reply.answer.success, plain(reply.answer.message)
     if as_json:
-        figures = {"robot": told.robot, "order": told.order, "success": success, "message": said}
+        figures = {"robot": reply.robot, "order": reply.order, "success": success, "message": message}
         print_json(figures)
     elif success:
-        typer.echo(f"{told.order}: {said}")
+        typer.echo(f"{reply.order}: {message}")
     else:
-        typer.echo(f"{told.order} refused: {said}", err=True)
+        typer.echo(f"{reply.order} refused: {message}", err=True)
     if not success:
         sys.exit(ExitCode.FAILED)

@@ -1,4 +1,4 @@
-"""The option that names a plug-in: its help and what it takes are what is registered when the command is built."""
+"""Option that names a plug-in; its help and choices are read from the registry when the command is built."""
 
 from typing import Any
 
@@ -9,15 +9,15 @@ from touchline.schemas.plugins import Registry, UnknownPlugin
 
 
 class PluginOption(OptionInfo):
-    """Takes the name of a plug-in of one registry, and lists them all in its help.
+    """Option that takes the name of a plug-in of one registry, and lists them all in its help.
 
     Args:
-        option: As written on the command line.
-        registry: Of the plug-ins.
-        metavar: Stands for the name in the help.
-        about: What these plug-ins do, as the beginning of the help.
-        default: What is taken if the option is left out, as the help says it; "": the registry's first one.
-        also: Names of this one are taken, too.
+        option: Name of the option, with its dashes.
+        registry: Registry of the plug-ins.
+        metavar: Placeholder of the value in the help.
+        about: Beginning of the help: the purpose of these plug-ins.
+        default: Default as the help shows it; "": the registry's first one.
+        also: A second registry whose names are accepted.
     """
 
     def __init__(
@@ -42,10 +42,10 @@ class PluginOption(OptionInfo):
 
     @property
     def help(self) -> str:
-        """What they do, and each with its summary; the default comes first."""
+        """Purpose, and each plug-in with its summary, the default first."""
         listed = "; ".join(f"{name}: {summary}" for name, summary in self._registry.summaries().items())
         return f"{self._about}. {listed}. Default: {self._default or self._registry.default}."
 
     @help.setter
     def help(self, text: str | None) -> None:
-        """Nothing is kept: it is made anew from what is registered."""
+        """Ignored: the help is always made from the registry."""

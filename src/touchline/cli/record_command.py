@@ -19,33 +19,33 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest
 from touchline.supervision.shutdown import until_stopped
 
-#: A supervisor has started a bridge again by then that was killed.
+#: Time for a supervisor to restart a killed bridge.
 _RETURN_S = 15.0
-#: Whoever joins the bus knows all of its robots by then.
+#: Time for a newcomer on the bus to find all of its robots.
 _LOOK_S = 0.5
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("record")(record)
 
 
 def record(
     file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
-    seconds: Annotated[float, typer.Option(metavar="S", help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
+    seconds: Annotated[float, typer.Option(metavar="S", help="Duration, s (0: until Ctrl-C).", min=0.0)] = 0.0,
     robot: RobotOption = None,
     max_size: Annotated[
-        float, typer.Option("--max-size", metavar="MB", help="Go on in a next part at this size; 0: never.", min=0.0)
+        float, typer.Option("--max-size", metavar="MB", help="Start a new part at this size, MB (0: never).", min=0.0)
     ] = 0.0,
     max_time: Annotated[
         float,
-        typer.Option("--max-time", metavar="S", help="Go on in a next part each S of sim time; 0: never.", min=0.0),
+        typer.Option("--max-time", metavar="S", help="Start a new part after this sim time, s (0: never).", min=0.0),
     ] = 0.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early.
+    """Record the session on the bus until Ctrl-C; exit code 1 if something is lost, or recording ends early.
 
-    A bridge records all robots that it serves; --robot says whose it is, where there are several bridges.
+    The running bridge records all robots that it serves; --robot chooses among several bridges.
     """
     check_recordable(file)
     named = robot is not None or bool(named_robots())
@@ -86,16 +86,16 @@ def record(
 
 
 def _with_bridge(bus: Bus) -> Bus:
-    """That of the default robot if it has a bridge or nobody has, else of the first one that has."""
+    """Return the bus of the default robot if it has a bridge or none has, else of the first robot that has one."""
     robots = bus.roster().look({topics.BRIDGE}, _LOOK_S)
     return bus if not robots or bus.namespace in robots else bus.of(robots[0])
 
 
 class _Watch:
-    """Whether the bridge records, as it tells itself and as its presence shows.
+    """Observer of the bridge's recording, by its diagnostics and its presence.
 
     Attributes:
-        interrupted: Whether it was ended meanwhile and went on in a next file.
+        interrupted: Whether the recording was interrupted and continued in a next file.
     """
 
     def __init__(self, bus: Bus) -> None:
@@ -105,11 +105,11 @@ class _Watch:
         self.interrupted = False
 
     def begin(self) -> None:
-        """The bridge records from here on; what it said before is forgotten."""
+        """Start a recording: earlier diagnostics are forgotten."""
         self._inbox.drain()
 
     def check(self) -> None:
-        """Tell at once what has happened.
+        """Report changes at once.
 
         Raises:
             TouchlineError: The recording has ended.
@@ -135,5 +135,5 @@ class _Watch:
         if status.message == "recording":
             self._gone_s = None
         elif any(pair.key == "recording" and not pair.value for pair in status.values):
-            idle = "somebody else has stopped it" if self._gone_s is None else "the bridge was ended and began anew"
+            idle = "somebody else has stopped it" if self._gone_s is None else "the bridge was restarted"
             raise TouchlineError(f"the recording has ended: {idle if status.message == 'idle' else status.message}")

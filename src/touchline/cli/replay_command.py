@@ -1,4 +1,4 @@
-"""``touchline replay``: a recording back onto the bus."""
+"""``touchline replay``: sends a recording back onto the bus."""
 
 import math
 import sys
@@ -17,41 +17,42 @@ from touchline.supervision.shutdown import until_stopped
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("replay")(replay)
 
 
 def replay(
     file: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="What to replay (docs/recording.md).", show_default=False)
+        Path, typer.Argument(metavar="RECORDING", help="Recording to replay (docs/recording.md).", show_default=False)
     ],
     speed: SpeedOption = "1",
     from_s: Annotated[
         float | None,
-        typer.Option("--from", metavar="S", help="Begin at this time of the recording.", show_default=False),
+        typer.Option("--from", metavar="S", help="Start at this time of the recording, s.", show_default=False),
     ] = None,
     to_s: Annotated[
-        float | None, typer.Option("--to", metavar="S", help="End at this time of the recording.", show_default=False)
+        float | None,
+        typer.Option("--to", metavar="S", help="End at this time of the recording, s.", show_default=False),
     ] = None,
-    paused: Annotated[bool, typer.Option("--paused", help="Wait at the beginning until told to go on.")] = False,
-    stay: Annotated[bool, typer.Option("--stay", help="Stay at the end, paused, until Ctrl-C.")] = False,
-    loop: Annotated[int, typer.Option("--loop", metavar="N", help="How many times; 0: until Ctrl-C.", min=0)] = 1,
+    paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False,
+    stay: Annotated[bool, typer.Option("--stay", help="Pause at the end until Ctrl-C.")] = False,
+    loop: Annotated[int, typer.Option("--loop", metavar="N", help="Number of passes (0: until Ctrl-C).", min=0)] = 1,
     robot: Annotated[
         list[str] | None,
         typer.Option(
             "--robot",
             metavar="NAME",
-            help="Of a recording of several robots, one to replay; may be repeated. One robot alone is replayed as "
+            help="Robot to replay, if the recording holds several; may be repeated. A single robot is replayed as "
             "NAME; default: $TOUCHLINE_NAMESPACE, or tt2.",
             show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send a recording onto the bus again, as if its robots were there; a cut-off file is sent up to its break.
+    """Replay a recording on the bus, as if its robots were there; a cut-off file is sent up to its break.
 
-    In a terminal: space pauses, arrows seek, . steps, + and - change the speed, q ends it. `touchline playback` does so
-    from elsewhere, and so does the console.
+    Keys on a terminal: space pauses, arrows seek, . steps, + and - change the speed, q quits. `touchline playback` and
+    the console control a replay from elsewhere.
     """
     from touchline.cli.replay_keys import HELP, replay_keys
     from touchline.recordings.replay.replay_player import ReplayPlayer
@@ -86,7 +87,7 @@ def replay(
     if interrupted:
         sys.exit(ExitCode.INTERRUPTED)
     if sent.skipped and not sent.sent:
-        raise TouchlineError(f"{file}: none of its {sent.skipped:,} messages is one that the bus has a topic for")
+        raise TouchlineError(f"{file}: none of its {sent.skipped:,} messages belongs to a topic of the bus")
 
 
 def _time(option: str, value: float | None, default: float) -> float:

@@ -1,4 +1,4 @@
-"""Keys that control a replay where it runs, if its input is a terminal."""
+"""Keys that control a replay from its own terminal."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ _READ_BYTES: Final = 64
 
 
 class ReplayKeys:
-    """Reads keys and does with a replay what they say.
+    """Keys of a terminal, applied to a replay.
 
     Attributes:
-        quit: Whether it is to end.
+        quit: Whether the user has asked to end it.
     """
 
     def __init__(self, terminal: int | None = None) -> None:
-        """Of the terminal with this file descriptor; of none there are no keys."""
+        """Read keys from the terminal with this file descriptor; None: no keys."""
         self._terminal = terminal
         self.quit = False
 
     @property
     def there(self) -> bool:
-        """Whether there are any."""
+        """True if there is a terminal to read from."""
         return self._terminal is not None
 
     def poll(self, player: ReplayPlayer) -> None:
-        """Take what has been typed."""
+        """Apply the keys typed since the last call."""
         if self._terminal is None or not select.select([self._terminal], [], [], 0.0)[0]:
             return
         typed = os.read(self._terminal, _READ_BYTES)
@@ -46,7 +46,7 @@ class ReplayKeys:
         self.press(typed, player)
 
     def press(self, typed: bytes, player: ReplayPlayer) -> None:
-        """Do what these bytes of a terminal say; what they do not say is passed over."""
+        """Apply the keys encoded by these bytes; unknown ones are ignored."""
         while typed:
             key = next((key for key in _KEYS if typed.startswith(key)), typed[:1])
             typed = typed[len(key) :]
@@ -58,7 +58,7 @@ class ReplayKeys:
 
 @contextmanager
 def replay_keys() -> Iterator[ReplayKeys]:
-    """The keys of standard input; without one that is a terminal none. Leaving puts the terminal back as it was."""
+    """Yield the keys of standard input, none if it is no terminal; the terminal's mode is restored at the end."""
     if not sys.stdin.isatty() or os.tcgetpgrp(sys.stdin.fileno()) != os.getpgrp():  # in the background it would stop
         yield ReplayKeys()
         return

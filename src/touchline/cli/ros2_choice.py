@@ -1,4 +1,4 @@
-"""The options of the ROS 2 gateway, which ``touchline bridge`` and ``touchline up`` share."""
+"""Options of the ROS 2 gateway, shared by ``touchline bridge`` and ``touchline up``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ if TYPE_CHECKING:  # every process starts through this command line, and few nee
 
 @dataclass(frozen=True)
 class Ros2Choice:
-    """Whether and where ROS 2 nodes see the robots."""
+    """Gateway for ROS 2 nodes."""
 
     ros2: Annotated[
         bool,
-        typer.Option("--ros2", help="Show topics and services to ROS 2 nodes that use rmw_zenoh (Jazzy and later)."),
+        typer.Option("--ros2", help="Offer topics and services to ROS 2 nodes that use rmw_zenoh (Jazzy and later)."),
     ] = False
     ros_domain: Annotated[
         int, typer.Option(metavar="N", help="ROS domain id.", envvar="ROS_DOMAIN_ID", min=0, max=232)
@@ -26,14 +26,14 @@ class Ros2Choice:
     ros_namespace: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="ROS namespace of all names; `/` for none; default: the robot's.", show_default=False
+            metavar="NAME", help="ROS namespace of all names; `/`: none (default: the robot's).", show_default=False
         ),
     ] = ""
     ros2_listen: Annotated[
         str,
         typer.Option(
             metavar="LOCATOR",
-            help="Be the Zenoh router that ROS 2 nodes connect to, at this locator; default tcp/127.0.0.1:7447.",
+            help="Locator of our Zenoh router for ROS 2 nodes (default: tcp/127.0.0.1:7447).",
             show_default=False,
         ),
     ] = ""
@@ -44,11 +44,11 @@ class Ros2Choice:
         ),
     ] = ""
 
-    def told(self, robots: Sequence[str]) -> str:
-        """Where ROS 2 nodes find the robots, for who starts them; empty without the gateway.
+    def notice(self, robots: Sequence[str]) -> str:
+        """Return lines for the user on how ROS 2 nodes connect; empty without the gateway.
 
         Args:
-            robots: Their namespaces.
+            robots: Namespaces of the robots.
         """
         gateway = self.gateway()
         if gateway is None:
@@ -64,10 +64,10 @@ class Ros2Choice:
         return "\n".join(lines)
 
     def gateway(self) -> "GatewayConfig | None":
-        """The gateway that is asked for, if one is.
+        """Return the requested gateway, if any.
 
         Raises:
-            SpecError: An option contradicts another, or cannot be used.
+            SpecError: An option contradicts another, or is not usable.
         """
         listen, connect = self.ros2_listen, self.ros2_connect
         if not self.ros2:

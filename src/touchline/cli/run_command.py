@@ -13,12 +13,12 @@ from touchline.bus import Bus, BusConfig, Inbox, Sample
 from touchline.bus.presence import Presence
 from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
 from touchline.cli.display import print_event, progress_bar, say
-from touchline.cli.drawing import DrawingChoice
 from touchline.cli.groups import with_groups
 from touchline.cli.job_terminal import Terminal, watch_system
 from touchline.cli.options import SpeedOption, speed_factor
 from touchline.cli.output_choice import OutputChoice
-from touchline.cli.shared_options import TakeOverOption, TeamOption, TeamPace, check_team, run_team
+from touchline.cli.shared_job_runs import TakeOverOption, TeamOption, TeamPace, check_team, run_team
+from touchline.cli.template_choice import TemplateChoice
 from touchline.jobs.single.bus_run import BusRun, JobOptions
 from touchline.jobs.watcher import JobFailed
 from touchline.schemas import topics
@@ -35,17 +35,17 @@ from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.supervision.running_system import only_one
 from touchline.supervision.temporary_system import ProcessOptions, local_system
 
-#: A robot that answers has told its setup long before.
+#: A robot that answers has published its setup long before.
 _SETUP_S: Final = 5.0
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("run")(with_groups(run))
 
 
 def run(
-    drawing: DrawingChoice,
+    drawing: TemplateChoice,
     robot: SetupChoice,
     planning: PlanChoice,
     speed: SpeedOption = "max",
@@ -54,8 +54,7 @@ def run(
         typer.Option(
             "--robot",
             metavar="NAME",
-            help="Do the job with this robot of the system that runs on the bus (see `touchline status`), instead of "
-            "starting one for it.",
+            help="Use this robot of the system on the bus (see `touchline status`), instead of starting one for it.",
             show_default=False,
         ),
     ] = None,
@@ -64,11 +63,11 @@ def run(
     *,
     output: OutputChoice,
 ) -> None:
-    """Carry out a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    """Start planner, robot and bridge, carry out a template once over Zenoh, stop them, and report."""
     template = drawing.chosen()
     if robots > 1:
         if name is not None:
-            raise SpecError("command line", "--robot", "is given with --robots", "leave one of both out")
+            raise SpecError("command line", "--robot", "is given with --robots", "give one of them")
         setup = robot.chosen().at(template.origin)
         check_follower(setup.onboard)
         check_team(setup.vehicle)
@@ -80,7 +79,7 @@ def run(
         problem = "is given without --robots"
         raise SpecError("command line", "--take-over-after", problem, "give --robots 2 or more, too")
     if name is not None:
-        robot.refuse_with("--robot", "leave it out: the robot on the bus is what it is")
+        robot.refuse_with("--robot", "leave it out: the robot on the bus has its own setup")
         config = BusConfig.from_environment([name])
         setup, figures = run_on_bus(template, config, speed_factor(speed), planning.options(), output)
     else:
@@ -105,9 +104,9 @@ def run_job(
     record: Path | None,
     plot: Path | None = None,
 ) -> dict[str, Any]:
-    """Start a system of its own, do one job, stop it.
+    """Start a private system, do one job, stop it.
 
-    The robot's map frame is the template's: its origin on the earth, if it has one, becomes the scenario's.
+    The robot's map frame is the template's: its geodetic origin, if any, becomes the scenario's.
 
     Returns:
         The run report; when the job ended early, ``success`` false and the reason.
@@ -116,7 +115,7 @@ def run_job(
     setup = setup.at(template.origin)
     cause = scenario_hash(setup, template, options)
     job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
-    # A private bus, so that any number can run at once; but an external follower could not find that.
+    # A private bus, so that several can run at once; but an external follower could not find that.
     config = BusConfig.from_environment() if setup.onboard.follower in ASKED else None
     namespace = config.namespace if config else DEFAULT_NAMESPACE
     with (
@@ -134,10 +133,10 @@ def run_job(
 def run_on_bus(
     template: Template, config: BusConfig, speed: float, options: PlanOptions, output: OutputChoice
 ) -> tuple[Setup, dict[str, Any]]:
-    """Do one job with the robot of ``config`` on the bus, and leave it there.
+    """Do one job with the robot of ``config`` on the bus, and leave it running.
 
     Returns:
-        The robot's setup, as it tells it, and the run report.
+        The setup that the robot publishes, and the run report.
 
     Raises:
         CallError: There is no such robot.
@@ -145,7 +144,7 @@ def run_on_bus(
     with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
         begun = time.monotonic()
         presence = bus.presence()
-        # Only a robot that answers is waited for: whoever names one that is not there is told so, and which are.
+        # Do not wait for a robot that does not answer: the error names those that are there.
         bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest())
         setup = _setup_of(bus)
         cause = scenario_hash(setup, template, options)
@@ -155,14 +154,18 @@ def run_on_bus(
 
 
 def _setup_of(bus: Bus) -> Setup:
-    """The robot's setup, which it tells whoever asks late, too."""
-    for _, message in _told(bus.inbox([topics.SETUP], keep="latest")):
+    """Return the robot's setup, a latched topic.
+
+    Raises:
+        TouchlineError: The robot does not publish it.
+    """
+    for _, message in _messages(bus.inbox([topics.SETUP], keep="latest")):
         if isinstance(message, String):
             return parse(Setup, message.data, f"the setup of {bus.namespace}", recorded=True)
-    raise TouchlineError(f"robot {bus.namespace} does not tell its setup within {_SETUP_S:.0f} s")
+    raise TouchlineError(f"robot {bus.namespace} has not published its setup within {_SETUP_S:.0f} s")
 
 
-def _told(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
+def _messages(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
     deadline = time.monotonic() + _SETUP_S
     while time.monotonic() < deadline:
         yield from inbox.messages()
@@ -170,7 +173,7 @@ def _told(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
 
 
 def watch_robot(presence: Presence, name: str) -> None:
-    """Look whether the robot of that name is still there.
+    """Check that the robot of that name is still on the bus.
 
     Raises:
         JobFailed: It has left the bus.
@@ -181,7 +184,7 @@ def watch_robot(presence: Presence, name: str) -> None:
 
 
 def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
-    """Do the job and draw it; the run report, or why the job ended early."""
+    """Do the job and draw it; return the run report, or why the job ended early."""
     try:
         figures = job.run()
     except JobFailed as error:

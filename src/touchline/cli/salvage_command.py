@@ -1,4 +1,4 @@
-"""``touchline salvage``: what is left of a damaged recording, as a sound one."""
+"""``touchline salvage``: the readable part of a damaged recording, as a sound one."""
 
 import sys
 from dataclasses import asdict
@@ -14,18 +14,16 @@ from touchline.schemas.messages import Event
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("salvage")(salvage)
 
 
 def salvage(
     file: RecordingArgument,
-    out: Annotated[
-        Path, typer.Argument(metavar="OUT.mcap", help="The file to write, which must not exist.", show_default=False)
-    ],
+    out: Annotated[Path, typer.Argument(metavar="OUT.mcap", help="File to write; must not exist.", show_default=False)],
     as_json: JsonOption = False,
 ) -> None:
-    """Write everything that can be read of a recording to a whole file with index; exit code 1 if something is lost."""
+    """Copy all that can be read of a recording to a complete, indexed file; exit code 1 if something is lost."""
     from touchline.recordings.salvage import salvage as salvaged
 
     check_recordable(out)

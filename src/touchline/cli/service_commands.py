@@ -1,4 +1,4 @@
-"""``touchline planner|robot-sim|bridge|tui``: each process alone."""
+"""``touchline planner|robot-sim|bridge|coordinator|tui``: single processes."""
 
 import sys
 from pathlib import Path
@@ -10,7 +10,6 @@ from touchline.bus import BusConfig
 from touchline.bus.config import named_robots
 from touchline.cli.choices import SetupChoice, VehicleChoice
 from touchline.cli.display import print_json
-from touchline.cli.drawing import OriginOption, parse_origin
 from touchline.cli.foxglove_choice import FoxgloveChoice
 from touchline.cli.groups import with_groups
 from touchline.cli.options import (
@@ -21,6 +20,7 @@ from touchline.cli.options import (
     speed_factor,
 )
 from touchline.cli.ros2_choice import Ros2Choice
+from touchline.cli.template_choice import OriginOption, parse_origin
 from touchline.recordings.writing import check_recordable
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.fleet import Fleet
@@ -30,7 +30,7 @@ from touchline.supervision.priority import SOON, run_at, switch_threads_soon
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommands to `app`."""
     app.command("planner")(with_groups(planner))
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
@@ -45,7 +45,7 @@ def planner(body: VehicleChoice, fleet: RobotsOption = None, supervisor: Supervi
     if fleet is None:
         vehicles = [body.chosen()]
     elif body.vehicle is not None:
-        raise SpecError("command line", "--vehicle", "is given with --robots", f"say it of each robot in {fleet.name}")
+        raise SpecError("command line", "--vehicle", "is given with --robots", f"set it for each robot in {fleet.name}")
     else:
         vehicles = [setup.vehicle for setup in Fleet.read(fleet).setups().values()]
     run_service(vehicles=vehicles, supervisor=supervisor)
@@ -56,18 +56,19 @@ def robot_sim(
     fleet: RobotsOption = None,
     origin: OriginOption = None,
     speed: Annotated[
-        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
+        str, typer.Option(metavar="FACTOR", help="Pace, × real time, or `max`; can be changed while it runs.")
     ] = "1",
     journal: Annotated[
         Path | None,
         typer.Option(
             metavar="PLACE",
-            help="File, or folder for several robots, of what a restart goes on from; default: the user's state.",
+            help="Journal, from which a restart continues: a file, or a folder for several robots "
+            "(default: in the user's state folder).",
         ),
     ] = None,
     supervisor: SupervisorOption = None,
 ) -> None:
-    """Run the emulated robot, or several of them: waits on the bus for trajectories and drives them, until Ctrl-C."""
+    """Run one or several emulated robots: they wait on the bus for trajectories and drive them, until Ctrl-C."""
     from touchline.services.robot_sim.service import run_service
 
     here = None if origin is None else parse_origin(origin, "--origin")
@@ -85,7 +86,7 @@ def bridge(
     recordings: RecordingsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
-    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and shows the robot to ROS 2 and viewers."""
+    """Run the bridge until Ctrl-C: records the bus to MCAP on request, serves ROS 2 nodes and viewers."""
     from touchline.services.bridge.service import run_service
 
     check_recordable(record)
@@ -104,22 +105,22 @@ def bridge(
 def coordinator(
     team: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="JSON file of the team (docs/fleet.md); default: tb1 to tb10, to deploy."),
+        typer.Option(metavar="FILE", help="JSON file of the team (docs/fleet.md; default: tb1 to tb10, deploying)."),
     ] = None,
     lockstep: Annotated[
-        bool, typer.Option("--lockstep", help="Emulated robots' sim time waits for the coordinator: reproducible.")
+        bool, typer.Option("--lockstep", help="Reproducible: sim time of emulated robots waits for the coordinator.")
     ] = False,
     supervisor: SupervisorOption = None,
 ) -> None:
-    """Coordinate a team of robots on the bus from the first task on, until Ctrl-C."""
+    """Run a team's coordinator on the bus: it acts from the first task on, until Ctrl-C."""
     from touchline.services.coordinator.service import run_service
 
-    told = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
-    run_service(told, lockstep=lockstep, supervisor=supervisor)
+    scenario = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
+    run_service(scenario, lockstep=lockstep, supervisor=supervisor)
 
 
 def tui(robot: SomeRobotsOption = None) -> None:
-    """Open the operator's console on the bus, for every robot there; services may come and go while it is open."""
+    """Open the operator's console for every robot on the bus; services may come and go meanwhile."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from touchline.tui.console import run_console

@@ -1,4 +1,4 @@
-"""``touchline simulate``: one job in this process, without services, as fast as it goes."""
+"""``touchline simulate``: one job in this process, without services, as fast as possible."""
 
 from typing import Annotated
 
@@ -6,21 +6,21 @@ import typer
 
 from touchline.cli.choices import PlanChoice, SetupChoice, check_follower
 from touchline.cli.display import progress_bar, warn_of_left_out, warn_of_shortages
-from touchline.cli.drawing import DrawingChoice
 from touchline.cli.garbage import without_collecting
 from touchline.cli.groups import with_groups
 from touchline.cli.order_list import OrdersOption, orders_of
 from touchline.cli.output_choice import OutputChoice
-from touchline.cli.shared_options import TeamOption, TeamProducts, check_team, simulate_team
+from touchline.cli.shared_job_runs import TeamOption, TeamProducts, check_team, simulate_team
+from touchline.cli.template_choice import TemplateChoice
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("simulate")(with_groups(simulate))
 
 
 def simulate(
-    drawing: DrawingChoice,
+    drawing: TemplateChoice,
     robot: SetupChoice,
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
@@ -29,7 +29,7 @@ def simulate(
     *,
     output: OutputChoice,
 ) -> None:
-    """Carry out a template once in this process, without Zenoh: the figures of `run`, many times faster."""
+    """Simulate a template once in this process, without Zenoh: the figures of `run`, many times faster."""
     from touchline.jobs.single.simulation import Job, Products
     from touchline.jobs.single.simulation import simulate as carry_out
     from touchline.jobs.single.work_picture import draw_work

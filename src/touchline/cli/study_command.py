@@ -1,4 +1,4 @@
-"""``touchline study``: the study's tests and requirements, for its two planners and ours."""
+"""``touchline study``: published studies reproduced, and compared with Touchline."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,9 +9,9 @@ from rich.table import Table
 
 from touchline.cli.coverage_study_output import coverage_study
 from touchline.cli.display import print_line, print_table, progress_bar, say
-from touchline.cli.judged_output import StudyPlaces
 from touchline.cli.network_study_output import network_study
 from touchline.cli.options import ExitCode, JsonOption
+from touchline.cli.study_output import StudyPlaces
 from touchline.cli.tracking_study_output import tracking_study
 from touchline.recordings.writing import writing
 from touchline.schemas.optional_packages import require
@@ -21,7 +21,7 @@ _STYLES = {True: "green", False: "bold red", None: "dim"}
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("study")(study)
 
 
@@ -32,37 +32,35 @@ def study(
     subject: Annotated[
         Subject,
         typer.Argument(
-            help="Which study: that of line marking, that of covering a field with a roller, that of cubic paths "
-            "and trajectory tracking, or that of a network of robots."
+            help="Study: line marking, covering a field with a roller, cubic paths and trajectory tracking, "
+            "or a network of robots."
         ),
     ] = "marking",
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: its plots, too."),
+        typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: plots, too."),
     ] = None,
     pairs: Annotated[
         int,
         typer.Option(
-            metavar="N", min=0, max=10_000_000, help="Random pairs to find a path between; 0: 100 as in the study."
+            metavar="N", min=0, max=10_000_000, help="Marking: number of random pose pairs (0: 100, as in the study)."
         ),
     ] = 0,
     quick: Annotated[
         bool,
         typer.Option(
             "--quick",
-            help="The pitch only, and a fifth of the random pairs; one seed for coverage; few goals for tracking; "
-            "ten robots for 40 s and one seed for network.",
+            help="Smaller study. Marking: pitch only, a fifth of the pairs; coverage: one seed; tracking: few goals; "
+            "network: ten robots for 40 s, one seed.",
         ),
     ] = False,
-    seeds: Annotated[
-        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: how often what is driven is driven.")
-    ] = 3,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, max=1000, help="Coverage, network: number of seeds.")] = 3,
     plots: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Tracking, network: write pictures to this folder.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
+    """Reproduce a published study's benchmark and compare Touchline with it; exit code 1 if we miss a requirement."""
     require("touchline_research", "study")
     if subject == "tracking":
         tracking_study(StudyPlaces(out, plots), quick=quick, as_json=as_json)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
+    """Add the subcommand to `app`."""
     app.command("sweep")(with_groups(sweep))
 
 
@@ -31,7 +31,7 @@ def sweep(
     body: VehicleChoice,
     seeds: Annotated[
         int,
-        typer.Option(metavar="N", help="Runs of each combination, with the scenario's seed and those after it.", min=1),
+        typer.Option(metavar="N", help="Runs of each combination, with consecutive seeds from the scenario's.", min=1),
     ] = 20,
     settings: Annotated[
         list[str] | None,
@@ -49,7 +49,7 @@ def sweep(
     processes: WorkersChoice,
     results: SweepOutput,
 ) -> None:
-    """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
+    """Simulate every combination of settings with many seeds; Ctrl-C ends it and reports the finished runs."""
     from touchline.jobs.sweep.combinations import cases as all_cases
     from touchline.jobs.sweep.combinations import parse_settings
     from touchline.jobs.sweep.task import lost_run, perform, prepare
@@ -68,7 +68,7 @@ def sweep(
 
 
 def collect(runs: Generator["SweepRun", None, None], wanted: int, advance: Advance) -> Swept:
-    """The runs until the last one, Ctrl-C or a problem; what is done by then is worth telling.
+    """Collect runs until the last one, Ctrl-C or a problem; the finished ones are returned.
 
     Raises:
         TouchlineError: Not even one could be done.

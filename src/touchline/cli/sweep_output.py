@@ -1,4 +1,4 @@
-"""What comes of a sweep: a table or JSON of every combination's figures, a report, and a line per run."""
+"""Results of a sweep: a table or JSON of every combination's figures, a report, and a line per run."""
 
 import math
 import sys
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from touchline.jobs.sweep.combinations import SweepCase
     from touchline.jobs.sweep.task import SweepRun
 
-#: Units are in the names of the JSON report; here they are scaled to what people say.
+#: Columns of the table; the JSON report has SI units, here they are scaled.
 _SHOWN = {
     "coverage_pct": ("coverage of the length, %", 1.0, 2),
     "area_coverage_pct": ("coverage of the area, %", 1.0, 2),
     "within_tolerance_pct": ("within the tolerance, %", 1.0, 2),
     "of_field_pct": ("coverage of the field, %", 1.0, 2),
-    "of_reachable_pct": ("coverage of what can be reached, %", 1.0, 2),
-    "of_planned_pct": ("coverage of what was planned, %", 1.0, 2),
+    "of_reachable_pct": ("coverage of the reachable area, %", 1.0, 2),
+    "of_planned_pct": ("coverage of the planned area, %", 1.0, 2),
     "missed_m2": ("missed, m²", 1.0, 2),
     "overlap_m2": ("more than once, m²", 1.0, 1),
     "body_outside_m": ("body outside, cm", 1e2, 1),
@@ -36,16 +36,16 @@ _SHOWN = {
     "lateral_error_p95_m": ("lateral error p95, mm", 1e3, 2),
     "lateral_error_max_m": ("lateral error max, mm", 1e3, 2),
     "contacts": ("contacts", 1.0, 1),
-    "contacts_of_obedient": ("contacts of robots that obey", 1.0, 1),
+    "contacts_of_obedient": ("contacts of healthy robots", 1.0, 1),
     "closest_m": ("closest centres, m", 1.0, 4),
-    "driven_mean_m": ("driven by each, m", 1.0, 2),
+    "driven_mean_m": ("distance per robot, m", 1.0, 2),
     "beyond_walls_robot_s": ("beyond walls, robot-seconds", 1.0, 2),
-    "cost_of_points": ("H, of that of Lloyd's points", 1.0, 4),
-    "cost_of_squares": ("H, of that of squares", 1.0, 4),
+    "cost_of_points": ("H, relative to Lloyd's points", 1.0, 4),
+    "cost_of_squares": ("H, relative to squares", 1.0, 4),
     "spread_s": ("H within 5 % of its end after, s", 1.0, 1),
     "arrived_s": ("all arrived after, s", 1.0, 1),
-    "off_m": ("off the goal, mm", 1e3, 2),
-    "turned_rad": ("turned at the goal, °", math.degrees(1.0), 2),
+    "off_m": ("position error at the goal, mm", 1e3, 2),
+    "turned_rad": ("heading error at the goal, °", math.degrees(1.0), 2),
     "planned_time_s": ("planned time, s", 1.0, 1),
     "position_rmse_m": ("position RMSE, mm", 1e3, 2),
     "heading_rmse_rad": ("heading RMSE, mrad", 1e3, 2),
@@ -56,13 +56,14 @@ _SHOWN = {
 
 @dataclass
 class Swept:
-    """The runs of a sweep that were done.
+    """Finished runs of a sweep.
 
     Attributes:
-        wanted: How many there should have been.
-        wall_s: How long they took.
+        runs: The runs.
+        wanted: Number of runs asked for.
+        wall_s: Wall-clock time they took.
         interrupted: Whether Ctrl-C ended the sweep early.
-        problem: What else ended it early, if anything did.
+        problem: Another reason for an early end, or empty.
     """
 
     wanted: int
@@ -72,7 +73,7 @@ class Swept:
     problem: str = ""
 
     def figures(self, cases: "list[SweepCase]") -> dict[str, Any]:
-        """The sweep's report."""
+        """Return the sweep's report."""
         from touchline.jobs.sweep.summary import summarise
 
         sim_s = sum(run.figures.get("total_time_s", 0.0) for run in self.runs)
@@ -85,7 +86,7 @@ class Swept:
 
 @dataclass(frozen=True)
 class SweepOutput:
-    """Where to put what comes of a sweep.
+    """Destinations of a sweep's results.
 
     Raises:
         SpecError: A file could not be written.
@@ -101,7 +102,7 @@ class SweepOutput:
         check_writable(self.report, self.csv)
 
     def conclude(self, swept: Swept, cases: "list[SweepCase]") -> None:
-        """Deliver the figures; the exit code says whether all went well."""
+        """Print and write the figures; the exit code shows whether all runs succeeded."""
         from touchline.jobs.sweep.summary import write_csv
 
         figures = swept.figures(cases)
@@ -144,7 +145,7 @@ def _print(figures: dict[str, Any], wanted: int) -> None:
 
 
 def _work(combination: dict[str, Any]) -> str:
-    """What its runs did."""
+    """Return a description of what its runs did."""
     if "team" in combination:
         return f"{combination['team']}: {combination['task']}"
     if "template" in combination:

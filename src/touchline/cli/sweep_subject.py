@@ -1,4 +1,4 @@
-"""What the runs of a sweep are to do: work on a template, or drive to a goal."""
+"""Subject of a sweep: a template, or a goal to drive to."""
 
 import json
 import math
@@ -17,18 +17,18 @@ from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import read_text
 
-_BESIDE_GOAL: Final = "leave one of both out: a robot works on a template or drives to a goal"
+_BESIDE_GOAL: Final = "give one of them: a robot works on a template or drives to a goal"
 
 
 @dataclass(frozen=True)
 class SubjectChoice:
-    """What to do, and in which world."""
+    """Subject and world of a sweep."""
 
     subject: Annotated[
         str | None,
         typer.Argument(
             metavar="SCENARIO|TEMPLATE",
-            help="A scenario file, or what to work on: a shipped template's name or a template file. With --goal: a "
+            help="A shipped template's name, a template file or a scenario file. With --goal: a "
             "scenario file, or nothing.",
             show_default=False,
         ),
@@ -37,7 +37,7 @@ class SubjectChoice:
         str | None,
         typer.Option(
             metavar="TEMPLATE",
-            help="What to work on when a scenario is given; default: soccer-11.",
+            help="Template, if a scenario file is given (default: soccer-11).",
             show_default=False,
         ),
     ] = None
@@ -45,19 +45,19 @@ class SubjectChoice:
         str | None,
         typer.Option(
             metavar="X,Y[,HEADING]",
-            help="Drive to this pose (m, m, rad; any heading if it has none) in place of work on a template, from the "
+            help="Drive to this pose (m, m, rad; default heading: any) instead of working on a template, from the "
             "scenario's start, or 0,0,0; `--set goal.method=…` and the like say how.",
             show_default=False,
         ),
     ] = None
 
     def chosen(self) -> tuple[str | PoseGoal, PlanOptions, Scenario]:
-        """What to do, how to plan it, and the world.
+        """Return the subject, the planning options and the world.
 
         Raises:
-            SpecError: It is not said, or said twice, or not to be understood.
+            SpecError: The subject is missing, ambiguous or cannot be read.
         """
-        template, scenario = _told(self.subject) if self.subject is not None else (None, Scenario())
+        template, scenario = _parsed_subject(self.subject) if self.subject is not None else (None, Scenario())
         if self.goal is not None:
             for named in (template, self.template):
                 if named is not None:
@@ -74,8 +74,8 @@ class SubjectChoice:
         return template or self.template or "soccer-11", PlanChoice().options(), scenario
 
 
-def _told(subject: str) -> tuple[str | None, Scenario]:
-    """(template, scenario) as the first argument names one of them."""
+def _parsed_subject(subject: str) -> tuple[str | None, Scenario]:
+    """Return (template, scenario) of the first argument, which names one of them."""
     if subject in shipped_templates():
         return subject, Scenario()
     path = Path(subject)

@@ -43,7 +43,7 @@ _STATE_NAMES = {
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommands to `app`."""
     app.command("up")(with_groups(up))
     app.command("status")(status)
     app.command("down")(down)
@@ -54,11 +54,9 @@ def up(
     ros: Ros2Choice,
     viewers: FoxgloveChoice,
     fleet: RobotsOption = None,
-    apart: Annotated[
-        bool, typer.Option("--apart", help="Run each robot in a process of its own, not all in one.")
-    ] = False,
+    apart: Annotated[bool, typer.Option("--apart", help="Run each robot in its own process.")] = False,
     speed: Annotated[
-        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; the console can change it.")
+        str, typer.Option(metavar="FACTOR", help="Pace, × real time, or `max`; the console can change it.")
     ] = "1",
     recordings: RecordingsOption = None,
 ) -> None:
@@ -72,7 +70,7 @@ def up(
     if not apart:
         check_together(robots)
     config = config.of(*robots)
-    speed_factor(speed)  # refused here rather than by a process that is then started again and again
+    speed_factor(speed)  # refused here rather than by a process that would be restarted again and again
     with (
         until_stopped() as stop,
         only_one(config),
@@ -80,13 +78,13 @@ def up(
             robots,
             config,
             ProcessOptions(["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart),
-            join_as=topics.SUPERVISOR,  # nobody who could stop a robot: that is who has a console
+            join_as=topics.SUPERVISOR,  # not as one who could stop a robot: that is who has a console
         ) as system,
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):
             which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
             say(f"Touchline is up on {config.endpoint}{which}; open a console with `touchline tui`, stop with Ctrl-C")
-            for where in (ros.told(config.namespaces), viewers.told()):
+            for where in (ros.notice(config.namespaces), viewers.notice()):
                 if where:
                     say(where)
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
@@ -94,7 +92,7 @@ def up(
 
 
 def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
-    """Stop what `touchline up` runs on this bus: all of it, or the systems of the robots that are named."""
+    """Stop what `touchline up` runs on this bus: all of it, or the systems of the named robots."""
     pids = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S, robot or named_robots())
     if as_json:
         print_json({"stopped_pids": pids})
@@ -104,7 +102,7 @@ def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
 
 @dataclass(frozen=True)
 class ServiceState:
-    """One service as ``touchline status`` shows it."""
+    """State of a service, as ``touchline status`` shows it."""
 
     node: str
     state: str
@@ -117,7 +115,7 @@ class ServiceState:
 
 @dataclass(frozen=True)
 class RobotState:
-    """One robot as ``touchline status`` shows it."""
+    """State of a robot, as ``touchline status`` shows it."""
 
     namespace: str
     supervisor_pid: int | None
@@ -126,7 +124,7 @@ class RobotState:
 
 
 def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
-    """Show which robots, services and replays are on the bus and how they are."""
+    """Show the robots, services and replays on the bus, and their state."""
     config = BusConfig.from_environment()
     named = tuple(robot or named_robots())
     with Bus.open(topics.OBSERVER, config.of((named or config.namespaces)[0])) as bus:
@@ -143,7 +141,7 @@ def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
 def _robot(bus: Bus) -> RobotState:
     missing = bus.wait_for(set(topics.SERVING), timeout_s=_LOOK_S)
     replayed = topics.ROBOT_SIM in missing and not bus.wait_for({topics.REPLAY}, timeout_s=_LOOK_S)
-    if replayed:  # what told these things then need not be there now
+    if replayed:  # what published these messages then need not be there now
         states = [_state(bus, node, missing=False) for node in topics.SERVING if node not in missing]
         states.append(ServiceState(topics.REPLAY, _replay(bus)))
     else:
@@ -164,7 +162,7 @@ def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
 
 
 def _replay(bus: Bus) -> str:
-    """How far the replay is."""
+    """Return the progress of the replay."""
     for sample in bus.inbox([topics.REPLAY_STATUS], keep="latest").wait(2.0):
         message = sample.decode()
         if isinstance(message, ReplayStatus):
@@ -174,7 +172,7 @@ def _replay(bus: Bus) -> str:
 
 
 def _traversal(bus: Bus) -> dict[str, Any] | None:
-    for sample in bus.inbox([topics.STATUS], keep="latest").wait(5.0):  # a robot that is there has said it
+    for sample in bus.inbox([topics.STATUS], keep="latest").wait(5.0):  # a robot that is there has published it
         message = sample.decode()
         if isinstance(message, TraversalStatus):
             return {

@@ -1,4 +1,4 @@
-"""The options of ``touchline export`` that say which topics become which tables."""
+"""Options of ``touchline export`` for tables of topics."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,21 +13,23 @@ from touchline.schemas.optional_packages import require
 
 @dataclass(frozen=True)
 class TableChoice:
-    """Topics, and where their tables go."""
+    """Topics and files of tables."""
 
     topics: Annotated[
         list[str] | None,
-        typer.Option("--topic", metavar="TOPIC", help="A topic of the tables; may be repeated.", show_default=False),
+        typer.Option(
+            "--topic", metavar="TOPIC", help="Topic to write as a table; may be repeated.", show_default=False
+        ),
     ] = None
     csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the topics as CSV here.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="Write the topics to this CSV file.", show_default=False)
     ] = None
     parquet: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the topics as Parquet here.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="Write the topics to this Parquet file.", show_default=False)
     ] = None
 
     def __post_init__(self) -> None:
-        """Refuse a form that cannot be written here.
+        """Refuse a format whose package is missing.
 
         Raises:
             TouchlineError: Its package is not installed.
@@ -37,11 +39,11 @@ class TableChoice:
 
     @property
     def asked(self) -> bool:
-        """Whether there is a table to write."""
+        """True if there is a table to write."""
         return self.csv is not None or self.parquet is not None or bool(self.topics)
 
     def write(self, recording: Path, written: dict[str, int]) -> str:
-        """Write the tables and count their rows in ``written``; returns what is in none of them, empty if all is.
+        """Write the tables and add the number of rows to ``written``; return what is missing, empty if nothing.
 
         Raises:
             SpecError: No topic is given, or no file.
@@ -52,7 +54,7 @@ class TableChoice:
         if not self.topics:
             raise SpecError("command line", "--topic", "is missing", "name a topic; `touchline info` lists them")
         if self.csv is None and self.parquet is None:
-            raise SpecError("command line", "--csv", "is missing", "say where the topics go: --csv or --parquet")
+            raise SpecError("command line", "--csv", "is missing", "give --csv or --parquet")
         table = table_of(recording, self.topics)
         for path, write in ((self.csv, write_csv), (self.parquet, write_parquet)):
             if path is not None:

@@ -1,4 +1,4 @@
-"""Options that say which team does what."""
+"""Options of a team and its task."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,21 +20,21 @@ Heading = Literal["bearing", "free"]
 
 @dataclass(frozen=True)
 class TeamChoice:
-    """A team: a file, and what is said instead of its own."""
+    """A team: a file, and options that override it."""
 
     team: Annotated[
         Path | None,
         typer.Option(
             "--team",
             metavar="FILE",
-            help="JSON file of a team (docs/fleet.md; `touchline fleet team` prints one); options take precedence.",
+            help="JSON file of a team (docs/fleet.md; `touchline fleet team` prints one); options override it.",
             show_default=False,
         ),
     ] = None
     task: Annotated[
         str | None,
         typer.Option(
-            metavar="KIND", help="What it does: deploy (default) or swap; others in --team.", show_default=False
+            metavar="KIND", help="Task: deploy (default) or swap; others in a --team file.", show_default=False
         ),
     ] = None
     vehicle: VehicleOption = None
@@ -43,59 +43,57 @@ class TeamChoice:
     ] = None
     avoid: Annotated[
         Avoid | None,
-        typer.Option(metavar="HOW", help="How robots avoid each other: cells (default) or none, as in the study."),
+        typer.Option(metavar="HOW", help="Collision avoidance: cells (default) or none, as in the study."),
     ] = None
     path: Annotated[
         Heading | None,
-        typer.Option(metavar="HEADING", help="With --avoid none, headings at goals: bearing (default) or free."),
+        typer.Option(metavar="HEADING", help="With --avoid none: headings at goals, bearing (default) or free."),
     ] = None
-    loss: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Share of the messages that are lost, 0 to 0.95.")
-    ] = None
-    delay: Annotated[float | None, typer.Option(metavar="S", help="Messages take up to so long, s, 0 to 5.")] = None
-    duration: Annotated[float | None, typer.Option(metavar="S", help="Sim time, s; default 120.")] = None
+    loss: Annotated[float | None, typer.Option(metavar="SHARE", help="Share of messages lost, 0 to 0.95.")] = None
+    delay: Annotated[float | None, typer.Option(metavar="S", help="Largest delay of messages, s, 0 to 5.")] = None
+    duration: Annotated[float | None, typer.Option(metavar="S", help="Duration in sim time, s (default: 120).")] = None
 
     def chosen(self, robots: int | None = None, seed: int | None = None) -> TeamScenario:
-        """What the file says, or the default, changed as the options say.
+        """Return the file's team, or the default one, with the options applied.
 
         Args:
-            robots: How many, if that is said.
-            seed: Of the noise, likewise.
+            robots: Number of robots, if given.
+            seed: Seed of the noise, if given.
 
         Raises:
-            SpecError: The file is not what it should be, or an option cannot be met.
+            SpecError: The file is not usable, or an option contradicts it.
         """
         text = read_text(self.team) if self.team else "{}"
         team = parse(TeamScenario, text, self.team.name if self.team else "command line")
-        told: dict[str, Any] = team.model_dump(mode="json", context=EVERY_FIELD)
+        fields: dict[str, Any] = team.model_dump(mode="json", context=EVERY_FIELD)
         if robots is not None:
             if team.places and robots != len(team.places):
                 problem = f"is {robots}, but {self.team} has places of {len(team.places)}"
-                raise SpecError("command line", "--robots", problem, "leave one of both out")
-            told["robots"] = robots
+                raise SpecError("command line", "--robots", problem, "give one of them")
+            fields["robots"] = robots
         if self.vehicle is not None:
-            told |= _with_vehicle(team, self.vehicle)
+            fields |= _with_vehicle(team, self.vehicle)
         if self.task is not None:
             if self.task not in ("deploy", "swap"):
                 problem = f"is {self.task!r}"
                 raise SpecError("command line", "--task", problem, "give deploy or swap, or a task in a --team file")
-            told["task"] = {"kind": self.task}
+            fields["task"] = {"kind": self.task}
         for name, value in {"avoid": self.avoid, "path": self.path, "duration_s": self.duration}.items():
             if value is not None:
-                told[name] = value
+                fields[name] = value
         for name, value in {"loss": self.loss, "delay_s": self.delay}.items():
             if value is not None:
-                told["links"][name] = value
+                fields["links"][name] = value
         if (self.loss or self.delay) and "onboard" not in team.model_fields_set:
-            told["onboard"]["team"]["lease_s"] = LOSSY_LEASE_S
+            fields["onboard"]["team"]["lease_s"] = LOSSY_LEASE_S
         for name, given in {"seed": seed, "noise": self.noise}.items():
             if given is not None:
-                told["world"][name] = given
-        return _parsed(told)
+                fields["world"][name] = given
+        return _parsed(fields)
 
 
 def _with_vehicle(team: TeamScenario, chosen: Path) -> dict[str, Any]:
-    """The vehicle, on its ground and with its own computer where the team does not say otherwise."""
+    """Return the vehicle, with its own ground and computer where the team has none."""
     given, name = team.model_fields_set, str(chosen)
     found: dict[str, Any] = {"vehicle": VehicleChoice(chosen).chosen().model_dump(mode="json")}
     if "onboard" not in given:
@@ -105,15 +103,15 @@ def _with_vehicle(team: TeamScenario, chosen: Path) -> dict[str, Any]:
     return found
 
 
-def _parsed(told: dict[str, Any]) -> TeamScenario:
+def _parsed(fields: dict[str, Any]) -> TeamScenario:
     import json
 
-    return parse(TeamScenario, json.dumps(told), "team")
+    return parse(TeamScenario, json.dumps(fields), "team")
 
 
 RobotsCountOption = Annotated[
-    int | None, typer.Option("--robots", metavar="N", help="How many; default 10.", min=1, max=256)
+    int | None, typer.Option("--robots", metavar="N", help="Number of robots (default: 10).", min=1, max=256)
 ]
 SeedOption = Annotated[
-    int | None, typer.Option("--seed", metavar="N", help="Seed of every noise and start.", min=0, max=MAX_SEED)
+    int | None, typer.Option("--seed", metavar="N", help="Seed of all noise and of the starts.", min=0, max=MAX_SEED)
 ]

@@ -1,4 +1,4 @@
-"""``touchline templates``: what can be planned out of the box, from text, and from other programs' drawings."""
+"""``touchline templates``: shipped templates, text, and drawings of other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from touchline.cli.display import print_event, print_json, print_table, progress_bar, say
-from touchline.cli.drawing import DrawingChoice, MapOriginOption, PlaceChoice, SetOption, laid
 from touchline.cli.groups import with_groups
 from touchline.cli.options import JsonOption, check_plot
+from touchline.cli.template_choice import MapOriginOption, PlaceChoice, SetOption, TemplateChoice, laid
 from touchline.recordings.writing import check_writable, write_text, writing
 from touchline.schemas.errors import SpecError
 from touchline.schemas.lettering import Corners, write
@@ -29,12 +29,12 @@ OutOption = Annotated[Path | None, typer.Option("--out", help="Write the templat
 LineWidthOption = Annotated[float, typer.Option(help="Width of the strokes, m.", min=0.02, max=0.3)]
 
 _SHOW = "show"
-#: So many of what was left out are named one by one.
+#: Left-out elements that are named one by one.
 _NAMED = 12
 
 
 class _ShowByDefault(TyperGroup):
-    """A group whose arguments, unless they begin with a subcommand, are those of ``show``."""
+    """Group whose arguments, unless they begin with a subcommand, are those of ``show``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if not args or (args[0] not in self.commands and args[0] not in ("--help",)):
@@ -43,7 +43,7 @@ class _ShowByDefault(TyperGroup):
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommands to `app`."""
     group = typer.Typer(cls=_ShowByDefault, rich_markup_mode=None, help=_HELP)
     group.command(_SHOW)(with_groups(show))
     group.command("text")(with_groups(text))
@@ -59,16 +59,16 @@ _HELP = """List the shipped templates, print or draw one, write text, or import 
 
 @dataclass(frozen=True)
 class TemplateFiles:
-    """Where to put a template; on standard output, if nowhere else."""
+    """Destinations of a template; standard output if none is given."""
 
     out: OutOption = None
     plot: Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")] = None
 
     def deliver(self, template: Template) -> None:
-        """Write and draw it.
+        """Write and draw the template.
 
         Raises:
-            SpecError: A file cannot be written, or the picture is of a kind that cannot be drawn.
+            SpecError: A file cannot be written, or the picture's format is not supported.
         """
         if self.plot is not None:
             from touchline.drawings.picture import picture
@@ -95,7 +95,7 @@ def show(
 ) -> None:
     """List the shipped templates, or print one as JSON to start your own from."""
     if name is not None:
-        template = DrawingChoice(name, settings, where.place, where.origin).chosen()
+        template = TemplateChoice(name, settings, where.place, where.origin).chosen()
         files.deliver(laid(template, map_origin=map_origin))
         return
     _list(
@@ -105,7 +105,7 @@ def show(
 
 
 def _list(given: dict[str, object], as_json: bool) -> None:
-    """The shipped templates; of the options that are ``given`` none has a meaning for all of them."""
+    """List the shipped templates; refuse options in ``given``, which concern a single one."""
     from touchline.schemas.fields import FIELDS  # here: every process of the system starts through this command line
 
     for option, value in given.items():
@@ -124,10 +124,10 @@ def _list(given: dict[str, object], as_json: bool) -> None:
 
 
 def text(
-    words: Annotated[str, typer.Argument(help="What to write, in capitals, digits and a few signs.")],
+    words: Annotated[str, typer.Argument(help="Text: capitals, digits and a few signs.")],
     height: Annotated[float, typer.Option(help="Height of the letters, m.", min=0.1, max=100.0)] = 2.0,
     line_width: LineWidthOption = 0.12,
-    corners: Annotated[Corners, typer.Option(help="Soft corners: square, cut, or round.")] = Corners.CUT,
+    corners: Annotated[Corners, typer.Option(help="Corners of the letters: square, cut, or round.")] = Corners.CUT,
     *,
     where: PlaceChoice,
     files: TemplateFiles,
@@ -141,30 +141,32 @@ def text(
 
 @dataclass(frozen=True)
 class ImportChoice:
-    """How closely a drawing is followed, and what of it is painted."""
+    """Tolerance of an import, and its selection."""
 
     scale: Annotated[
         float | None,
-        typer.Option(help="Metres of one unit of the drawing; by default from its own units.", show_default=False),
+        typer.Option(help="Metres per unit of the drawing (default: the drawing's own unit).", show_default=False),
     ] = None
     line_width: LineWidthOption = 0.12
     detail: Annotated[
         float | None,
         typer.Option(
-            help="Smallest feature that is kept, m; by default the line's width, 0 for all that can be painted.",
+            help="Smallest feature to keep, m (default: line width; 0: all that can be painted).",
             min=0.0,
             max=10.0,
             show_default=False,
         ),
     ] = None
     fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False
-    fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0
-    areas: Annotated[bool, typer.Option("--areas", help="Closed shapes become areas with holes, not lines.")] = False
+    fill_angle: Annotated[float, typer.Option(help="Direction of filling strokes, degrees.")] = 0.0
+    areas: Annotated[bool, typer.Option("--areas", help="Import closed shapes as areas with holes, not as lines.")] = (
+        False
+    )
     layer: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Read this layer (DXF) or group (SVG, by label or id) only; can be given again.",
+            help="Read only this layer (DXF) or group (SVG, by label or id); may be repeated.",
             show_default=False,
         ),
     ] = None
@@ -172,15 +174,19 @@ class ImportChoice:
         str,
         typer.Option(
             metavar="LAYER",
-            help="The largest closed outline of this layer, which else is not read, becomes the boundary.",
+            help="Take the largest closed outline of this layer, otherwise unread, as the boundary.",
             show_default=False,
         ),
     ] = ""
-    anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre"
-    skip_others: Annotated[bool, typer.Option("--skip-others", hidden=True, help="Is what happens anyway.")] = False
+    anchor: Annotated[str, typer.Option(help="Point that becomes (0, 0): centre, corner (lower left) or own.")] = (
+        "centre"
+    )
+    skip_others: Annotated[
+        bool, typer.Option("--skip-others", hidden=True, help="No effect; kept for old command lines.")
+    ] = False
 
     def options(self) -> "ImportOptions":
-        """As the importer wants them.
+        """Return the importer's options.
 
         Raises:
             SpecError: There is no such anchor.
@@ -210,7 +216,7 @@ def import_(
     plot: Annotated[
         Path | None,
         typer.Option(
-            help="Draw what is painted, what was drawn, and where they differ most, to this .svg or .png file.",
+            help="Draw the template, the original and their largest differences to this .svg or .png file.",
             show_default=False,
         ),
     ] = None,
@@ -235,7 +241,7 @@ def import_(
 
 
 def _tell(name: str, imported: "Imported") -> None:
-    """What came of a drawing, on standard error."""
+    """Report the result of an import on standard error."""
     template = imported.template
     made = f"{len(template.segments):,} lines and arcs of {imported.pieces:,} drawn ones, {template.length_m:.1f} m"
     say(f"{name}: {made}, within {imported.deviation_m * 1e3:.2f} mm")
@@ -245,7 +251,7 @@ def _tell(name: str, imported: "Imported") -> None:
         say(f"{_counted(len(template.areas), 'area')} of {template.area_m2:,.2f} m² with {_counted(holes, 'hole')}")
     if found.mended:
         named = f"{', '.join(found.mended[:_NAMED])}{_more(len(found.mended))}"
-        print_event(Event.INFO, f"crosses itself; what it goes round is the area: {named}")
+        print_event(Event.INFO, f"crosses itself; the enclosed parts are the area: {named}")
     changes = [
         f"{count:,} {what if count == 1 else many}"
         for count, what, many in (
@@ -266,7 +272,7 @@ def _tell(name: str, imported: "Imported") -> None:
 
 
 def _by_reason(omissions: Sequence["Omission"]) -> list[tuple[str, list[str]]]:
-    """Elements that are not painted, or not all of them, by the reason."""
+    """Group the elements that are not painted, or not fully, by the reason."""
     found: dict[str, list[str]] = {}
     for omission in omissions:
         found.setdefault(omission.reason, []).append(omission.element)

@@ -14,21 +14,21 @@ from touchline.schemas.vehicles.shipped import SHIPPED
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommands."""
+    """Add the subcommands to `app`."""
     app.command("vehicle")(vehicle)
     app.command("onboard")(onboard)
 
 
 def vehicle(
     name: Annotated[
-        str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}), or a file.", show_default=False)
+        str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}) or a JSON file.", show_default=False)
     ] = None,
-    drive: Annotated[str | None, PluginOption("--drive", DRIVES, "KIND", "What moves it")] = None,
-    tool: Annotated[str | None, PluginOption("--tool", TOOLS, "KIND", "What it works with")] = None,
+    drive: Annotated[str | None, PluginOption("--drive", DRIVES, "KIND", "Drive")] = None,
+    tool: Annotated[str | None, PluginOption("--tool", TOOLS, "KIND", "Tool")] = None,
 ) -> None:
-    """Print a robot as JSON, every field, the first shipped one by default: what `--vehicle` takes, to be changed.
+    """Print a robot (default: the first shipped one) as JSON with every field, to change and give as `--vehicle`.
 
-    Of another kind of drive or tool every field is as that kind has it by default.
+    With another kind of drive or tool, every field has that kind's default.
     """
     robot = load_vehicle(name) if name else Vehicle()
     parts = {part: {"kind": kind} for part, kind in (("drive", drive), ("tool", tool)) if kind}
@@ -38,5 +38,5 @@ def vehicle(
 
 
 def onboard() -> None:
-    """Print what the shipped robot's computer is told as JSON, every field: what `--onboard` takes, to be changed."""
+    """Print the shipped robot's computer as JSON with every field, to change and give as `--onboard`."""
     typer.echo(OnboardConfig().model_dump_json(indent=1, context=EVERY_FIELD))

@@ -18,7 +18,7 @@ _VERBOSE = Annotated[bool, typer.Option("--verbose", "-v", help="Show the traceb
 
 
 def with_verbosity(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with both options behind its own."""
+    """Return the command with both options behind its own."""
     shown = inspect.signature(command, eval_str=True).parameters.values()
     own = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in shown]
     added = [

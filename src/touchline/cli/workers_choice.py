@@ -1,4 +1,4 @@
-"""The options of commands that do many independent tasks: how many processes, or whose."""
+"""Options of commands with many independent tasks: number of processes, or a Dask scheduler."""
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
@@ -9,23 +9,23 @@ import typer
 from touchline.schemas.optional_packages import require
 
 if TYPE_CHECKING:
-    from touchline.jobs.places import Done, Lost, Shared, Task, Work
+    from touchline.jobs.task_pool import Done, Lost, Shared, Task, Work
 
 
 @dataclass(frozen=True)
 class WorkersChoice:
-    """Which processes do the tasks."""
+    """Workers of a command's tasks."""
 
-    workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.", min=0)] = 0
+    workers: Annotated[int, typer.Option(metavar="N", help="Number of processes (0: one per core).", min=0)] = 0
     dask: Annotated[
         str | None,
         typer.Option(
-            metavar="ADDRESS", help="Address of a Dask scheduler, to use its workers instead.", show_default=False
+            metavar="ADDRESS", help="Address of a Dask scheduler whose workers to use instead.", show_default=False
         ),
     ] = None
 
     def __post_init__(self) -> None:
-        """Refuse workers that cannot be reached from here.
+        """Refuse Dask if it is not installed.
 
         Raises:
             TouchlineError: Dask is not installed.
@@ -36,11 +36,11 @@ class WorkersChoice:
     def done(
         self, work: "Work[Shared, Task, Done]", shared: "Shared", tasks: "Sequence[Task]", lost: "Lost[Task, Done]"
     ) -> Generator["Done", None, None]:
-        """What came of each task as it is done; closing the iterator early stops the others.
+        """Yield the result of each task as it finishes; closing the iterator early stops the others.
 
-        `lost` makes what is said of a task whose process died.
+        `lost` makes the result of a task whose process died.
         """
-        from touchline.jobs.places import cores, here, in_processes, on_dask
+        from touchline.jobs.task_pool import cores, here, in_processes, on_dask
 
         if self.dask is not None:
             return on_dask(work, shared, tasks, self.dask, lost)

@@ -1,1 +1,1 @@
-"""Teams of robots that keep out of each other's way: cells, deployment, lossy links."""
+"""Teams of robots that keep out of each other's path: cells, deployment, lossy links."""

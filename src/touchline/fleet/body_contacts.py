@@ -15,25 +15,25 @@ from touchline.schemas.vehicles import Vehicle
 Floats = NDArray[np.float64]
 
 PRESSED: Final = Bumper(kind="bumper", duration_s=1.0)
-"""What happens to each of two robots that have come to touch."""
+"""Fault of each of two robots in contact."""
 
 
 class BodyContacts:
-    """Counts contacts; who stays in contact counts once.
+    """Counter of contacts; one that lasts counts once.
 
     Attributes:
-        pairs: Who has touched whom, by their numbers, once for each contact.
-        at_walls: Who has touched a wall or an obstacle, likewise.
-        closest_m: The least distance of two centres so far.
+        pairs: Numbers of two robots, once for each of their contacts.
+        at_walls: Numbers of robots, once for each contact with a wall or an obstacle.
+        closest_m: Smallest distance of two centres so far.
     """
 
     def __init__(self, robots: int, body_radius_m: float, area: FreeArea) -> None:
-        """Nobody has touched anything.
+        """Start without contacts.
 
         Args:
-            robots: How many there are.
-            body_radius_m: Of each.
-            area: Between whose walls they drive.
+            robots: Number of robots.
+            body_radius_m: Radius of each.
+            area: Area with walls.
         """
         self._first, self._second = np.triu_indices(robots, 1)
         self._radius_m, self._area = body_radius_m, area
@@ -44,15 +44,15 @@ class BodyContacts:
         self.closest_m = math.inf
 
     def look(self, places: Floats) -> set[int]:
-        """Count what is new; returns the robots that have come to touch another or a wall.
+        """Count new contacts; return the robots that newly touch another or a wall.
 
         Args:
-            places: (ticks, n, 2) in order (m); not a number where nobody is.
+            places: (ticks, n, 2) in order (m, map frame); NaN for absent robots.
         """
         return self._look_at_walls(places) | self._look_at_pairs(places)
 
     def _look_at_walls(self, places: Floats) -> set[int]:
-        if self._at_wall is None:  # who begins there has not run into anything
+        if self._at_wall is None:  # a robot that starts there has not run into anything
             self._at_wall = self._touches(places[0], self._radius_m)
         steps = np.diff(places, axis=0)
         reach_m = np.nan_to_num(np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0))
@@ -70,7 +70,7 @@ class BodyContacts:
         return found
 
     def _touches(self, places: Floats, radius_m: float | Floats) -> NDArray[np.bool_]:
-        """True for discs (n,) that touch a wall or are beyond it; nobody is where there is no number."""
+        """Return whether discs (n,) touch a wall or are beyond it; False for NaN."""
         there = np.isfinite(places[:, 0])
         found: NDArray[np.bool_] = there & ~self._area.holds(np.nan_to_num(places), radius_m)
         return found
@@ -90,5 +90,5 @@ class BodyContacts:
 
 
 def body_radius_m(vehicle: Vehicle) -> float:
-    """Of the disc about a vehicle's centre that holds its body (m)."""
+    """Return the radius of the disc about a vehicle's centre that holds its body (m)."""
     return float(np.hypot(*np.array(vehicle.body.footprint_m).T).max())

@@ -1,18 +1,18 @@
-"""Who may be where: Voronoi cells for deployment, and buffered cells that robots which need room to stop keep to.
+"""Cells of robots: Voronoi cells for deployment, and buffered cells that robots keep to, with room to stop.
 
 Voronoi cell of robot i: all of the area that is nearer to p_i than to any other robot, straight across obstacles.
 
 Buffered cell: with S_i the *stopping segment*, from p_i to where robot i would stand if it braked straight ahead now,
-for each pair the nearest points a of S_i and b of S_j, n = (b − a)/|b − a| and m = (a + b)/2, robot i keeps to
-(q − m)·n ≤ −r and robot j to the other side, r = min(r_s, |b − a|/2). Sides of the area are moved in by r_s, or so far
-as S_i lets them. While everybody keeps to its cell, which it can as braking is always permitted, S_i stays in the old
-cell i, S_j in the old cell j, and so with every update |b − a| ≥ min(2·r_s, what it was before): docs/fleet.md has the
+for each pair the nearest points a of S_i and b of S_j, n = (b − a)/|b − a| and m = (a + b)/2, robot i keeps to (q −
+m)·n ≤ −r and robot j to the other side, r = min(r_s, |b − a|/2). Sides of the area are moved in by r_s, or so far as
+S_i lets them. While everybody keeps to its cell, which it can as braking is always permitted, S_i stays in the old cell
+i, S_j in the old cell j, and so with every update |b − a| ≥ min(2·r_s, what it was before): docs/fleet.md has the
 proof. After Zhou, Wang, Bandyopadhyay, Schwager, "Fast, on-line collision avoidance for dynamic vehicles using buffered
 Voronoi cells", IEEE Robotics and Automation Letters 2(2), 2017, whose cells are those of points without extent.
 
 A buffered cell is convex. Where the area is not, it is a convex part of the free area round S_i: walls cut from it, in
 order of nearness, whatever lies behind the line through the wall's nearest point. So behind a corner nothing is in the
-cell, and a goal there is not reached by going to the cell's nearest point: that needs a way from elsewhere.
+cell, and a goal there is not reached by going to the cell's nearest point: that needs a path planned elsewhere.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 ROBOT_RADIUS_M: Final = 0.2
-"""r_s by default: a body of 0.177 m, and 23 mm for errors of estimate and follower and for latency."""
+"""Default of r_s: a body of 0.177 m, and 23 mm for errors of estimate and follower and for latency."""
 
 
-# A side that the polygon comes so near to (m) counts as touched.
+# A side this near to the polygon (m) counts as touching.
 _TOUCHES_M: Final = 1e-6
 
 
@@ -52,15 +52,15 @@ class SegmentsMeet(TouchlineError):
 
 
 class CoincidentPoints(TouchlineError):
-    """Two robots at the same place: neither is nearer to anything."""
+    """Two robots at the same place, where neither is nearer to anything."""
 
 
 class VoronoiParts(NamedTuple):
     """Voronoi cells, each in as many convex parts as the area has pieces; a part may have no corners.
 
     Attributes:
-        corners: (n, p, m, 2) counter-clockwise, m.
-        counts: (n, p) how many corners each part has.
+        corners: (n, p, m, 2) counter-clockwise, m, map frame.
+        counts: (n, p) number of corners of each part.
     """
 
     corners: Floats
@@ -68,12 +68,12 @@ class VoronoiParts(NamedTuple):
 
 
 class BufferedCell(NamedTuple):
-    """Where one robot may be.
+    """Buffered cell of one robot.
 
     Attributes:
-        half_planes: (k, 3) n·q ≤ offset: outward unit normal, offset (m); a row of zeros says nothing.
-        corners: (c, 2) of the polygon, counter-clockwise (m); none if rounding leaves nothing of it.
-        roomy: (d, 2) of the part that keeps all of its radius from the border and walls, if there is one.
+        half_planes: (k, 3) n·q ≤ offset: outward unit normal, offset (m); a row of zeros has no effect.
+        corners: (c, 2) of the polygon, counter-clockwise (m); empty if rounding leaves nothing of it.
+        roomy: (d, 2) the part that keeps the whole radius from the border and walls, if there is one.
     """
 
     half_planes: Floats
@@ -81,7 +81,7 @@ class BufferedCell(NamedTuple):
     roomy: Floats = np.zeros((0, 2))
 
     def binding(self, segment: Floats) -> Floats:
-        """The half-planes that matter to a robot: those that the polygon touches; all, if it is not in that.
+        """Return the half-planes that matter to a robot: those that the polygon touches; all, if it is not in that.
 
         Args:
             segment: (4,) S of the robot (m).
@@ -97,20 +97,20 @@ class BufferedCell(NamedTuple):
         return touched
 
     def _holds(self, point: complex) -> bool:
-        """Whether a point, x + iy (m), is in the polygon."""
+        """Return whether a point, x + iy (m), is in the polygon."""
         corners = self.corners
         return len(corners) > 0 and abs(nearest_in(corners, len(corners), point) - point) <= _TOUCHES_M
 
     def excess_m(self, segment: Floats) -> float:
-        """How far a segment (4,), or any part of it, is outside; negative inside, by the least distance to a side."""
+        """Return how far a segment (4,), or any part of it, is outside; negative inside."""
         x1, y1, x2, y2 = segment.tolist()
         return float(max(excess_m(self.half_planes, complex(x1, y1)), excess_m(self.half_planes, complex(x2, y2))))
 
     def nearest(self, point: Floats, otherwise: Floats) -> Floats:
-        """The point of the roomy part of the cell (m) nearest to another; if nothing is left of it, `otherwise`.
+        """Return the point of the roomy part of the cell (m) nearest to another; without such a part, `otherwise`.
 
-        A robot that has come nearer to a wall than it shall, by a turn that was not quite on the spot, so drives off it
-        again. The cell itself holds it where it is: it would come nearer bit by bit.
+        So a robot that has come too near to a wall, by a turn that was not quite on the spot, drives off it again. The
+        cell itself would hold it where it is, and let it come nearer bit by bit.
         """
         corners = self.roomy if len(self.roomy) else self.corners
         if not len(corners):
@@ -120,11 +120,11 @@ class BufferedCell(NamedTuple):
 
 
 def voronoi(points: Floats, area: FreeArea) -> VoronoiParts:
-    """The Voronoi cells of points in an area, exact for any polygon with obstacles.
+    """Return the Voronoi cells of points in an area, exact for any polygon with obstacles.
 
     Args:
-        points: (n, 2) m.
-        area: Where.
+        points: (n, 2) m, map frame.
+        area: The area.
 
     Raises:
         CoincidentPoints: Two points are the same.
@@ -135,13 +135,13 @@ def voronoi(points: Floats, area: FreeArea) -> VoronoiParts:
 
 
 def keep_robots_apart(segments: Floats, radius_m: float, rows: Floats, names: Sequence[str]) -> None:
-    """The half-planes that keep every two robots apart.
+    """Compute the half-planes that keep every two robots apart.
 
     Args:
         segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
         radius_m: r_s.
         rows: (n, n or more, 3) row j of robot i is filled with the half-plane that keeps i from j; row i stays.
-        names: Of the robots, for errors.
+        names: Names of the robots, for errors.
 
     Raises:
         SegmentsMeet: Two segments touch or cross.
@@ -154,14 +154,14 @@ def keep_robots_apart(segments: Floats, radius_m: float, rows: Floats, names: Se
 def within_area(
     segments: Floats, area: FreeArea, radii_m: tuple[float, float], rows: Floats, names: Sequence[str]
 ) -> list[BufferedCell]:
-    """Cells whose half-planes towards other robots are given.
+    """Return cells whose half-planes towards other robots are given.
 
     Args:
         segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m).
-        area: Where they drive.
-        radii_m: What a centre keeps from the sides of the area's hull (r_s), and from walls within.
+        area: The area.
+        radii_m: Distances of a centre from the sides of the area's hull (r_s), and from walls within.
         rows: (n, k + sides and walls of the area, 3) half-planes, of which the first k are given, the rest filled.
-        names: Of the robots.
+        names: Names of the robots.
 
     Raises:
         SegmentsMeet: A segment touches a wall.
@@ -176,7 +176,7 @@ def within_area(
 
 
 def _roomy(segment: Floats, area: FreeArea, radii_m: tuple[float, float], row: Floats, corners: Floats) -> Floats:
-    """(d, 2) what of a cell keeps the radii from sides and walls, though the robot itself does not."""
+    """Return (d, 2) the part of a cell that keeps the radii from sides and walls, even if the robot itself does not."""
     walls, sides = row[len(row) - len(area.walls) :], row[len(row) - len(area.walls) - len(area.sides) :]
     offsets = [area.sides[k, OFFSET] - radii_m[0] for k in range(len(area.sides))]
     x1, y1, x2, y2 = segment.tolist()

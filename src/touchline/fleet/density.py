@@ -1,6 +1,6 @@
-"""How important it is to be near to which place: the density φ, of three kinds, each with exact moments.
+"""Density φ, the importance of being near to a place, of three kinds, each with exact moments.
 
-A density that is even, or even over discs or over the squares of a raster, has moments in closed form over any
+A density that is uniform, or uniform over discs or over the squares of a raster, has moments in closed form over any
 polygon, so there is no quadrature, and no error but rounding.
 """
 
@@ -18,14 +18,14 @@ Floats = NDArray[np.float64]
 
 
 class Density(Protocol):
-    """φ ≥ 0 over the area, 1/m² if its integral is to be a number."""
+    """φ ≥ 0 over the area; 1/m² if its integral is to be dimensionless."""
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
-        """Moments of cells, each about its own point.
+        """Return moments of cells, each about its own point.
 
         Args:
             parts: Of n cells.
-            points: (n, 2) m.
+            points: (n, 2) m, map frame.
 
         Returns:
             (n, 4) mass M = ∫φ, first moment ∫(q − p)φ (x and y), second moment ∫|q − p|²φ.
@@ -35,30 +35,30 @@ class Density(Protocol):
 
 @dataclass(frozen=True)
 class EvenDensity:
-    """The same everywhere."""
+    """Uniform density over the area."""
 
     value: float = 1.0
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
-        """See `Density`."""
+        """Return moments of cells, as of `Density`."""
         found: Floats = even_moments(parts.corners, parts.counts, points, self.value)
         return found
 
 
 @dataclass(frozen=True)
 class DiscDensity:
-    """Some value everywhere, and more in discs; where discs overlap their values add up.
+    """Constant density plus discs; where discs overlap their values add up.
 
     Attributes:
-        discs: x, y, radius (m) and what it adds, of each.
-        value: Everywhere; it may be 0: a robot whose cell is empty then stays where it is.
+        discs: x, y, radius (m) and added value of each.
+        value: Constant; it may be 0: a robot whose cell is empty then stays where it is.
     """
 
     discs: tuple[tuple[float, float, float, float], ...]
     value: float = 1.0
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
-        """See `Density`."""
+        """Return moments of cells, as of `Density`."""
         rows = np.array(self.discs, dtype=np.float64).reshape(-1, 4)
         even: Floats = even_moments(parts.corners, parts.counts, points, self.value)
         more: Floats = disc_moments(parts.corners, parts.counts, points, rows)
@@ -67,7 +67,7 @@ class DiscDensity:
 
 @dataclass(frozen=True)
 class RasterDensity:
-    """Values of the squares of a raster, and nothing outside it.
+    """Density of the squares of a raster, and 0 outside it.
 
     Attributes:
         values: (rows, columns), row by row along y from the origin.
@@ -80,14 +80,14 @@ class RasterDensity:
     origin_m: tuple[float, float] = (0.0, 0.0)
 
     def moments(self, parts: VoronoiParts, points: Floats) -> Floats:
-        """See `Density`."""
+        """Return moments of cells, as of `Density`."""
         origin = complex(*self.origin_m)
         found: Floats = raster_moments(parts.corners, parts.counts, points, origin, self.pixel_m, self.values)
         return found
 
 
 def density_of(importance: Importance) -> Density:
-    """The density that a specification says."""
+    """Return the density of a specification."""
     raster = importance.raster
     if raster is not None:
         return RasterDensity(np.array(raster.values, dtype=np.float64), raster.pixel_m, (raster.x_m, raster.y_m))

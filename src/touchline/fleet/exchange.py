@@ -1,4 +1,4 @@
-"""One exchange of messages between a team and its coordinator, by radio, every so many ticks of sim time."""
+"""Exchange of messages between a team and its coordinator, by radio, at a fixed period of sim time."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from touchline.fleet.radio import Radio
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.team import TeamScenario
 
-SAYING_TICKS: Final = 10
-"""Between two exchanges where messages may be lost or late; updates are due at some of them."""
+EXCHANGE_TICKS: Final = 10
+"""Ticks between two exchanges over lossy links; updates are due at some of them."""
 _TO_HUB, _TO_ROBOTS = 0, 1
 
 
 class Exchange:
-    """See the module.
+    """Exchange between a team and its coordinator.
 
     Args:
-        team: Its links, and how often it is updated.
+        team: Its links, and its update period.
         coordination: Its coordinator.
 
     Attributes:
-        update_ticks: From update to update.
-        updated: Whether there was an update with the last exchange.
+        update_ticks: Ticks between updates.
+        updated: Whether the last exchange included an update.
     """
 
     def __init__(self, team: TeamScenario, coordination: Coordination) -> None:
@@ -36,33 +36,33 @@ class Exchange:
 
     @property
     def step_ticks(self) -> int:
-        """From exchange to exchange."""
-        return self.update_ticks if self._lossless else SAYING_TICKS
+        """Ticks from one exchange to the next."""
+        return self.update_ticks if self._lossless else EXCHANGE_TICKS
 
-    def at(self, tick: int, said: Mapping[str, Whereabouts]) -> dict[str, list[Guidance]]:
-        """Messages there, an update if it is due, and messages back.
+    def at(self, tick: int, whereabouts: Mapping[str, Whereabouts]) -> dict[str, list[Guidance]]:
+        """Pass messages to the coordinator, update if due, and return its messages.
 
         Args:
-            tick: Of sim time.
-            said: By each robot now; who says nothing is left out.
+            tick: Sim time.
+            whereabouts: Message of each robot now; silent ones are left out.
 
         Returns:
-            What each robot is told now, in order; who is told nothing is left out.
+            Guidance of each robot now, in order; robots without any are left out.
 
         Raises:
             SegmentsMeet: A robot has not kept to its cell.
         """
         coordination, now_s = self._coordination, tick / 100.0
-        for name in sorted(said):
-            self._to_hub.send(tick, name, said[name])
+        for name in sorted(whereabouts):
+            self._to_hub.send(tick, name, whereabouts[name])
         for name, message in self._to_hub.arrived(tick):
             coordination.hear(name, message, now_s)
         self.updated = tick % self.update_ticks == 0
         if self.updated:
             coordination.update(now_s)
-        for name, told in coordination.say().items():
-            self._to_robots.send(tick, name, told)
+        for name, guidance in coordination.guidance().items():
+            self._to_robots.send(tick, name, guidance)
         found: dict[str, list[Guidance]] = {}
-        for name, told in self._to_robots.arrived(tick):
-            found.setdefault(name, []).append(told)
+        for name, guidance in self._to_robots.arrived(tick):
+            found.setdefault(name, []).append(guidance)
         return found

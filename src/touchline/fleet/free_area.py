@@ -1,4 +1,4 @@
-"""The area in which a team drives: a polygon, convex or not, less its obstacles, made ready for cells."""
+"""Area in which a team drives: a polygon, convex or not, less its obstacles, prepared for cells."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _STRAIGHT_M: Final = 1e-9
 
 @dataclass(frozen=True)
 class FreeArea:
-    """A polygonal area; what is made of it is in the map frame, corners counter-clockwise.
+    """Polygonal area; all its data are in the map frame, corners counter-clockwise.
 
     Attributes:
         hull: (c, 2) corners of its convex hull (m).
         sides: (h, 3) half-planes n·q ≤ offset of its sides that lie on the hull: outward unit normal, offset (m).
-        walls: (e, 4) x₁ y₁ x₂ y₂ of all other sides, those of obstacles among them (m).
+        walls: (e, 4) x₁ y₁ x₂ y₂ of all other sides, those of obstacles included (m).
         pieces: (p, m, 2) corners of convex pieces that it consists of (m): itself, or triangles.
-        sizes: (p,) how many corners each piece has.
+        sizes: (p,) number of corners of each piece.
         area_m2: Its area.
         shape: The polygon itself.
     """
@@ -48,14 +48,14 @@ class FreeArea:
 
     @classmethod
     def of(cls, outline: Sequence[Point], obstacles: Sequence[Sequence[Point]] = ()) -> FreeArea:
-        """Make it ready.
+        """Prepare an area.
 
         Args:
-            outline: Corners, either way round (m).
+            outline: Corners, in either direction (m, map frame).
             obstacles: Corners of each.
 
         Raises:
-            SpecError: A polygon crosses itself, or what is left is not one connected area.
+            SpecError: A polygon crosses itself, or the rest is not one connected area.
         """
         import shapely
 
@@ -71,10 +71,10 @@ class FreeArea:
         return cls(hull, sides, walls, pieces, sizes, float(whole.area), whole)
 
     def holds(self, places: Floats, radius_m: float | Floats) -> NDArray[np.bool_]:
-        """Whether discs lie in the area.
+        """Return whether discs lie in the area.
 
         Args:
-            places: (n, 2) of their middles (m).
+            places: (n, 2) of their middles (m, map frame).
             radius_m: Of all, or (n,) of each.
 
         Returns:
@@ -88,10 +88,10 @@ class FreeArea:
 
 
 def _polygon(name: str, ring: Sequence[Point]) -> Shape:
-    """A ring as a polygon.
+    """Convert a ring to a polygon.
 
     Raises:
-        SpecError: It is none.
+        SpecError: It is invalid.
     """
     import shapely
 
@@ -104,12 +104,12 @@ def _polygon(name: str, ring: Sequence[Point]) -> Shape:
 
 
 def _corners(shape: Any) -> Floats:
-    """(c, 2) of a polygon's outline, without the first again at the end."""
+    """Return (c, 2) a polygon's outline, without the first corner again at the end."""
     return np.array(shape.exterior.coords, dtype=np.float64)[:-1, :2]
 
 
 def _sides(whole: Shape, hull: Floats) -> tuple[Floats, Floats]:
-    """The half-planes of sides that the whole area lies on one side of, and the walls: all others."""
+    """Return half-planes of sides that have the whole area on one side, and walls: all other sides."""
     sides, walls = [], []
     for ring in (whole.exterior, *whole.interiors):
         corners = np.array(ring.coords, dtype=np.float64)[:, :2]
@@ -124,7 +124,7 @@ def _sides(whole: Shape, hull: Floats) -> tuple[Floats, Floats]:
 
 
 def _triangles(whole: Shape) -> list[Floats]:
-    """Triangles of all of the area, between its own corners."""
+    """Return triangles of all of the area, between its own corners."""
     import shapely
 
     found = shapely.constrained_delaunay_triangles(whole)
@@ -132,7 +132,7 @@ def _triangles(whole: Shape) -> list[Floats]:
 
 
 def _stacked(pieces: list[Floats]) -> tuple[Floats, Ints]:
-    """Pieces in one array, and how many corners each has."""
+    """Return pieces in one array, and the number of corners of each."""
     sizes = np.array([len(piece) for piece in pieces], dtype=np.int64)
     stacked = np.zeros((len(pieces), int(sizes.max()), 2))
     for row, piece in zip(stacked, pieces, strict=True):

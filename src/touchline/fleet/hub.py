@@ -1,7 +1,7 @@
-"""The coordinator of a team: cells and targets, over links that may lose, delay, double and reorder messages.
+"""Coordinator of a team: cells and targets, over links that may lose, delay, double and reorder messages.
 
-A robot says where it is (`Whereabouts`): a stamp of its own clock, its stopping segment S, and which cell it keeps to.
-The hub says where it may be (`Guidance`): a cell with a number, a target, and an echo of a stamp. Of a cell's
+A robot reports where it is (`Whereabouts`): a stamp of its own clock, its stopping segment S, and which cell it keeps
+to. The hub answers where it may be (`Guidance`): a cell with a number, a target, and an echo of a stamp. Of a cell's
 half-planes each belongs to a numbered plane between two robots, of whose other side the other's cell may be.
 
 A robot (`onboard/executive/guided.py`):
@@ -10,24 +10,24 @@ A robot (`onboard/executive/guided.py`):
 2. looks at a cell only if its number is higher than that of any it has looked at (*decided*), and adopts it if S as it
    is then lies in it, else never;
 3. drives only while its clock is within the *lease* of the newest stamp that has been echoed to it, else it brakes;
-4. says with S which number it has adopted, and up to which it has decided.
+4. reports with S which number it has adopted, and up to which it has decided.
 
 The hub:
 
-1. holds for each robot the cells that it *may be using*: the one that it has last said to have adopted, and all
+1. holds for each robot the cells that it *may be using*: the one that it has last reported as adopted, and all
    that were made since the highest number that it had decided by then;
 2. makes a new cell only of half-planes such that for every other robot, each cell which that one may be using shares a
    plane with it;
 3. echoes the newest stamp that it has. A robot of which it has heard nothing newer for a second gets no more cells;
    after the lease and the time to brake it is *at rest*: all cells that it may be using are dead, it stands in one of
    them within reach of its last S, and for others that much is an obstacle;
-4. passes over what a robot said before it came to rest. When one at rest is heard again, it makes it cells by rule 2,
+4. ignores what a robot sent before it came to rest. When one at rest is heard again, it makes it cells by rule 2,
    and echoes its stamps again only when it has adopted one of these. One that joins is at rest, too, until all cells
    that others may be using keep off it.
 
 So any two robots that may drive keep to the two sides of one and the same plane, whatever has been lost: docs/fleet.md
-has the proof, and says what is wrong with the simpler rule by which each of two robots goes on to the newest plane for
-which it has the other's S.
+has the proof, and what is wrong with the simpler rule by which each of two robots goes on to the newest plane for which
+it has the other's S.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.aiming import Aiming
+from touchline.fleet.cell_targets import CellTargets
 from touchline.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
 from touchline.fleet.free_area import FreeArea
 from touchline.fleet.kernels.nearest import nearest_in
 from touchline.fleet.kernels.partition import least_apart_m
-from touchline.fleet.planes import MadeCell, Plane, PlaneRound
-from touchline.fleet.resting import strip_off, where_it_rests
+from touchline.fleet.resting_robots import strip_off, where_it_rests
+from touchline.fleet.separating_planes import MadeCell, Plane, PlaneRound
 from touchline.fleet.tasks import TeamTask
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL, NOTHING_HEARD_S
@@ -55,22 +55,23 @@ Floats = NDArray[np.float64]
 
 SILENT_S: Final = 1.0
 CELLS_MOST: Final = 8
-"""So many cells that a robot may be using are enough: until it says which, no more are made."""
+"""Most cells that a robot may be using: until it reports which, no more are made."""
 
 
 @dataclass(frozen=True)
 class TeamSettings:
-    """What all robots of a team have in common.
+    """Common settings of a team's robots.
 
     Attributes:
-        radius_m: r_s: the body's radius, three standard deviations of the estimate, the follower's error, and how far
-            a robot drives in the time by which its pose is late.
-        wall_radius_m: What a centre keeps from walls within the area: the body's radius, twice what r_s has beyond it,
-            as between two bodies, and the doubt of a cell.
-        deceleration_mps2: How hard each brakes, at least.
-        speed_max_mps: How fast each drives, at most.
-        lease_s: For how long a robot may drive on without being heard: a round trip by the slowest messages and the
-            loss of a few. The shorter, the sooner others may pass one that is silent.
+        radius_m: r_s: the body's radius, three standard deviations of the estimate, the follower's error, and the
+            distance
+            driven during the delay of a pose.
+        wall_radius_m: Distance of a centre from walls within the area: the body's radius, twice what r_s has beyond it,
+            as between two bodies, and the uncertainty of a cell.
+        deceleration_mps2: Least deceleration when braking.
+        speed_max_mps: Largest speed.
+        lease_s: Time for which a robot may drive on without being heard: a round trip by the slowest messages and the
+            loss of a few. The shorter, the sooner others may pass a silent one.
     """
 
     radius_m: float = ROBOT_RADIUS_M
@@ -81,21 +82,21 @@ class TeamSettings:
 
     @property
     def resting_s(self) -> float:
-        """After this long without being heard a robot is at rest: the lease, and the time to brake."""
+        """Time of silence after which a robot is at rest: the lease, and the time to brake."""
         return self.lease_s + self.speed_max_mps / self.deceleration_mps2
 
 
 @dataclass
 class _Robot:
-    """What the hub knows of one robot.
+    """The hub's knowledge of one robot.
 
     Attributes:
         newest: The message with its newest stamp.
-        heard_s: When that came.
-        using: The cells that it may be using, by their numbers.
-        echo_s: The newest stamp that counts.
-        sent: What it is told.
-        rests_within_m: If it is at rest: how far from the newest S at most.
+        heard_s: Time of its arrival.
+        using: Cells that it may be using, by their numbers.
+        echo_s: The newest valid stamp.
+        sent: Its last guidance.
+        rests_within_m: If it is at rest: largest distance from the newest S.
         since: The last cell that was made before it joined.
     """
 
@@ -109,29 +110,28 @@ class _Robot:
 
     @property
     def segment(self) -> Floats:
-        """(4,) S, as last told (m)."""
+        """(4,) S, as last reported (m)."""
         return _segment(self.newest)
 
     @property
     def listened_to(self) -> bool:
-        """Whether it needs and may get further cells."""
+        """True if it needs and may get further cells."""
         return len(self.using) < CELLS_MOST
 
     @property
     def adopted(self) -> MadeCell:
-        """The cell that it has last said to keep to."""
+        """The cell that it has last reported as adopted."""
         return self.using[self.newest.adopted]
 
     def uses_only(self, last: PlaneRound) -> bool:
-        """Whether the only cell that it may be using was made with these planes, and it drives in that."""
+        """Return whether the only cell that it may be using was made with these planes, and it drives in that."""
         return len(self.using) == 1 and not self.adopted.dead and last in self.adopted.rounds[-1:]
 
 
 class Hub:
     """Cells and targets for a team whose messages may be lost, late, doubled or out of order.
 
-    A robot that begins anew, without the cell that it has adopted, is not listened to any more: it stays an obstacle
-    until there is a new hub.
+    A restarted robot, without the cell that it has adopted, is ignored: it stays an obstacle until there is a new hub.
     """
 
     def __init__(
@@ -142,19 +142,19 @@ class Hub:
         now_s: float = 0.0,
         settings: TeamSettings | None = None,
     ) -> None:
-        """With all robots at rest, and without a cell: who has one of another hub is guided anew first.
+        """Start with all robots at rest, and without a cell: a robot with a cell of another hub is guided anew first.
 
         Args:
-            area: Where they drive.
-            task: What for.
-            starts: Where each one stands, by its name.
-            now_s: Of the hub's clock.
-            settings: What they have in common.
+            area: The area.
+            task: The task.
+            starts: Where each robot stands, by its name.
+            now_s: Hub's clock.
+            settings: Common settings.
 
         Raises:
             SegmentsMeet: Two stand at the same place.
         """
-        self._area, self._aiming, self.settings = area, Aiming(task), settings or TeamSettings()
+        self._area, self._aiming, self.settings = area, CellTargets(task), settings or TeamSettings()
         self._planes_made, self._cells_made = 0, FIRST_CELL
         known = {name: starts[name] for name in sorted(starts)}
         self._round, mates = self._new_round(known), frozenset(known)
@@ -165,35 +165,35 @@ class Hub:
             self._robots[name] = _Robot(each, now_s, {FIRST_CELL: made}, each.stamp_s, _stays(each, FIRST_CELL))
 
     def set_task(self, task: TeamTask) -> None:
-        """Go on with another task."""
-        self._aiming = Aiming(task)
+        """Continue with another task."""
+        self._aiming = CellTargets(task)
 
     def join(self, name: str, there: Whereabouts, now_s: float) -> None:
-        """Take in another robot, which stands and has no cell; it drives once all others keep off it.
+        """Add another robot, which stands and has no cell; it drives once all others keep off it.
 
-        Who drives learns of it by the next message: it must not be put down where that one could not stop any more.
+        Driving robots learn of it by the next message: it must not be put down where they could not stop any more.
 
         Args:
-            name: Its name, which nobody has.
+            name: Its name, which must be new.
             there: Where it stands.
-            now_s: Of the hub's clock.
+            now_s: Hub's clock.
         """
         nowhere = MadeCell(name, BufferedCell(np.zeros((0, 3)), np.zeros((0, 2))), {}, dead=True)
-        told = _stays(there, FIRST_CELL)
-        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, told, 0.0, self._cells_made)
+        guidance = _stays(there, FIRST_CELL)
+        self._robots[name] = _Robot(there, now_s, {FIRST_CELL: nowhere}, -np.inf, guidance, 0.0, self._cells_made)
         self._robots = {each: self._robots[each] for each in sorted(self._robots)}
 
     def leave(self, name: str) -> None:
-        """A robot is gone, carried off its place: nobody keeps off it any more."""
+        """Remove a robot that was carried off its place: nobody keeps off it any more."""
         del self._robots[name]
 
     def receive(self, name: str, message: Whereabouts, now_s: float) -> None:
-        """Take a message, in whatever order they come.
+        """Take a message, in any order.
 
         Args:
-            name: Of the robot of the team that it is from.
-            message: What it says.
-            now_s: Of the hub's clock.
+            name: The sender, a robot of the team.
+            message: The message.
+            now_s: Hub's clock.
         """
         robot = self._robots[name]
         if message.stamp_s <= robot.newest.stamp_s or message.adopted not in robot.using:
@@ -212,21 +212,21 @@ class Hub:
             robot.echo_s = message.stamp_s
 
     def update(self, now_s: float) -> None:
-        """Make new cells; to be asked once a period.
+        """Make new cells; to be called once per period.
 
         Args:
-            now_s: Of the hub's clock.
+            now_s: Hub's clock.
 
         Raises:
             SegmentsMeet: A robot is about to run into another or a wall: it has not kept to its cell.
         """
         self._look_for_silence(now_s)
-        told = {
+        reported = {
             name: robot.newest
             for name, robot in self._robots.items()
             if now_s - robot.heard_s <= SILENT_S and robot.listened_to and self._is_kept_off(name)
         }
-        made = self._new_cells(told)
+        made = self._new_cells(reported)
         names = list(self._robots)
         places = self.places
         cells = [(made.get(name) or robot.adopted).cell for name, robot in self._robots.items()]
@@ -243,57 +243,57 @@ class Hub:
                 half_planes=one.cell.binding(robot.segment).ravel(),
             )
 
-    def say(self) -> dict[str, Guidance]:
-        """What to tell the robots now, by name: the same again, until there is something new."""
+    def guidance(self) -> dict[str, Guidance]:
+        """Return the robots' guidance now, by name: repeated until there is something new."""
         echoes = {name: max(robot.echo_s, NOTHING_HEARD_S) for name, robot in self._robots.items()}
         return {name: robot.sent.model_copy(update={"echo_s": echoes[name]}) for name, robot in self._robots.items()}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all robots of the team, sorted."""
+        """Names of all robots of the team, sorted."""
         return tuple(self._robots)
 
     @property
     def places(self) -> Floats:
-        """(n, 2) where the robots last said to be, in the order of their names (m)."""
+        """(n, 2) last reported places of the robots, in the order of their names (m, map frame)."""
         return np.array([robot.segment[:2] for robot in self._robots.values()]).reshape(-1, 2)
 
     @property
     def cells(self) -> dict[str, BufferedCell]:
-        """The newest cell of each robot, by name."""
+        """Newest cell of each robot, by name."""
         return {name: robot.using[max(robot.using)].cell for name, robot in self._robots.items()}
 
     def decided(self, name: str) -> int:
-        """The highest number of a cell that a robot has said to have adopted or refused."""
+        """Return the highest number of a cell that a robot has reported as adopted or refused."""
         return self._robots[name].newest.decided
 
     @property
-    def strays_m(self) -> dict[str, float]:
-        """How far each robot, as it says, is outside of the cell that it keeps to; negative inside (m)."""
+    def outside_cells_m(self) -> dict[str, float]:
+        """Distance of each robot outside the cell that it keeps to, as reported; negative inside (m)."""
         return {name: robot.adopted.cell.excess_m(robot.segment) for name, robot in self._robots.items()}
 
     @property
     def nearest_segments_m(self) -> float:
-        """The least distance of two robots' stopping segments, as they say; inf of a single robot (m)."""
+        """Smallest distance of two robots' stopping segments, as reported; inf for a single robot (m)."""
         return float(least_apart_m(np.array([robot.segment for robot in self._robots.values()]).reshape(-1, 4)))
 
     @property
     def goals(self) -> dict[str, tuple[float, float]]:
-        """Where the task wanted each robot to be at the last update (m)."""
+        """Goal of each robot at the last update, by the task (m, map frame)."""
         return self._aiming.goals
 
     @property
     def stuck(self) -> frozenset[str]:
-        """Whom the right-hand rule sends aside."""
+        """Robots that the right-hand rule sends aside."""
         return self._aiming.stuck
 
     @property
     def resting(self) -> frozenset[str]:
-        """Who has been silent for so long that it is but an obstacle."""
+        """Robots that have been silent for so long that they are only obstacles."""
         return frozenset(name for name, robot in self._robots.items() if robot.rests_within_m is not None)
 
     def taken_by(self, place: Floats) -> str:
-        """Who is silent and may rest so near to a place (2,) (m) that nobody may go there; "" if nobody does."""
+        """Return a silent robot that may rest so near to a place (2,) (m) that nobody may go there; "": none."""
         point = complex(place[0], place[1])
         for name, robot in self._robots.items():
             for made in robot.using.values() if robot.rests_within_m is not None else ():
@@ -303,8 +303,8 @@ class Hub:
         return ""
 
     def _is_kept_off(self, name: str) -> bool:
-        """Whether every cell in which another may drive keeps off a robot: not so while one has just joined."""
-        since = self._robots[name].since  # cells from before may keep off it where it was before it was carried off
+        """Return whether every cell in which another may drive keeps off a robot: not so while one has just joined."""
+        since = self._robots[name].since  # earlier cells may keep off it where it was before it was carried off
         if since < FIRST_CELL:
             return True
         others = (robot for other, robot in self._robots.items() if other != name)
@@ -319,32 +319,32 @@ class Hub:
                 for made in robot.using.values():
                     made.dead = True
 
-    def _new_round(self, told: Mapping[str, Whereabouts]) -> PlaneRound:
-        """A new plane for every two of some robots.
+    def _new_round(self, reported: Mapping[str, Whereabouts]) -> PlaneRound:
+        """Return a new plane for every two of some robots.
 
         Raises:
             SegmentsMeet: Nothing keeps two of them apart.
         """
         self._planes_made += 1
-        segments = {name: _segment(each) for name, each in told.items()}
+        segments = {name: _segment(each) for name, each in reported.items()}
         return PlaneRound(self._planes_made, segments, self.settings.radius_m)
 
-    def _new_cells(self, told: Mapping[str, Whereabouts]) -> dict[str, MadeCell]:
-        """A new cell for each of some robots.
+    def _new_cells(self, reported: Mapping[str, Whereabouts]) -> dict[str, MadeCell]:
+        """Return a new cell for each of some robots.
 
-        Who has adopted the last cell that it was told, and may be using no other, has a plane of the last round with
-        all others of whom that is true. It is the newest that they share, so for these it is no matter of each two.
+        A robot that has adopted its last cell, and may be using no other, has a plane of the last round with all others
+        of whom that is true. It is the newest that they share, so these need not be looked at pair by pair.
 
         Raises:
             SegmentsMeet: Nothing keeps two of them apart, or one from where another rests, or from a wall.
         """
-        last, new = self._round, self._new_round(told)
-        mates = [name for name in told if self._robots[name].uses_only(last)]
+        last, new = self._round, self._new_round(reported)
+        mates = [name for name in reported if self._robots[name].uses_only(last)]
         rows = np.stack((last.among(mates), new.among(mates)), axis=2)
         places, known = {name: place for place, name in enumerate(mates)}, frozenset(mates)
         apart = [(bisect_left(mates, name), name) for name in self._robots if name not in known]
         made = {}
-        for name, each in told.items():
+        for name, each in reported.items():
             if name in known:
                 stops, near = sorted((*apart, (places[name], name))), rows[places[name]]
             else:
@@ -357,7 +357,7 @@ class Hub:
         return made
 
     def _planes_of(self, name: str, other: str, new: PlaneRound) -> list[Plane]:
-        """What a robot's new cell is made of: a plane with each cell that another may be using, and the new one."""
+        """Return planes for a robot's new cell: one with each cell that another may be using, and the new one."""
         bonds = (self._bond(name, other, each) for each in self._robots[other].using.values())
         planes = {bond.number: bond for bond in bonds}
         if other in new.places:
@@ -365,7 +365,7 @@ class Hub:
         return list(planes.values())
 
     def _bond(self, name: str, other: str, made: MadeCell) -> Plane:
-        """What keeps a robot off another that may be using this cell."""
+        """Return the plane that keeps a robot off another that may be using this cell."""
         robot = self._robots[name]
         if made.dead:
             return self._beside(name, other, made)
@@ -375,7 +375,7 @@ class Hub:
         return max(made.planes(name), key=lambda plane: plane.number)
 
     def _beside(self, name: str, other: str, made: MadeCell) -> Plane:
-        """A new plane that keeps a robot off another that rests in a cell.
+        """Return a new plane that keeps a robot off another that rests in a cell.
 
         Raises:
             SegmentsMeet: It has no normal: nothing keeps the two apart.
@@ -392,23 +392,23 @@ class Hub:
     def _radii(self) -> tuple[float, float]:
         return self.settings.radius_m, self.settings.wall_radius_m
 
-    def _cell(self, name: str, told: Whereabouts, given: Floats) -> BufferedCell:
-        """Of the half-planes (k, 3) that keep a robot off the others, and those of the area."""
+    def _cell(self, name: str, reported: Whereabouts, given: Floats) -> BufferedCell:
+        """Make a cell of the half-planes (k, 3) that keep a robot off the others, and those of the area."""
         rows = np.zeros((1, len(given) + len(self._area.sides) + len(self._area.walls), 3))
         rows[0, : len(given)] = given
-        (cell,) = within_area(_segment(told)[None], self._area, self._radii, rows, [name])
+        (cell,) = within_area(_segment(reported)[None], self._area, self._radii, rows, [name])
         return cell
 
 
 def _in_order(name: str, rows: Floats, own: Mapping[str, Sequence[Plane]], stops: Sequence[tuple[int, str]]) -> Floats:
-    """(k, 3) the half-planes of a robot, by the names of those that they keep it off.
+    """Return (k, 3) the half-planes of a robot, by the names of those that they keep it off.
 
     Args:
-        name: Of the robot.
-        rows: (m, 2, 3) those with its mates, itself among them, by their names.
+        name: Name of the robot.
+        rows: (m, 2, 3) those with its mates, itself included, by their names.
         own: Planes with all others.
-        stops: Who is no mate, and the robot itself if it is one, in the order of names, each with the place among the
-            mates before which it comes.
+        stops: Robots that are no mates, and the robot itself if it is one, in the order of names, each with the place
+            among the mates before which it comes.
     """
     pieces: list[Floats] = []
     singly: list[Floats] = []
@@ -423,11 +423,11 @@ def _in_order(name: str, rows: Floats, own: Mapping[str, Sequence[Plane]], stops
     return np.concatenate(pieces)
 
 
-def _segment(told: Whereabouts) -> Floats:
-    """(4,) S: x₁ y₁ x₂ y₂ (m)."""
-    return np.array((told.x_m, told.y_m, told.stop_x_m, told.stop_y_m))
+def _segment(reported: Whereabouts) -> Floats:
+    """Return (4,) S: x₁ y₁ x₂ y₂ (m)."""
+    return np.array((reported.x_m, reported.y_m, reported.stop_x_m, reported.stop_y_m))
 
 
-def _stays(told: Whereabouts, number: int) -> Guidance:
-    """To stay where it stands."""
-    return Guidance(number=number, echo_s=told.stamp_s, target_x_m=told.x_m, target_y_m=told.y_m)
+def _stays(reported: Whereabouts, number: int) -> Guidance:
+    """Return guidance to stay where it stands."""
+    return Guidance(number=number, echo_s=reported.stamp_s, target_x_m=reported.x_m, target_y_m=reported.y_m)

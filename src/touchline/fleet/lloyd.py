@@ -1,7 +1,7 @@
-"""Deployment by Lloyd's rule: everybody goes towards the centroid of its Voronoi cell.
+"""Deployment by Lloyd's rule: every robot goes towards the centroid of its Voronoi cell.
 
-The cost H = Σ ∫ |q − p_i|²·φ(q) dq over the cells never rises if everybody goes to the centroid C_i, as its derivative
-is 2·M_i·(p_i − C_i): Cortés, Martínez, Karatas, Bullo, "Coverage control for mobile sensing networks", IEEE
+The cost H = Σ ∫ |q − p_i|²·φ(q) dq over the cells never rises if every robot goes to the centroid C_i, as its
+derivative is 2·M_i·(p_i − C_i): Cortés, Martínez, Karatas, Bullo, "Coverage control for mobile sensing networks", IEEE
 Transactions on Robotics and Automation 20(2), 2004. Near the end that is slow; the over-relaxed target p + 1.7·(C − p)
 is faster, and ends at a lower cost if one goes on until every centroid is within a centimetre.
 """
@@ -20,15 +20,15 @@ Floats = NDArray[np.float64]
 
 RELAXATION: Final = 1.7
 STILL_M: Final = 0.01
-"""Who is nearer to its centroid stays."""
+"""A robot nearer to its centroid than this stays."""
 EVEN: Final = EvenDensity()
 
 
 class Deployment(NamedTuple):
-    """How well points are spread over an area.
+    """Spread of points over an area.
 
     Attributes:
-        centroids: (n, 2) of their cells (m); of a cell without mass, the point itself.
+        centroids: (n, 2) of their cells (m, map frame); for a cell without mass, the point itself.
         cost: H (m⁴, if the density has no unit).
     """
 
@@ -37,11 +37,11 @@ class Deployment(NamedTuple):
 
 
 def deployment(points: Floats, area: FreeArea, density: Density = EVEN) -> Deployment:
-    """Centroids and cost.
+    """Return centroids and cost.
 
     Args:
-        points: (n, 2) m.
-        area: Where.
+        points: (n, 2) m, map frame.
+        area: The area.
         density: φ.
 
     Raises:
@@ -55,12 +55,12 @@ def deployment(points: Floats, area: FreeArea, density: Density = EVEN) -> Deplo
 
 
 def square_cost(robots: int, area_m2: float) -> float:
-    """H_□ = N·a⁴/6 (m⁴): the cost of so many robots, each amid a square of side a = √(area/N), of density 1."""
+    """Return H_□ = N·a⁴/6 (m⁴): the cost of robots in the middles of squares of side a = √(area/N), of density 1."""
     return area_m2 * area_m2 / (6.0 * robots)
 
 
 def relaxed_targets(points: Floats, centroids: Floats) -> Floats:
-    """Where to go: p + 1.7·(C − p), or nowhere, if the centroid is within a centimetre.
+    """Return targets: p + 1.7·(C − p), or p itself, if the centroid is within a centimetre.
 
     Args:
         points: (n, 2) m.
@@ -69,22 +69,22 @@ def relaxed_targets(points: Floats, centroids: Floats) -> Floats:
     Returns:
         (n, 2) m; possibly outside the cell and the area.
     """
-    way = centroids - points
-    moving = np.hypot(way[:, 0], way[:, 1]) >= STILL_M
-    return points + RELAXATION * way * moving[:, None]
+    step = centroids - points
+    moving = np.hypot(step[:, 0], step[:, 1]) >= STILL_M
+    return points + RELAXATION * step * moving[:, None]
 
 
 def settled(points: Floats, area: FreeArea, density: Density = EVEN, rounds: int = 2000) -> Floats:
-    """Where Lloyd's rule leads points without bodies, which jump: what a team of robots is measured against.
+    """Return the final places of points that jump by Lloyd's rule: the reference for a team of robots.
 
     Args:
-        points: (n, 2) where they start (m).
-        area: Where; convex, else a target may lie outside it.
+        points: (n, 2) starts (m, map frame).
+        area: The area; convex, else a target may lie outside it.
         density: φ.
-        rounds: At most.
+        rounds: Most rounds.
 
     Returns:
-        (n, 2) m.
+        (n, 2) m, map frame.
 
     Raises:
         CoincidentPoints: Two points are the same.

@@ -11,12 +11,12 @@ M = TypeVar("M")
 
 
 class Radio(Generic[M]):
-    """One direction of it, reproducible by its seed: what becomes of a message depends on nothing else.
+    """One direction of the radio, reproducible by its seed: the fate of a message depends on nothing else.
 
     Args:
-        links: What is lost and late.
-        seed: Of the session.
-        direction: Another number for each direction.
+        links: Loss and delay.
+        seed: Seed of the session.
+        direction: A different number for each direction.
     """
 
     def __init__(self, links: TeamLinks, seed: int, direction: int) -> None:
@@ -28,9 +28,9 @@ class Radio(Generic[M]):
         """Send a message from or to a robot.
 
         Args:
-            tick: When.
-            name: Of the robot.
-            message: What is sent.
+            tick: Time of sending.
+            name: Name of the robot.
+            message: The message.
         """
         self._sent += 1
         channel = 4 * self._sent + 2 * self._direction
@@ -40,7 +40,7 @@ class Radio(Generic[M]):
         self._under_way.append((tick / 100.0 + late_s, self._sent, name, message))
 
     def arrived(self, tick: int) -> list[tuple[str, M]]:
-        """What has arrived by a tick, in the order of arrival: whose, and what."""
+        """Return messages that have arrived by a tick, in the order of arrival, with the robots' names."""
         now_s = tick / 100.0
         due = sorted((each for each in self._under_way if each[0] <= now_s), key=lambda each: each[:2])
         self._under_way = [each for each in self._under_way if each[0] > now_s]

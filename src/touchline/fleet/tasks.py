@@ -1,4 +1,4 @@
-"""What a team is told to do: spread over the area, drive to lists of goals, or change places across a circle."""
+"""Tasks of a team: spread over the area, drive to lists of goals, or change places across a circle."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
@@ -18,30 +18,30 @@ ARRIVED_M: Final = 0.1
 
 
 class TeamTask(Protocol):
-    """Goals for robots, from where they are."""
+    """Assigns goals to robots, from where they are."""
 
     def goals(self, names: Sequence[str], places: Floats) -> Floats:
-        """Where each wants to be; to be asked once an update.
+        """Return the goal of each robot; to be called once per update.
 
         Args:
-            names: Of n robots.
-            places: (n, 2) where they are (m).
+            names: Names of n robots.
+            places: (n, 2) places of the robots (m, map frame).
 
         Returns:
-            (n, 2) m; not necessarily within reach.
+            (n, 2) m, map frame; not necessarily within reach.
         """
         ...
 
 
 class Deploy:
-    """Spread over the area, by Lloyd's rule."""
+    """Task: spread over the area, by Lloyd's rule."""
 
     def __init__(self, area: FreeArea, density: Density = EVEN) -> None:
-        """Over an area, by a density φ."""
+        """Spread over an area, by a density φ."""
         self._area, self.density = area, density
 
     def goals(self, names: Sequence[str], places: Floats) -> Floats:
-        """See `TeamTask`.
+        """Return goals, as of `TeamTask`.
 
         Raises:
             CoincidentPoints: Two robots are at the same place.
@@ -49,7 +49,7 @@ class Deploy:
         return relaxed_targets(places, self.centroids(places))
 
     def centroids(self, places: Floats) -> Floats:
-        """(n, 2) of the Voronoi cells of places (n, 2), both m.
+        """Return (n, 2) centroids of the Voronoi cells of places (n, 2), both m, map frame.
 
         Raises:
             CoincidentPoints: Two robots are at the same place.
@@ -58,19 +58,19 @@ class Deploy:
 
 
 class GoalLists:
-    """Each robot drives to its goals in turn, and stays at the last; one that has none stays where it is."""
+    """Task: each robot drives to its goals in turn, and stays at the last; one that has none stays where it is."""
 
     def __init__(self, goals: Mapping[str, Sequence[tuple[float, float]]]) -> None:
-        """With the goals (m) of each robot by its name."""
+        """Set the goals (m, map frame) of each robot by its name."""
         self._left = {name: list(places) for name, places in goals.items()}
 
     @property
     def last(self) -> dict[str, tuple[float, float]]:
-        """Where each robot is to end (m)."""
+        """Last goal of each robot (m, map frame)."""
         return {name: left[-1] for name, left in self._left.items() if left}
 
     def goals(self, names: Sequence[str], places: Floats) -> Floats:
-        """See `TeamTask`."""
+        """Return goals, as of `TeamTask`."""
         return np.array([self._goal(name, place) for name, place in zip(names, places, strict=True)]).reshape(-1, 2)
 
     def _goal(self, name: str, place: Floats) -> Floats:
@@ -83,21 +83,21 @@ class GoalLists:
 
 
 def swap(places: Mapping[str, tuple[float, float]]) -> GoalLists:
-    """Everybody to the opposite place, across the middle of all.
+    """Return goals that swap every robot to the opposite place, across the middle of all.
 
     Args:
-        places: Where each robot is, by its name (m).
+        places: Place of each robot, by its name (m, map frame).
     """
     x, y = np.array([places[name] for name in sorted(places)]).mean(axis=0)
     return GoalLists({name: [(2.0 * x - at[0], 2.0 * y - at[1])] for name, at in places.items()})
 
 
 def in_formation(spec: FormationTask, places: Mapping[str, tuple[float, float]]) -> GoalLists:
-    """Each robot to a place of a formation, so that the sum of the squared ways is least.
+    """Assign robots to the places of a formation, with the least sum of squared distances.
 
     Args:
         spec: The formation.
-        places: Where each robot is, by its name (m).
+        places: Place of each robot, by its name (m, map frame).
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -109,7 +109,7 @@ def in_formation(spec: FormationTask, places: Mapping[str, tuple[float, float]])
 
 
 def _formation(spec: FormationTask, count: int) -> Floats:
-    """(count, 2) its places (m)."""
+    """Return (count, 2) places of the formation (m, map frame)."""
     number = np.arange(count, dtype=np.float64)
     if spec.shape == "line":
         own = np.column_stack(((number - 0.5 * (count - 1)) * spec.apart_m, np.zeros(count)))
@@ -127,15 +127,15 @@ def _formation(spec: FormationTask, count: int) -> Floats:
 
 
 def task_of(spec: TaskSpec, area: FreeArea, places: Mapping[str, tuple[float, float]]) -> TeamTask:
-    """What a specification says.
+    """Return the task of a specification.
 
     Args:
-        spec: What the team is told to do.
-        area: Where.
-        places: Where each robot is, by its name (m).
+        spec: The specification.
+        area: The area.
+        places: Place of each robot, by its name (m, map frame).
 
     Raises:
-        SpecError: It names a robot that there is not.
+        SpecError: It names an unknown robot.
     """
     if isinstance(spec, DeployTask):
         return Deploy(area, density_of(spec.importance))

@@ -1,27 +1,27 @@
-"""How a team stands, as its coordinator believes."""
+"""Status of a team, as its coordinator believes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 
-from touchline.fleet.answers import header_at
 from touchline.fleet.coordination import Coordination
 from touchline.fleet.free_area import FreeArea
+from touchline.fleet.guidance_messages import header_at
 from touchline.fleet.lloyd import EVEN, deployment, square_cost
 from touchline.fleet.tasks import Deploy
 from touchline.schemas.messages import TeamCells, TeamStatus
 
 
-def team_news(
+def team_messages(
     coordination: Coordination, area: FreeArea, tick: int, known: Mapping[str, str | int]
 ) -> tuple[TeamCells, TeamStatus]:
-    """What is told of a team after an update.
+    """Return the messages about a team after an update.
 
     Args:
-        coordination: Of the team.
-        area: Where it drives.
-        tick: Of the update.
+        coordination: The team's coordinator.
+        area: The area.
+        tick: Tick of the update.
         known: Fields of the status that coordination does not know.
     """
     head = header_at(tick)
@@ -30,17 +30,17 @@ def team_news(
 
 
 def team_status(coordination: Coordination, area: FreeArea) -> TeamStatus:
-    """See the module; without what only others know.
+    """Return the status of a team, without fields that coordination does not know.
 
     Args:
-        coordination: Of the team.
-        area: Where it drives.
+        coordination: The team's coordinator.
+        area: The area.
     """
     hub, task = coordination.hub, coordination.task
     if hub is None or task is None:
         waits = coordination.waits_for
         return TeamStatus(problem=f"waiting for {', '.join(waits[:5])}{' …' * (len(waits) > 5)}" if waits else "")
-    places, outside_m = hub.places, max(hub.strays_m.values(), default=-math.inf)
+    places, outside_m = hub.places, max(hub.outside_cells_m.values(), default=-math.inf)
     even = isinstance(task, Deploy) and task.density == EVEN
     cost = deployment(places, area).cost / square_cost(len(places), area.area_m2) if even else math.nan
     return TeamStatus(

@@ -1,4 +1,4 @@
-"""Interface of whoever watches a job, and the error of a job that ended early."""
+"""Interface of a job's observer, and the error of a job that ended early."""
 
 from typing import Protocol
 
@@ -10,16 +10,16 @@ class JobFailed(TouchlineError):
 
 
 class Watcher(Protocol):
-    """Somebody who watches a job."""
+    """Observer of a job."""
 
     def stage(self, text: str) -> None:
-        """A new stage begins."""
+        """Report that a new stage begins."""
 
     def progress(self, fraction: float, text: str) -> None:
-        """The present stage has come so far, 0…1."""
+        """Report the fraction done of the present stage, 0…1."""
 
     def event(self, severity: int, text: str) -> None:
-        """Something happened; ``severity`` as in ``touchline_msgs/Event``."""
+        """Report an event; ``severity`` as in ``touchline_msgs/Event``."""
 
     def check(self) -> None:
-        """Called often; raises :class:`JobFailed` when the job cannot go on."""
+        """Check the system, often; raises :class:`JobFailed` when the job cannot continue."""

@@ -1,1 +1,1 @@
-"""Recordings: MCAP files written, read, compared, salvaged, exported, and made of logs of others."""
+"""Recordings: MCAP files written, read, compared, salvaged, exported, and imported from others' logs."""

@@ -1,4 +1,4 @@
-"""Pairs the messages of two recordings by time; a message without a partner counts as missing."""
+"""Pairing of two recordings' messages by time; a message without a counterpart counts as missing."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -8,14 +8,14 @@ from typing import NamedTuple
 from touchline.recordings.recorded import Recorded
 from touchline.recordings.robot_time import ANEW_NS
 
-#: Messages of a topic that are looked at together where it is not plain which belong together.
+#: Messages of a topic searched together where pairs are not obvious.
 SIGHT = 32
 
 Pair = tuple[Recorded | None, Recorded | None]
 
 
 class _Placed(NamedTuple):
-    """A message, and when it was made: ``run`` counts how often the clock began anew before."""
+    """A message and the time at which it was made; ``run`` counts how often the clock was restarted before."""
 
     run: int
     at_ns: int
@@ -23,7 +23,7 @@ class _Placed(NamedTuple):
 
 
 class _Side:
-    """What has been read of a topic from one recording, and is not paired yet."""
+    """Messages of a topic read from one recording and not paired yet."""
 
     def __init__(self) -> None:
         self.waiting: deque[_Placed] = deque()
@@ -42,7 +42,7 @@ class _Side:
 
     @property
     def in_sight(self) -> bool:
-        """Whether enough is known to tell what belongs to what."""
+        """True if enough is known to pair the first message."""
         return self.ended or len(self.waiting) >= SIGHT
 
     def take(self) -> Recorded:
@@ -51,19 +51,19 @@ class _Side:
         return placed.message
 
     def together(self) -> list[bytes]:
-        """Payloads of the first messages that wait, as far as they have the same time."""
+        """Return payloads of the first waiting messages that have the same time."""
         when = self.waiting[0][:2]
         alike = takewhile(lambda placed: placed[:2] == when, islice(self.waiting, SIGHT))
         return [placed.message.payload for placed in alike]
 
     def following_ns(self) -> int | None:
-        """Time of the second message that waits, if that is of the same run of the clock."""
+        """Return the time of the second waiting message, if it belongs to the same run of the clock."""
         if len(self.waiting) < 2 or self.waiting[1].run != self.waiting[0].run:
             return None
         return self.waiting[1].at_ns
 
     def spacing_ns(self) -> int | None:
-        """The time to the nearer neighbour of the first message that waits; None if it has none."""
+        """Return the time to the nearer neighbour of the first waiting message; None if it has none."""
         here_ns, following_ns = self.waiting[0].at_ns, self.following_ns()
         apart = [abs(there_ns - here_ns) for there_ns in (self._taken_ns, following_ns) if there_ns is not None]
         return min(apart, default=None)
@@ -77,7 +77,7 @@ class Alignment:
     """
 
     def __init__(self) -> None:
-        """Nothing has been read."""
+        """Start with nothing read."""
         self._sides = (_Side(), _Side())
 
     def add(self, side: int, message: Recorded, shift_ns: int = 0) -> None:
@@ -89,7 +89,7 @@ class Alignment:
         self._sides[side].ended = True
 
     def decided(self) -> Iterator[Pair]:
-        """Pairs that are certain by now, in order; None in place of a missing partner."""
+        """Yield pairs that are certain by now, in order; None in place of a missing counterpart."""
         left, right = self._sides
         while left.waiting and right.waiting:
             one, other = left.waiting[0], right.waiting[0]
@@ -107,7 +107,7 @@ class Alignment:
             yield from ((left.take(), None) for _ in range(len(left.waiting)))
 
     def _together(self) -> Iterator[Pair]:
-        """Messages of the same time: up to the next two with the same bytes, or all if there are none."""
+        """Yield messages of the same time: up to the next two with the same bytes, or all if there are none."""
         left, right = self._sides
         ours, theirs = left.together(), right.together()
         place: dict[bytes, int] = {}
@@ -122,7 +122,7 @@ class Alignment:
         yield from ((None, right.take()) for _ in range(j - both))
 
     def _nearest(self) -> Pair:
-        """The earlier of the first two messages, with the other if that is the nearest and near enough."""
+        """Return the earlier of the first two messages, with the other if that is the nearest and near enough."""
         left, right = self._sides
         earlier, later = (left, right) if left.waiting[0][:2] < right.waiting[0][:2] else (right, left)
         gap_ns = later.waiting[0].at_ns - earlier.waiting[0].at_ns

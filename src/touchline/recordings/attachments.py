@@ -1,4 +1,4 @@
-"""Files that are attached to an MCAP recording: what is said of them, and their data."""
+"""Files attached to an MCAP recording: their descriptions and data."""
 
 import struct
 import zlib
@@ -9,17 +9,23 @@ from mcap.data_stream import ReadDataStream
 
 from touchline.recordings.recorded import Attached, Damage
 
-#: What stands before an attachment's data: times, name, media type and size.
+#: Longest head of an attachment: times, name, media type and size.
 LONGEST_ATTACHMENT_HEAD_BYTES = 64 * 1024
 _CRC = struct.Struct("<I")
 _LARGEST_BYTES = 1024**3
 
 
 def attachment_at(file: Path, begin: int, head: bytes, length: int) -> Attached:
-    """The attachment whose record of ``length`` bytes begins at byte ``begin`` of ``file`` with ``head``.
+    """Return the attachment whose record of ``length`` bytes begins at byte ``begin`` of ``file`` with ``head``.
+
+    Args:
+        file: The recording's file.
+        begin: Where the record begins, bytes.
+        head: The first bytes of the record, with all fields before the data.
+        length: Length of the record, bytes.
 
     Raises:
-        Damage: It is none.
+        Damage: It is no attachment.
     """
     source = BytesIO(head)
     stream = ReadDataStream(source)
@@ -35,7 +41,7 @@ def attachment_at(file: Path, begin: int, head: bytes, length: int) -> Attached:
 
 
 def attached_data(attached: Attached) -> bytes:
-    """The data of an attachment.
+    """Return the data of an attachment.
 
     Raises:
         Damage: Their checksum is wrong, or they are too large.
@@ -55,5 +61,5 @@ def attached_data(attached: Attached) -> bytes:
 
 
 def _head_bytes(attached: Attached) -> int:
-    """Bytes of the record before the data."""
+    """Return the length of the record before the data, bytes."""
     return 8 + 8 + 4 + len(attached.name.encode()) + 4 + len(attached.media_type.encode()) + 8

@@ -10,7 +10,7 @@ from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, VIEWING_BY_NAM
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 _PATHS_KEPT = 10_000
-"""A recording's messages have few topics, and each of them is asked for its own."""
+"""Size of the cache: a recording has few topics, and each message looks its own up."""
 
 
 def topic_path(namespace: str, topic: Topic) -> str:
@@ -19,7 +19,7 @@ def topic_path(namespace: str, topic: Topic) -> str:
 
 
 def topic_at(path: str) -> Topic | None:
-    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none.
+    """Return the row of the topic table that was recorded as ``path`` in any namespace; None if there is none.
 
     Older recordings have other names for some.
     """
@@ -33,23 +33,23 @@ def namespace_at(path: str) -> str:
 
 
 def robots_among(paths: Iterable[str]) -> tuple[str, ...]:
-    """Namespaces of the robots of which there are topics of the table among recorded paths, in their order."""
+    """Return the namespaces of robots with topics of the table among recorded paths, in order."""
     return tuple(dict.fromkeys(namespace_at(path) for path in paths if topic_at(path) is not None))
 
 
 def is_drawn(path: str, robots: Collection[str]) -> bool:
-    """Whether what was recorded as ``path`` was made for viewers of the messages of one of these robots."""
+    """Return whether ``path`` was made for viewers from the messages of one of these robots."""
     return any(path == topic_path(robot, topic) for robot in robots for topic in VIEWING_BY_NAME.values())
 
 
 def present_path(path: str) -> str:
-    """The present name of the topic recorded as ``path``, in the same namespace."""
+    """Return the present name of the topic recorded as ``path``, in the same namespace."""
     namespace, name = _found(path)
     return f"{namespace}/{FORMER_NAMES[name].name}" if name in FORMER_NAMES else path
 
 
 def recorded_paths(path: str) -> tuple[str, ...]:
-    """All present and former paths of a topic that is asked for by one of them; the present one first."""
+    """Return all present and former paths of a topic given by one of them; the present one first."""
     (namespace, _), topic = _found(path), topic_at(path)
     former = [name for name, known in FORMER_NAMES.items() if known is topic]
     return (present_path(path), *(f"{namespace}/{name}" for name in former))
@@ -57,7 +57,7 @@ def recorded_paths(path: str) -> tuple[str, ...]:
 
 @lru_cache(maxsize=_PATHS_KEPT)
 def _found(path: str) -> tuple[str, str]:
-    """(the namespace with its slashes, the topic's name, present or former; "" if there is none) of a recorded path."""
+    """Return (namespace with slashes, present or former name of the topic or "") of a recorded path."""
     parts = path.strip("/").split("/")
     for first in range(len(parts)):  # the longest name wins: supervisor/events before events
         name = "/".join(parts[first:])
@@ -68,7 +68,7 @@ def _found(path: str) -> tuple[str, str]:
 
 @cache
 def kind_of(message: type[Message]) -> RecordingKind:
-    """How messages of a type are recorded and shown: CDR, with the definitions of the type and of every type in it."""
+    """Return how messages of a type are recorded: CDR, with the definitions of the type and of every type in it."""
     return RecordingKind("cdr", message.ros_type, "ros2msg", full_definition(message))
 
 
@@ -78,7 +78,7 @@ def channel_metadata(topic: Topic) -> dict[str, str]:
 
 
 def offered_qos(topic: Topic) -> str:
-    """The QoS of the topic's publisher in the YAML of rosbag2 (policy names, as since its metadata version 9)."""
+    """Return the QoS of the topic's publisher in rosbag2's YAML (policy names, as since its metadata version 9)."""
     history, depth = ("keep_last", 1) if topic.latched else ("keep_all", 0) if topic.block else ("keep_last", 10)
     lines = (
         f"history: {history}",

@@ -1,4 +1,4 @@
-"""Compares two recordings message by message, each field within its topic's tolerance."""
+"""Comparison of two recordings message by message, each field within its topic's tolerance."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -7,31 +7,31 @@ from pathlib import Path
 
 from touchline.recordings.alignment import Alignment
 from touchline.recordings.channels import is_drawn, present_path, recorded_paths, robots_among, topic_at
-from touchline.recordings.differences import unequal_fields
+from touchline.recordings.field_differences import unequal_fields
 from touchline.recordings.former_types import presented
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Recorded, RecordingKind
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.schema_change import SchemaChange, schema_change
 
-#: Differences kept per topic; the rest is only counted.
+#: Differences kept per topic; the others are only counted.
 DIFFERENCES_SHOWN = 3
-#: Bytes of messages that wait for their partners at once: more than two sessions of a day are ever apart.
+#: Largest total of waiting messages, bytes: two sessions of a day are never further apart.
 MOST_WAITING_BYTES = 1024**3
-#: Recordings that begin further apart were made by clocks that have nothing to do with each other.
+#: Recordings that begin further apart were made by unrelated clocks.
 _OTHER_CLOCK_NS = 24 * 3600 * 1_000_000_000
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A field of a pair of messages that differs by more than its tolerance.
+    """Field of a pair of messages that differs by more than its tolerance.
 
     Attributes:
         index: Number of the pair in its topic.
-        time_s: When the message was made.
+        time_s: Time at which the message was made.
         field: Path of the field.
         left, right: Its values.
-        unit: Of the values; empty if they have none.
+        unit: Unit of the values; empty if there is none.
     """
 
     index: int
@@ -42,27 +42,27 @@ class Difference:
     unit: str = ""
 
     def __str__(self) -> str:
-        """One line for a person."""
+        """Return it as one line for a person."""
         unit = f" {self.unit}" if self.unit else ""
         return f"message {self.index} at {self.time_s:.3f} s: {self.field}: {self.left} against {self.right}{unit}"
 
 
 @dataclass
 class Missing:
-    """Messages of one recording without a partner in the other, and the times of the first and the last."""
+    """Messages of one recording without a counterpart in the other, and the times of the first and the last."""
 
     messages: int = 0
     first_s: float = 0.0
     last_s: float = 0.0
 
     def add(self, time_s: float) -> None:
-        """One more."""
+        """Add a message that was made at this time."""
         self.first_s = min(self.first_s, time_s) if self.messages else time_s
         self.last_s = max(self.last_s, time_s)
         self.messages += 1
 
     def line(self, here: str, there: str) -> str:
-        """For a person: they are in the recording ``here`` and not in the other one, ``there``."""
+        """Return it as a line for a person: present in ``here``, missing from ``there``."""
         if self.messages == 1:
             return f"1 message of {here}, made at {self.first_s:.3f} s, is missing from {there}"
         made = f"made from {self.first_s:.3f} s to {self.last_s:.3f} s"
@@ -71,19 +71,19 @@ class Missing:
 
 @dataclass
 class TopicComparison:
-    """How the messages of one topic compare, each with the one made at the same time.
+    """Comparison of one topic, each message with the one made at the same time.
 
     Attributes:
         left, right: Messages in each recording.
-        missing_left, missing_right: Those that only the other recording has.
+        missing_left, missing_right: Messages that only the other recording has.
         identical: Pairs with the same bytes, read by the same schema.
         within_tolerance: Pairs that differ, but by no number further than the tolerance.
         different: The other pairs.
         largest: Largest difference of a number, among all pairs; its field and unit.
         first: The first few differences.
-        apart_s: Furthest that the two messages of a pair were made apart.
-        schema: What is different in how they were recorded.
-        compatible: Whether that is no more than fields which an older version lacks.
+        apart_s: Largest time between the two messages of a pair.
+        schema: Differences between the schemas.
+        compatible: Whether these are only fields which an older version lacks.
     """
 
     left: int = 0
@@ -103,17 +103,17 @@ class TopicComparison:
 
     @property
     def same(self) -> bool:
-        """Whether both have the same messages, within the tolerance."""
+        """True if both have the same messages, within the tolerance."""
         missing = self.missing_left.messages + self.missing_right.messages
         return not missing and not self.different and self.compatible
 
     @property
     def pairs(self) -> int:
-        """Number of messages that have a partner."""
+        """Number of messages with a counterpart."""
         return self.identical + self.within_tolerance + self.different
 
     def lines(self, name: str, sides: tuple[str, str]) -> Iterator[str]:
-        """Lines of text about what is not identical."""
+        """Yield lines of text about what is not identical."""
         yield from (f"{name}: {note}" for note in self.schema)
         if self.missing_right.messages:
             yield f"{name}: {self.missing_right.line(*sides)}"
@@ -136,10 +136,10 @@ class Comparison:
     """Two recordings compared.
 
     Attributes:
-        names: Of the two.
+        names: Names of the two.
         topics: By ROS topic name, sorted.
-        problems: What could not be read of a recording.
-        notes: What else there is to know.
+        problems: Unreadable parts of a recording.
+        notes: Further remarks.
     """
 
     names: tuple[str, str]
@@ -149,16 +149,16 @@ class Comparison:
 
     @property
     def identical(self) -> bool:
-        """Whether every topic has the same messages, byte for byte, and both recordings could be read whole."""
+        """True if every topic has the same messages, byte for byte, and both recordings could be read whole."""
         return self.same and not any(t.within_tolerance or t.schema for t in self.topics.values())
 
     @property
     def same(self) -> bool:
-        """Whether every topic has the same messages, within its tolerance."""
+        """True if every topic has the same messages, within its tolerance."""
         return not self.problems and all(topic.same for topic in self.topics.values())
 
     def lines(self) -> Iterator[str]:
-        """A short account: problems, then counts and first differences of each topic that is not identical."""
+        """Yield a short account: problems, then counts and first differences of each topic that is not identical."""
         yield from self.problems
         yield from self.notes
         pairs = sum(topic.identical for topic in self.topics.values())
@@ -170,7 +170,7 @@ class Comparison:
 
 
 class _Topic:
-    """The comparison of a topic while it goes on."""
+    """Comparison of a topic in progress."""
 
     def __init__(self, name: str, sides: tuple[str, str]) -> None:
         self.found = TopicComparison()
@@ -181,7 +181,7 @@ class _Topic:
         self._changes: dict[tuple[RecordingKind, RecordingKind], SchemaChange] = {}
 
     def compare_decided(self, shift_ns: int) -> int:
-        """Compare what belongs together as far as that is certain; returns the bytes that wait no longer."""
+        """Compare the pairs that are certain; return the bytes that wait no longer."""
         done_bytes = 0
         for left, right in self.alignment.decided():
             if left is not None and right is not None:
@@ -230,16 +230,16 @@ class _Topic:
 def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> Comparison:
     """Compare two recordings message by message.
 
-    Messages of a topic belong together that were made at the same time; how topics interleave is not compared, as it
-    depends on the order in which processes were heard. Both recordings are read once, side by side.
+    Messages of a topic made at the same time belong together; how topics interleave is not compared, as it depends on
+    the order in which processes were heard. Both recordings are read once, side by side.
 
     Args:
-        left: The one to compare with.
-        right: The other.
-        topics: ROS topic names to compare, also by a name of older recordings; if not given, all that robots send.
+        left: The recording to compare with.
+        right: The other recording.
+        topics: ROS topic names to compare, also by a name of older recordings; None: all that robots send.
 
     Raises:
-        RecordingError: A recording cannot be opened or is none, or neither has a message of a topic asked for.
+        RecordingError: A recording cannot be opened or is none, or neither has a message of a requested topic.
     """
     readers = (RecordingReader(left), RecordingReader(right))
     names = (str(left), str(right)) if left.name == right.name else (left.name, right.name)
@@ -274,10 +274,10 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
         if waiting_bytes > MOST_WAITING_BYTES:
             raise RecordingError(
                 f"{name}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
-                "messages wait for their like"
+                "messages wait for their counterparts"
             )
     robots = robots_among(going)
-    if topics is None:  # what is made for viewers follows from the rest, and older recordings have none
+    if topics is None:  # viewers' topics follow from the rest, and older recordings have none
         going = {name: topic for name, topic in going.items() if not is_drawn(name, robots)}
     absent = sorted(name for name in set(topics or ()) if present_path(name) not in going)
     if absent:
@@ -290,7 +290,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
 
 
 def _alternating(sources: Sequence[Iterator[Recorded]]) -> Iterator[tuple[int, Recorded | None]]:
-    """(side, message) from each source in turn, with None where one ends, until both have ended."""
+    """Yield (side, message) from each source in turn, with None where one ends, until both have ended."""
     going = dict(enumerate(sources))
     while going:
         for side in list(going):

@@ -1,4 +1,4 @@
-"""Decodes recorded payloads into trees of fields, by the schemas stored in the recording."""
+"""Decoder of recorded payloads into trees of fields, by the schemas stored in the recording."""
 
 import json
 import re
@@ -23,7 +23,7 @@ from touchline.schemas.topics import TOPICS, VIEWING
 M = TypeVar("M", bound=Message)
 Decode = Callable[[bytes], object]
 
-#: A longer definition is not parsed: the longest of ROS 2's own have some 10,000 characters.
+#: Longest definition that is parsed: the longest of ROS 2's own have some 10,000 characters.
 LONGEST_SCHEMA = 200_000
 _DEEPEST = 32
 _PARSED_FORMS = ("ros2msg", "ros1msg", "ros2idl", "omgidl", "msg", "idl", "")
@@ -32,7 +32,7 @@ _NO_IDL = re.compile(r"^(={10,}|IDL: .*|\s*#.*)$", re.MULTILINE)
 
 
 def fields_of(node: object) -> Mapping[str, object] | None:
-    """The fields of a message in a tree by name; None for a value."""
+    """Return the fields of a message in a tree by name; None for a value."""
     if isinstance(node, dict):
         return node
     kind: Any = type(node)
@@ -42,7 +42,7 @@ def fields_of(node: object) -> Mapping[str, object] | None:
 
 @cache
 def field_names(kind: type[Any]) -> tuple[str, ...] | None:
-    """Of the fields of a decoded message; None if it is none."""
+    """Return the field names of a decoded message; None for another value."""
     if not is_dataclass(kind):
         return None
     return tuple(field.name for field in fields(kind) if field.name != "__msgtype__")
@@ -50,7 +50,7 @@ def field_names(kind: type[Any]) -> tuple[str, ...] | None:
 
 @cache
 def decoder(kind: RecordingKind) -> Decode | None:
-    """A function that decodes payloads of that kind or raises :class:`Damage`; None for an unknown encoding."""
+    """Return a function that decodes payloads of that kind or raises :class:`Damage`; None for an unknown encoding."""
     if kind.encoding == "json":
         return _from_json
     store = _store(kind) if kind.encoding in ("cdr", "ros1") else None
@@ -64,7 +64,7 @@ def decoder(kind: RecordingKind) -> Decode | None:
             raise Damage("a payload that does not begin with a CDR header")
         try:
             return read(payload, name)
-        except Exception as error:  # the generated decoder raises whatever the bytes lead it into
+        except Exception as error:  # the generated decoder raises anything on bad bytes
             raise Damage(f"a payload that is no {name}") from error
 
     return decode
@@ -74,7 +74,7 @@ def as_message(form: type[M], message: Recorded) -> M:
     """Decode a message by its recording's own schema; fields that an older schema lacks get their defaults.
 
     Raises:
-        PayloadError: It is none, or its values are not allowed.
+        PayloadError: It cannot be decoded, or its values are not allowed.
     """
     read = decoder(message.kind)
     if read is None:
@@ -87,7 +87,7 @@ def as_message(form: type[M], message: Recorded) -> M:
 
 @cache
 def layout(kind: RecordingKind) -> dict[str, str] | None:
-    """Types of all fields of that kind by their path (``pose.position.x``), in order; None if they are not known."""
+    """Return types of all fields of that kind by path (``pose.position.x``), in order; None if they are unknown."""
     store = _store(kind)
     return None if store is None else dict(_flat(store.fielddefs, full_name(kind.type), "", _DEEPEST))
 
@@ -111,19 +111,19 @@ def _from_json(payload: bytes) -> object:
 
 
 def full_name(name: str) -> str:
-    """A type's name as ROS 2 has it: ``sensor_msgs/msg/Imu`` also for ROS 1's ``sensor_msgs/Imu``."""
+    """Return a type's name as in ROS 2: ``sensor_msgs/msg/Imu`` also for ROS 1's ``sensor_msgs/Imu``."""
     package, _, rest = name.partition("/")
     return name if "/" in rest or not rest else f"{package}/msg/{rest}"
 
 
 @cache
 def _ours() -> dict[str, str]:
-    """The definitions of our topics' types, which need not be parsed."""
+    """Return the definitions of our topics' types, which need not be parsed."""
     return {topic.type.ros_type: full_definition(topic.type) for topic in (*TOPICS, *VIEWING)}
 
 
 def _store(kind: RecordingKind) -> Typestore | None:
-    """The types that a payload of that kind is made of; None if they are not known."""
+    """Return the types in a payload of that kind; None if they are unknown."""
     name = full_name(kind.type)
     if not kind.schema or kind.schema == _ours().get(name):
         return typestore() if name in typestore().fielddefs else None
@@ -134,7 +134,7 @@ def _store(kind: RecordingKind) -> Typestore | None:
 
 @cache
 def _parsed(name: str, text: str, idl: bool) -> Typestore | None:
-    """The types in a definition; None if it is none."""
+    """Parse the types in a definition; None if it is invalid."""
     store = get_typestore(Stores.EMPTY)
     try:
         _register(store, name, text, idl)
@@ -152,12 +152,12 @@ def _register(store: Typestore, name: str, text: str, idl: bool) -> None:
         store.register(described)
     except Damage:
         raise
-    except Exception as error:  # whatever the text leads the parser into
+    except Exception as error:  # the parser raises anything on bad text
         raise Damage(f"a schema that is no definition of {name}") from error
 
 
 def _standard(found: Mapping[str, Any]) -> dict[str, Any]:
-    """ROS 2's own definitions of the types that ``found`` uses and does not define."""
+    """Return ROS 2's own definitions of the types that ``found`` uses and does not define."""
     known, needed = typestore().fielddefs, dict[str, Any]()
     open_ = list(found.values())
     while open_:

@@ -25,18 +25,18 @@ def presented(message: Recorded) -> Recorded:
 
 
 def present_kind(kind: RecordingKind) -> RecordingKind:
-    """Of what `presented` gives for messages of this kind that it can decode."""
+    """Return the kind that `presented` gives for messages of this kind."""
     present = _PRESENT.get(kind.type)
     return kind if present is None else kind_of(present)
 
 
 def _actuator_command(wheels: Any) -> ActuatorCommand:
-    """Of what there was when all vehicles had two wheels."""
+    """Convert from the time when all vehicles had two wheels."""
     values = [wheels.left_radps, wheels.right_radps]
     return ActuatorCommand(header=wheels.header, names=("left", "right"), values=values)
 
 
 _REPLACED: dict[str, Callable[[Any], Message]] = {"touchline_msgs/msg/WheelCommand": _actuator_command}
-"""By the name of the type that was replaced."""
+"""Converters by the name of the replaced type."""
 _PRESENT: dict[str, type[Message]] = {"touchline_msgs/msg/WheelCommand": ActuatorCommand}
-"""What each of these types has become."""
+"""Present type of each replaced type."""

@@ -1,25 +1,25 @@
-"""Tells what a recording's next part repeats: the last messages of latched topics, with which it begins."""
+"""Filter of latched messages that the next part of a recording repeats at its beginning."""
 
 from touchline.recordings.channels import topic_at
 from touchline.recordings.recorded import Recorded
 
 
 class LatchedRepeats:
-    """What the parts of a recording have said last of each latched topic."""
+    """Last message of each latched topic in the parts of a recording."""
 
     def __init__(self) -> None:
-        """Nothing was said."""
+        """Start without messages."""
         self._last: dict[str, tuple[int, bytes]] = {}
         self._latched: dict[str, bool] = {}
 
-    def said_before(self, message: Recorded) -> bool:
-        """Whether it is the same message as the last one of its topic, heard again; notes it."""
+    def is_repeat(self, message: Recorded) -> bool:
+        """Return whether a message repeats the last one of its topic; remember it."""
         latched = self._latched.get(message.topic)
         if latched is None:
             topic = topic_at(message.topic)
             latched = self._latched[message.topic] = topic is not None and topic.latched
         if not latched:
             return False
-        said = message.sequence, message.payload
-        before, self._last[message.topic] = self._last.get(message.topic), said
-        return before == said
+        latest = message.sequence, message.payload
+        before, self._last[message.topic] = self._last.get(message.topic), latest
+        return before == latest

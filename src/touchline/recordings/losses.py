@@ -1,4 +1,4 @@
-"""Counts messages missing from a recording, by topic and stretch of sim time."""
+"""Counts of messages missing from a recording, by topic and stretch of sim time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -6,39 +6,46 @@ from dataclasses import dataclass, field
 #: Gaps closer together than this, in sim time, belong to one episode: all topics miss something when a recorder falls
 #: behind, each a little later than the other.
 EPISODE_NS = 1_000_000_000
-#: Episodes told apart in one recording; those after it are added to the last one.
+#: Most episodes of one recording; later ones are added to the last one.
 MOST_EPISODES = 1000
 
 
 @dataclass
 class Episode:
-    """A stretch of sim time in which messages are missing, with how many of each topic."""
+    """Stretch of sim time in which messages are missing, with the number per topic."""
 
     from_ns: int
     to_ns: int
     lost: dict[str, int] = field(default_factory=dict)
 
     def metadata(self) -> dict[str, str]:
-        """As metadata of the recording."""
+        """Return it as metadata of the recording."""
         counts = {name: str(count) for name, count in self.lost.items()}
         return {"from_s": f"{self.from_ns / 1e9:.3f}", "to_s": f"{self.to_ns / 1e9:.3f}", **counts}
 
 
 class Losses:
-    """Accumulates missing messages.
+    """Accumulator of missing messages.
 
     Attributes:
         total: Messages of all topics.
-        episodes: Where they are missing, in the order of their coming.
+        episodes: Stretches in which they are missing, in order of arrival.
     """
 
     def __init__(self) -> None:
-        """Nothing is missing."""
+        """Start with nothing missing."""
         self.total = 0
         self.episodes: list[Episode] = []
 
     def add(self, name: str, count: int, before_ns: int, after_ns: int) -> None:
-        """`count` messages of topic `name` are missing between two that were sent at these sim times."""
+        """Add `count` missing messages of topic `name` between two that were sent at these sim times.
+
+        Args:
+            name: Name in the topic table.
+            count: Number of missing messages.
+            before_ns: Sim time of the message before them.
+            after_ns: Sim time of the message after them.
+        """
         self.total += count
         first_ns, last_ns = sorted((before_ns, after_ns))
         last = self.episodes[-1] if self.episodes else None
@@ -50,7 +57,7 @@ class Losses:
         last.lost[name] = last.lost.get(name, 0) + count
 
     def metadata(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """The recording's metadata records: in all, then episode by episode."""
+        """Yield the recording's metadata records: the total, then episode by episode."""
         per_topic: dict[str, int] = {}
         for episode in self.episodes:
             for name, count in episode.lost.items():

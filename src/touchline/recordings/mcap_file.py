@@ -16,9 +16,9 @@ from mcap.records import Header as FileHeader
 from mcap.writer import MCAP0_MAGIC
 
 from touchline.recordings.attachments import LONGEST_ATTACHMENT_HEAD_BYTES, attachment_at
-from touchline.recordings.output import RecordingError
 from touchline.recordings.record_search import next_record
 from touchline.recordings.recorded import NO_END, SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.unpack import LARGEST_CHUNK_BYTES, unpacked
 
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel, Statistics)
@@ -41,12 +41,12 @@ _READ = frozenset(
         Opcode.STATISTICS,
     )
 )
-#: From here on opcodes are anybody's own; below, those that the format does not have are damage.
+#: Opcodes from here on are private; unknown ones below are damage.
 _PRIVATE = 0x80
 _KNOWN = frozenset(Opcode)
 #: A record longer than this is taken for damage, not allocated.
 LARGEST_RECORD_BYTES = 64 * 1024 * 1024
-#: What all chunks of a file may unpack to, over its size; the indexes of the messages keep honest ones far below.
+#: Largest ratio of unpacked chunks to file size; the messages' indexes keep honest files far below.
 LARGEST_RATIO = 200
 LONGEST_NAME = 1000
 #: Fields of a chunk before its compression: start, end, size and checksum.
@@ -64,7 +64,7 @@ class MessageRun(NamedTuple):
     Attributes:
         data: Bytes that hold them, among others.
         starts: Where the content of each begins there.
-        end: Behind the last one.
+        end: End of the last one.
     """
 
     data: bytes
@@ -76,10 +76,10 @@ class McapFile:
     """One MCAP file; damaged parts are skipped and listed in the summary.
 
     Args:
-        path: The file, for what is said of it.
-        stream: It, open and at its beginning; closed at the end.
+        path: The file, for messages.
+        stream: The open file, at its beginning; closed at the end.
         size_bytes: Its size.
-        summary: Filled on the way; it may have something from other files of the same recording.
+        summary: Filled meanwhile; it may contain other files of the same recording.
     """
 
     def __init__(self, path: Path, stream: BinaryIO, size_bytes: int, summary: Summary) -> None:
@@ -93,15 +93,15 @@ class McapFile:
         self._summary_searched = False
         self.complete = False
         self.from_zero = False
-        """Whether a publish time of 0 is the beginning of sim time, and not one that was never set."""
+        """True if a publish time of 0 is the beginning of sim time, and not an unset one."""
         self._unpacked_bytes = 0
         self._seen = 0
         self._stated: int | None = None
-        """How many messages the file says it has; None if it does not."""
+        """Number of messages by the file's statistics; None without them."""
         self._losses_before = len(summary.losses)
         self._record_at = 0
         self._indexed: tuple[Loss, Counter[int]] | None = None
-        """A loss in the last chunk, and its messages that could be read by channel: their indexes tell how many not."""
+        """A loss in the last chunk, and its readable messages by channel: their indexes show how many are lost."""
 
     def close(self) -> None:
         """Close the file before its end; harmless when repeated."""
@@ -109,11 +109,11 @@ class McapFile:
 
     @property
     def at_bytes(self) -> int:
-        """How much has been read."""
+        """Number of bytes read."""
         return self._size_bytes if self._stream.closed else self._stream.tell()
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]:
-        """The messages, of ``topics`` only if given.
+        """Yield the messages, of ``topics`` only if given.
 
         Raises:
             RecordingError: The file is not MCAP.
@@ -122,7 +122,7 @@ class McapFile:
             yield from self._messages(run, topics)
 
     def runs(self) -> Iterator[MessageRun]:
-        """All messages as they are in the file. Before the empty run at the end all have to have been taken.
+        """Yield all messages as they are in the file. All have to be taken before the empty run at the end.
 
         Raises:
             RecordingError: The file is not MCAP.
@@ -155,19 +155,19 @@ class McapFile:
                 self._summary.lose(Loss(f"of the unknown channel {channel}, which the file does not describe", count))
 
     def _next(self) -> tuple[int, bytes] | None:
-        """The next record that says something: its opcode and content; None after the file's footer."""
+        """Return opcode and content of the next relevant record; None after the file's footer."""
         while True:
             self._record_at = self._stream.tell()
             head = self._stream.read(_RECORD_HEAD.size)
             if len(head) < _RECORD_HEAD.size:
                 raise Damage
             opcode, length = _RECORD_HEAD.unpack(head)
-            left = self._size_bytes - self._record_at - _RECORD_HEAD.size
-            if opcode == Opcode.MESSAGE_INDEX and self._indexed is not None and length <= left:
+            remaining_bytes = self._size_bytes - self._record_at - _RECORD_HEAD.size
+            if opcode == Opcode.MESSAGE_INDEX and self._indexed is not None and length <= remaining_bytes:
                 self._count_indexed(self._stream.read(length))
                 continue
             if opcode not in _READ:
-                if length > left:
+                if length > remaining_bytes:
                     raise Damage
                 if opcode not in _KNOWN and opcode < _PRIVATE:
                     self._pass_over(opcode)
@@ -188,7 +188,7 @@ class McapFile:
             return None
 
     def _note_attachment(self, length: int) -> None:
-        """Take up an attached file, whose data stay where they are."""
+        """Add an attached file to the summary; its data stay where they are."""
         begin = self._stream.tell()
         head = self._stream.read(min(length, LONGEST_ATTACHMENT_HEAD_BYTES))
         try:
@@ -197,13 +197,13 @@ class McapFile:
             self._lose(damage, 0)
 
     def _pass_over(self, opcode: int) -> None:
-        """Tell of a record that is of no kind; if it was a chunk, the indexes behind it have its messages."""
+        """Report a record of no known kind; if it was a chunk, the indexes behind it have its messages."""
         loss = Loss(f"a record of no known kind ({opcode:#04x}), at byte {self._record_at:,} of {self._path.name}")
         self._summary.lose(loss)
         self._indexed = loss, Counter()
 
     def _check_count(self) -> None:
-        """See how many of the messages that the file says it has were neither read nor told as lost."""
+        """Compare the file's message count with the messages that were read or reported as lost."""
         if self._stated is None:
             return
         losses = self._summary.losses[self._losses_before :]
@@ -213,25 +213,25 @@ class McapFile:
             for loss in uncounted:
                 loss.messages = missing
         elif not uncounted:
-            self._summary.lose(Loss(f"{self._path.name} says that it has {self._stated:,}", missing))
+            self._summary.lose(Loss(f"{self._path.name} should have {self._stated:,}", missing))
 
     def _go_on_after(self, damage: Damage) -> bool:
-        """Pass over what cannot be read, up to the next chunk or, without chunks, the next record; False at the end."""
+        """Skip what cannot be read, up to the next chunk or, without chunks, the next record; False at the end."""
         found = self._next_chunk_after(self._record_at)
         if found is None:
             found = next_record(self._stream, self._record_at + 1, self._size_bytes)
-        said = f"{damage}, " if str(damage) else ""
+        reason = f"{damage}, " if str(damage) else ""
         if found is None:
             self._summary.cut_bytes += self._size_bytes - self._record_at
             self._summary.ending = f"{NO_END}{f' ({damage})' if str(damage) else ''}"
             return False
-        where = f"{said}bytes {self._record_at:,} to {found:,} of {self._path.name}"
+        where = f"{reason}bytes {self._record_at:,} to {found:,} of {self._path.name}"
         self._summary.lose(Loss(where))
         self._stream.seek(found)
         return True
 
     def _next_chunk_after(self, begin: int) -> int | None:
-        """Where the next record begins that is a chunk by all that its head says."""
+        """Return where the next record begins that is a chunk by its whole head."""
         self._indexed = None
         at = begin + 1
         while at + _CHUNK_SIGHT_BYTES <= self._size_bytes:
@@ -270,9 +270,9 @@ class McapFile:
                 record = self._parsed(Metadata, content)
                 self._summary.note(record.name, dict(record.metadata), self._path.name)
             elif opcode == Opcode.STATISTICS:
-                told = self._parsed(Statistics, content)
-                if sum(told.channel_message_counts.values()) == told.message_count:
-                    self._stated = told.message_count
+                statistics = self._parsed(Statistics, content)
+                if sum(statistics.channel_message_counts.values()) == statistics.message_count:
+                    self._stated = statistics.message_count
             else:
                 self._define(opcode, content)
         except Damage as damage:
@@ -285,7 +285,7 @@ class McapFile:
             self._lose(damage, 0)
 
     def _chunk(self, content: bytes) -> Iterator[MessageRun]:
-        """The messages of a chunk, up to what is damaged in it."""
+        """Yield the messages of a chunk, up to damage in it."""
         at, end = self._record_at, self._stream.tell()
         loss, chunk, body, good = Loss(""), None, b"", 0
         try:
@@ -314,11 +314,11 @@ class McapFile:
                 found = self._next_chunk_after(at)
                 self._stream.seek(end if found is None else found)
         else:
-            if _length_of(chunk) != len(content):  # all is there, but the length of the whole is wrong
+            if _length_of(chunk) != len(content):  # complete, but the total length is wrong
                 self._stream.seek(at + _RECORD_HEAD.size + _length_of(chunk))
 
     def _count_indexed(self, content: bytes) -> None:
-        """Learn from a message index after a damaged chunk how many messages of a channel were in it."""
+        """Count the messages of a channel in a damaged chunk by its message index."""
         assert self._indexed is not None
         loss, read = self._indexed
         if len(content) < _INDEX_HEAD.size:
@@ -328,7 +328,7 @@ class McapFile:
         loss.messages = (loss.messages or 0) + max(held - read[channel], 0)
 
     def _lose(self, damage: Damage, messages: int) -> None:
-        """Tell of what is wrong with the record that was read last, or with one in it."""
+        """Report a loss in the record that was read last, or in one within it."""
         self._summary.lose(Loss(f"{damage}, at byte {self._record_at:,} of {self._path.name}", messages))
 
     def _define(self, opcode: int, content: bytes) -> None:
@@ -363,7 +363,7 @@ class McapFile:
         return body
 
     def _content_alone(self, data: bytes, start: int, end: int) -> Iterator[MessageRun]:
-        """The message whose content is `data[start:end]`, if it has a head."""
+        """Yield the message whose content is `data[start:end]`, if it has a head."""
         if start + MESSAGE_HEAD.size > end:
             self._lose(Damage("a message without its head"), 1)
             return
@@ -371,7 +371,7 @@ class McapFile:
         yield MessageRun(data, [start], end)
 
     def _messages(self, run: MessageRun, topics: Collection[str] | None) -> Iterator[Recorded]:
-        """The messages of a run, of ``topics`` only if given."""
+        """Yield the messages of a run, of ``topics`` only if given."""
         data, head, count = run.data, MESSAGE_HEAD.size, self._summary.count
         following = iter(run.starts)
         next(following, None)
@@ -391,14 +391,14 @@ class McapFile:
             yield Recorded(name, log_time_ns, publish_time_ns, sequence, payload, kind)
 
     def channel_of(self, channel: int, messages: int) -> tuple[str, RecordingKind] | None:
-        """Topic and kind of a channel that has these messages; if it is described nowhere, they are counted as lost."""
+        """Return topic and kind of a channel with so many messages; if undescribed, they are counted as lost."""
         known = self._channels.get(channel) or self._channel_of_summary(channel)
         if known is None:
             self._unknown[channel] += messages
         return known
 
     def _channel_of_summary(self, channel: int) -> tuple[str, RecordingKind] | None:
-        """A channel whose own record is lost, from those repeated at the end of a whole file."""
+        """Return a channel whose own record is lost, from the copies at the end of a complete file."""
         if not self._summary_searched:
             self._summary_searched = True
             back, before = self._stream.tell(), self._record_at
@@ -428,16 +428,20 @@ class McapFile:
 
     @staticmethod
     def _parsed(kind: type[R], content: bytes) -> R:
-        """The record of that kind in ``content``."""
+        """Parse a record of that kind.
+
+        Raises:
+            Damage: It cannot be parsed.
+        """
         try:
             record: R = kind.read(ReadDataStream(BytesIO(content)))
-        except Exception as error:  # whatever the bytes lead the library into
+        except Exception as error:  # the library raises anything on bad bytes
             raise Damage(f"a {kind.__name__.lower()} record that cannot be read") from error
         return record
 
 
 def _run_from(body: bytes, begin: int) -> MessageRun:
-    """The whole messages from a byte on, up to the first record that is none.
+    """Return the whole messages from a byte on, up to the first record that is none.
 
     Parsed here and not by mcap, which takes several times as long per message.
     """
@@ -454,7 +458,7 @@ def _run_from(body: bytes, begin: int) -> MessageRun:
 
 
 def _records(body: bytes, offset: int = 0) -> Iterator[tuple[int, int, int]]:
-    """(opcode, start, end) of the content of each record in a chunk."""
+    """Yield (opcode, start, end) of the content of each record in a chunk."""
     while offset < len(body):
         if offset + _RECORD_HEAD.size > len(body):
             raise Damage
@@ -467,12 +471,12 @@ def _records(body: bytes, offset: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def _length_of(chunk: Chunk) -> int:
-    """Bytes of a chunk's record by what is in it."""
+    """Return the length of a chunk's record by its contents, bytes."""
     return _CHUNK_FIELDS_BYTES + 4 + len(chunk.compression.encode()) + 8 + len(chunk.data)
 
 
 def _whole_messages(body: bytes) -> Iterator[int]:
-    """Where the messages in ``body`` begin, whose records are all whole."""
+    """Yield where the messages in ``body`` begin, whose records are all whole."""
     for opcode, start, end in _records(body):
         if opcode == Opcode.MESSAGE and end - start >= MESSAGE_HEAD.size:
             yield start

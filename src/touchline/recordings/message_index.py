@@ -1,4 +1,4 @@
-"""Where each message of a recording is, by the indexes that its MCAP files hold: for reading from anywhere."""
+"""Places of all messages of a recording, by the indexes of its MCAP files: for reading from anywhere."""
 
 import struct
 from collections.abc import Iterator
@@ -25,19 +25,19 @@ _ENTRY = np.dtype([("log_time_ns", "<u8"), ("offset", "<u8")])
 
 
 class MessageIndex:
-    """The messages of a recording of whole, indexed MCAP files, in their order; `of` makes one.
+    """Messages of a recording of complete, indexed MCAP files, in their order; create it with `of`.
 
     Attributes:
-        channels: Topic as written and kind of each channel, by the number of the column ``channel``.
-        channel: Of each message.
-        log_time_ns: Of each message.
+        channels: Topic as recorded and kind of each channel, by the number in ``channel``.
+        channel: Channel of each message.
+        log_time_ns: Log time of each message.
     """
 
     def __init__(self, paths: list[Path]) -> None:
         """Read the indexes.
 
         Raises:
-            Damage: A file has none, or not of all of its messages.
+            Damage: A file has none, or an incomplete one.
         """
         self.channels: list[tuple[str, RecordingKind]] = []
         self._chunks: list[tuple[Path, ChunkIndex]] = []
@@ -46,7 +46,7 @@ class MessageIndex:
             with path.open("rb") as stream:
                 try:
                     columns.append(self._read_file(path, stream))
-                except Exception as error:  # whatever the bytes lead the library into
+                except Exception as error:  # the library raises anything on bad bytes
                     raise Damage(f"an index that cannot be read: {error}") from error
         table = np.concatenate(columns) if columns else np.empty((0, 4), np.int64)
         table = table[np.lexsort((table[:, 1], table[:, 0]))]
@@ -54,7 +54,7 @@ class MessageIndex:
 
     @classmethod
     def of(cls, path: Path) -> "MessageIndex | None":
-        """That of the recording at `path` with its next parts; None if it has none, or one that does not hold true."""
+        """Create that of the recording at `path` with its next parts; None if it has none, or a wrong one."""
         if not path.is_file():
             return None
         try:
@@ -63,11 +63,11 @@ class MessageIndex:
             return None
 
     def __len__(self) -> int:
-        """Messages."""
+        """Return the number of messages."""
         return len(self.channel)
 
     def _read_file(self, path: Path, stream: BinaryIO) -> NDArray[np.int64]:
-        """Rows of chunk, offset in it, log time and channel."""
+        """Return rows of chunk, offset in it, log time and channel."""
         summary = make_reader(stream).get_summary()
         if summary is None or summary.statistics is None:
             raise Damage("no index")
@@ -98,7 +98,7 @@ class MessageIndex:
         return numbers
 
     def read(self, rows: NDArray[np.intp]) -> Iterator[tuple[int, Recorded]]:
-        """These messages, by their rows in ascending order; those in a chunk that is damaged are left out."""
+        """Yield messages by their rows in ascending order; those in a damaged chunk are left out."""
         bounds = np.flatnonzero(np.diff(self._chunk[rows])) + 1
         open_file: tuple[Path, BinaryIO] | None = None
         try:
@@ -128,7 +128,7 @@ class MessageIndex:
 
 
 def _entries(records: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
-    """Of each message index among records: its channel and the entries."""
+    """Yield channel and entries of each message index among records."""
     at = 0
     while at < len(records):
         opcode, length = _RECORD_HEAD.unpack_from(records, at)

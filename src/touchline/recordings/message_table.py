@@ -1,4 +1,4 @@
-"""The messages of each topic as columns: for those who need a few numbers of many of them, and not each by itself."""
+"""Messages of a topic as columns, for readers of a few numbers of many messages."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from touchline.schemas.layout import Payloads
 
 Integers = NDArray[np.int64]
 Wanted = Callable[[str], bool]
-"""Whether the messages of a topic, as written, are wanted."""
+"""Predicate on a topic as recorded: whether its messages are wanted."""
 _AT_ONCE_BYTES: Final = 4_000_000
 _HEAD: Final = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log_time_ns", "<u8"), ("publish_time_ns", "<u8")])
 
 
 class MessageTable(NamedTuple):
-    """The n messages of a topic, in the order in which they were recorded.
+    """The n messages of a topic, in recorded order.
 
     Attributes:
-        topic: As written.
-        kind: Of all of them.
-        place: (n,) of each among all messages of the recording.
+        topic: As recorded.
+        kind: Kind of all of them.
+        place: (n,) number of each among all messages of the recording.
         log_time_ns: (n,)
         publish_time_ns: (n,)
-        payloads: Of all.
+        payloads: Payloads of all.
     """
 
     topic: str
@@ -40,14 +40,14 @@ class MessageTable(NamedTuple):
 
     @classmethod
     def of(cls, messages: Iterable[Recorded]) -> Self:
-        """These, of one topic and kind; at least one."""
+        """Create it from at least one message of one topic and kind."""
         held = list(messages)
         times = np.array([(each.log_time_ns, each.publish_time_ns) for each in held], np.int64)
         payloads = Payloads.of([each.payload for each in held])
         return cls(held[0].topic, held[0].kind, np.arange(len(held)), times[:, 0], times[:, 1], payloads)
 
     def rows(self, begin: int, end: int) -> Self:
-        """Those from one row to the one before another."""
+        """Return rows `begin` to `end` - 1."""
         before = sum(self.payloads.sizes[:begin])
         sizes = self.payloads.sizes[begin:end]
         columns = (self.place, self.log_time_ns, self.publish_time_ns)
@@ -56,21 +56,21 @@ class MessageTable(NamedTuple):
         return self._replace(place=place, log_time_ns=log, publish_time_ns=publish, payloads=payloads)
 
     def messages(self) -> Iterator[Recorded]:
-        """One by one; what their publishers counted is left out."""
+        """Yield the messages one by one, without their sequence numbers."""
         times = self.log_time_ns.tolist(), self.publish_time_ns.tolist()
         for log_time_ns, publish_time_ns, payload in zip(*times, self.payloads.each(), strict=True):
             yield Recorded(self.topic, log_time_ns, publish_time_ns, 0, payload, self.kind)
 
 
 class TableFiller:
-    """Gathers messages until they are made tables.
+    """Collector of messages into tables.
 
     Args:
-        wanted: Which topics are gathered; all are counted.
+        wanted: Selects the collected topics; all are counted.
     """
 
     def __init__(self, wanted: Wanted) -> None:
-        """Nothing yet."""
+        """Start empty."""
         self._wanted = wanted
         self._parts: dict[tuple[str, RecordingKind], list[tuple[Integers, Integers, Integers, Payloads]]] = {}
         self._runs: list[MessageRun] = []
@@ -90,7 +90,7 @@ class TableFiller:
                 self._take(file, summary)
 
     def tables(self) -> list[MessageTable]:
-        """What has been gathered."""
+        """Return the collected tables."""
         found = []
         for (topic, kind), parts in self._parts.items():
             place, log, publish, payloads = zip(*parts, strict=True)
@@ -99,7 +99,7 @@ class TableFiller:
         return found
 
     def _take(self, file: McapFile, summary: Summary) -> None:
-        """Turn the runs that were held into columns."""
+        """Convert the held runs to columns."""
         runs, self._runs, self._held_bytes = self._runs, [], 0
         if not runs:
             return

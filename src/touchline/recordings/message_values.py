@@ -1,4 +1,4 @@
-"""Recorded messages as plain values: numbers, texts, lists and dicts by field name, as JSON has them."""
+"""Recorded messages as plain values: numbers, texts, lists and dicts by field name, as in JSON."""
 
 import math
 import re
@@ -14,14 +14,14 @@ _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 def values_of(message: Recorded) -> object:
-    """The message's fields, by its recording's own schema; NaN and infinity are None, as JSON has neither.
+    """Return the message's fields, by its recording's own schema; NaN and infinity are None, as in JSON.
 
     Raises:
         Damage: It cannot be decoded.
     """
     read = decoder(message.kind)
     if read is None:
-        raise Damage(f"a payload in {message.kind.encoding or 'no encoding that is named'}, which is not decoded here")
+        raise Damage(f"a payload in {message.kind.encoding or 'an unnamed encoding'}, which is not decoded here")
     return _plain(read(message.payload))
 
 
@@ -41,7 +41,7 @@ def _plain(node: object) -> object:
 
 
 def at_path(values: object, path: str) -> object:
-    """What stands at ``path``, such as ``pose.position.x`` or ``x_m[3]``.
+    """Return the value at ``path``, such as ``pose.position.x`` or ``x_m[3]``.
 
     Raises:
         SpecError: There is nothing.
@@ -59,7 +59,7 @@ def at_path(values: object, path: str) -> object:
 
 
 def flat(values: object, path: str = "") -> Iterator[tuple[str, object]]:
-    """(path, value) of every value that is no dict; a list of dicts is taken apart, too."""
+    """Yield (path, value) of every value that is no dict; a list of dicts is taken apart, too."""
     if isinstance(values, dict):
         for name, value in values.items():
             yield from flat(value, f"{path}.{name}" if path else str(name))

@@ -1,9 +1,9 @@
-"""How large and how long a part of a recording becomes before it goes on in the next one."""
+"""Limits on size and length of a part of a recording."""
 
 from dataclasses import dataclass
 from typing import Final
 
-from touchline.recordings.output import RecordingError
+from touchline.recordings.recording_file import RecordingError
 
 #: A part begins with the schemas of all topics, some 50 kB; smaller limits would leave no room for messages.
 LEAST_BYTES: Final = 1_000_000
@@ -12,11 +12,11 @@ LEAST_S: Final = 1.0
 
 @dataclass(frozen=True)
 class PartLimits:
-    """When the next part begins.
+    """Limits at which the next part begins.
 
     Attributes:
-        max_bytes: When the file has become so large, give or take what is written in half a second; 0 for no limit.
-        max_s: When the file spans so much sim time (s); 0 for no limit.
+        max_bytes: File size, give or take half a second of data; 0: no limit.
+        max_s: Sim time in the file (s); 0: no limit.
 
     Raises:
         RecordingError: A limit is below the least one.
@@ -32,7 +32,7 @@ class PartLimits:
             raise RecordingError(f"max_s: parts of {self.max_s:g} s; give at least {LEAST_S:g}, or 0")
 
     def reached(self, size_bytes: int, span_s: float) -> bool:
-        """Whether a part of that size and sim time is to end."""
+        """Return whether a part of that size and sim time is to end."""
         return bool((self.max_bytes and size_bytes >= self.max_bytes) or (self.max_s and span_s >= self.max_s))
 
 

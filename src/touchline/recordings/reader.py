@@ -1,4 +1,4 @@
-"""Reads recordings of ours and of ROS 2; damaged parts are skipped and reported."""
+"""Reader of our and ROS 2's recordings; damaged parts are skipped and reported."""
 
 import stat
 from collections.abc import Collection, Iterator
@@ -11,9 +11,9 @@ import numpy as np
 from touchline.recordings.latched_repeats import LatchedRepeats
 from touchline.recordings.mcap_file import McapFile
 from touchline.recordings.message_table import MessageTable, TableFiller, Wanted
-from touchline.recordings.output import RecordingError
 from touchline.recordings.parts import with_followers
 from touchline.recordings.recorded import FileSummary, Loss, Recorded, RecordingKind, Summary
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
 
 
@@ -30,13 +30,13 @@ class _File(Protocol):
 
 
 class RecordingReader:
-    """Reads one recording from front to back, in the order in which it was written.
+    """Reads one recording from front to back, in recorded order.
 
     Args:
         path: An MCAP file, which stands for its next parts, too, a SQLite file of rosbag2, or a folder of either.
 
     Attributes:
-        summary: Filled while :meth:`messages` goes on; final once it has ended.
+        summary: Filled while :meth:`messages` runs; final once it has ended.
 
     Raises:
         RecordingError: It cannot be opened, or is no recording.
@@ -66,26 +66,26 @@ class RecordingReader:
 
     @property
     def fraction(self) -> float:
-        """How much of the recording has been read, 0…1."""
+        """Share of the recording that has been read, 0…1."""
         at_bytes = self._done_bytes + (self._now.at_bytes if self._now is not None else 0)
         return at_bytes / self.summary.size_bytes if self.summary.size_bytes else 1.0
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
-        """The messages, of ``topics`` only if given (the summary then counts these).
+        """Yield the messages, of ``topics`` only if given (the summary then counts these).
 
         What the next part of a session repeats from the one before is left out; the summary counts what the files hold.
 
         Raises:
-            RecordingError: It is no recording. Damage further on is passed over and told in the summary.
+            RecordingError: It is no recording. Damage further on is skipped and reported in the summary.
         """
         repeats, in_parts = LatchedRepeats(), len(self._files) > 1
         for path, file, size_bytes in self._files:
             with self._summarised(path, file, size_bytes):
                 found = file.messages(topics)
-                yield from (message for message in found if not repeats.said_before(message)) if in_parts else found
+                yield from (message for message in found if not repeats.is_repeat(message)) if in_parts else found
 
     def tables(self, wanted: Wanted) -> list[MessageTable]:
-        """The messages of the topics that are wanted as a table each; the summary counts all that there are.
+        """Return the messages of the wanted topics as a table each; the summary counts all messages.
 
         Raises:
             RecordingError: As `messages`.
@@ -107,7 +107,7 @@ class RecordingReader:
 
     @contextmanager
     def _summarised(self, path: Path, file: _File, size_bytes: int) -> Iterator[None]:
-        """Sums up what is read of a file meanwhile."""
+        """Add what is read of a file meanwhile to the summary."""
         self._now = file
         held, lost, ending = self.summary.messages, len(self.summary.losses), self.summary.ending
         self.summary.ending = ""
@@ -122,7 +122,7 @@ class RecordingReader:
 
 
 def _opened(path: Path, summary: Summary) -> _File:
-    """The file at ``path``, as what it is."""
+    """Open the file at ``path`` by its format."""
     found = path.stat()
     if not stat.S_ISREG(found.st_mode):
         raise RecordingError(f"{path}: cannot read the recording: it is no file")

@@ -1,4 +1,4 @@
-"""Finds where records of an MCAP file without chunks begin again behind one that cannot be read."""
+"""Search for records of an MCAP file without chunks after one that cannot be read."""
 
 import re
 import struct
@@ -7,9 +7,9 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 
 _HEAD = struct.Struct("<BQ")
-#: Records that follow one another before a place is believed to be the beginning of one.
+#: Records that have to follow one another to be believed.
 _IN_A_ROW = 3
-#: Fewest bytes of what can stand in a file's data, by opcode: its fixed fields and empty texts.
+#: Least size of a record's content, by opcode: its fixed fields and empty texts.
 _FEWEST_BYTES = {
     Opcode.SCHEMA: 14,
     Opcode.CHANNEL: 16,
@@ -25,11 +25,11 @@ _SEARCH_BYTES = 1024 * 1024
 
 
 def next_record(stream: BinaryIO, begin: int, end: int) -> int | None:
-    """The first byte from ``begin`` on where several records begin that follow one another; None if there is none.
+    """Return the first byte from ``begin`` on where several valid records follow one another; None if there is none.
 
     Args:
-        stream: The file; its place is changed.
-        begin: Where to look from.
+        stream: The file; its position is changed.
+        begin: Start of the search.
         end: The file's size.
     """
     for block_at in range(begin, end, _SEARCH_BYTES):
@@ -43,7 +43,7 @@ def next_record(stream: BinaryIO, begin: int, end: int) -> int | None:
 
 
 def _is_record(stream: BinaryIO, at: int, end: int) -> bool:
-    """Whether records follow one another from ``at`` on, to the end of the data or far enough."""
+    """Return whether records follow one another from ``at`` on, to the end of the data or far enough."""
     for _ in range(_IN_A_ROW):
         stream.seek(at)
         head = stream.read(_HEAD.size)

@@ -4,27 +4,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-#: Losses that are told one by one; the rest is added up.
-LOSSES_TOLD = 3
-#: Losses that are remembered; what comes after them is added to the last one.
+#: Losses that are reported one by one; the others are added up.
+LOSSES_LISTED = 3
+#: Losses that are remembered; later ones are added to the last one.
 MOST_LOSSES = 1000
-#: What is said of a file that just stops.
+#: Description of a file that just stops.
 NO_END = "broken off, or still being written"
 
-#: How bytes of a schema that are no UTF-8, as Protobuf's, become text and bytes again.
+#: Error handler that turns schema bytes that are no UTF-8, as Protobuf's, into text and back.
 SCHEMA_ERRORS = "surrogateescape"
 
 
 class Damage(ValueError):
-    """Why a part of a recording cannot be read."""
+    """Reason why a part of a recording cannot be read."""
 
 
 @dataclass(frozen=True)
 class RecordingKind:
-    """How the payloads of a channel are to be read.
+    """Encoding and type of the payloads of a channel.
 
     Attributes:
-        encoding: Of the messages: ``cdr``, ``json``, ``protobuf`` …
+        encoding: Encoding of the messages: ``cdr``, ``json``, ``protobuf`` …
         type: Name of the schema, for ROS the type: ``sensor_msgs/msg/Imu``; empty if there is none.
         schema_encoding: ``ros2msg``, ``jsonschema`` …
         schema: The definition, bytes that are no text as in `SCHEMA_ERRORS`; empty if there is none.
@@ -40,12 +40,12 @@ class Recorded(NamedTuple):
     """One message of a recording.
 
     Attributes:
-        topic: As written: ``/tt2/gnss/fix``.
-        log_time_ns: When the recorder took it.
-        publish_time_ns: When it was made: the time of its stamp; when it was recorded, if the recorder did not say.
-        sequence: Its publisher's count.
+        topic: As recorded: ``/tt2/gnss/fix``.
+        log_time_ns: Time of recording.
+        publish_time_ns: Time of its stamp; without one, the time of recording.
+        sequence: Sequence number of its publisher.
         payload: Its bytes.
-        kind: How to read them.
+        kind: Encoding and type.
     """
 
     topic: str
@@ -58,12 +58,12 @@ class Recorded(NamedTuple):
 
 @dataclass
 class Loss:
-    """A part of a recording that cannot be read.
+    """Part of a recording that cannot be read.
 
     Attributes:
-        what: What is wrong, and where in the file.
-        messages: How many messages are gone with it; None if nobody can tell.
-        from_ns, to_ns: Their log times, as far as the file says; equal and 0 if it does not.
+        what: Kind of damage, and its place in the file.
+        messages: Number of lost messages; None if unknown.
+        from_ns, to_ns: Their log times, as far as the file has them; else equal and 0.
     """
 
     what: str
@@ -72,7 +72,7 @@ class Loss:
     to_ns: int = 0
 
     def __str__(self) -> str:
-        """One line for a person."""
+        """Return it as one line for a person."""
         if self.messages is None:
             lost = "an unknown number of messages is lost"
         else:
@@ -82,14 +82,14 @@ class Loss:
 
 
 class Attached(NamedTuple):
-    """A file that is attached to a recording.
+    """File attached to a recording.
 
     Attributes:
-        name: As its writer called it.
-        media_type: ``application/json`` …; empty if its writer did not say.
-        log_time_ns: When it was attached.
-        create_time_ns: When it was made; 0 if its writer did not say.
-        size_bytes: Of its data.
+        name: Name given by its writer.
+        media_type: ``application/json`` …; empty if not given.
+        log_time_ns: Time at which it was attached.
+        create_time_ns: Time at which it was made; 0 if not given.
+        size_bytes: Size of its data.
         file: The recording's file that holds it.
         at_byte: Where its data begin there.
     """
@@ -105,11 +105,11 @@ class Attached(NamedTuple):
 
 @dataclass
 class FileSummary:
-    """What was read of one file of a recording.
+    """Summary of one file of a recording.
 
     Attributes:
         complete: Whether it was finished with its index.
-        losses: What is wrong with it.
+        losses: Parts that could not be read.
     """
 
     path: Path
@@ -121,7 +121,7 @@ class FileSummary:
 
 @dataclass
 class TopicSummary:
-    """What a recording holds of one topic."""
+    """Summary of one topic of a recording."""
 
     kind: RecordingKind
     metadata: dict[str, str]
@@ -143,17 +143,17 @@ class TopicSummary:
 
 @dataclass
 class Summary:
-    """What a recording holds.
+    """Contents of a recording.
 
     Attributes:
-        complete: Whether it was finished with its index; a recording broken off by kill -9 or a full disk was not.
+        complete: Whether it was finished with its index; a recording cut off by kill -9 or a full disk was not.
         ending: Why reading ended early; empty if it did not.
-        cut_bytes: Bytes of the records with which files end early, and that are not whole.
-        losses: Parts that could not be read, and were passed over.
+        cut_bytes: Bytes of incomplete records at the ends of files.
+        losses: Parts that could not be read, and were skipped.
         topics: By topic name, in the order of their channels.
-        files: What was read of each file, in their order, as far as they have been read.
-        attachments: Files that are attached, of which only the place has been read.
-        metadata: Metadata records by name; one that is there already has its file's name behind its own.
+        files: Summaries of the files that were read, in order.
+        attachments: Attached files, of which only the place has been read.
+        metadata: Metadata records by name; a repeated name gets its file's name appended.
     """
 
     path: Path
@@ -170,18 +170,18 @@ class Summary:
 
     @property
     def problem(self) -> str:
-        """What is missing and why; empty if all could be read."""
-        told = [str(loss) for loss in self.losses[:LOSSES_TOLD]]
-        rest = self.losses[LOSSES_TOLD:]
+        """Description of what is missing and why; empty if all could be read."""
+        texts = [str(loss) for loss in self.losses[:LOSSES_LISTED]]
+        rest = self.losses[LOSSES_LISTED:]
         if rest:
             counted = sum(loss.messages or 0 for loss in rest)
             least = "at least " if any(loss.messages is None for loss in rest) else ""
-            told.append(f"{least}{counted:,} more at {len(rest):,} other places")
-        return "; ".join([*told, self.ending] if self.ending else told)
+            texts.append(f"{least}{counted:,} more at {len(rest):,} other places")
+        return "; ".join([*texts, self.ending] if self.ending else texts)
 
     @property
     def messages(self) -> int:
-        """Messages of all topics."""
+        """Number of messages of all topics."""
         return sum(topic.messages for topic in self.topics.values())
 
     @property
@@ -193,7 +193,7 @@ class Summary:
         return (max(topic.last_ns for topic in held) - min(topic.first_ns for topic in held)) / 1e9
 
     def lose(self, loss: Loss) -> None:
-        """Add a loss."""
+        """Add a loss to the summary."""
         if len(self.losses) < MOST_LOSSES:
             self.losses.append(loss)
         elif loss.messages is None:
@@ -202,16 +202,16 @@ class Summary:
             last.messages += loss.messages
 
     def note(self, name: str, values: dict[str, str], file_name: str) -> None:
-        """Take up a metadata record."""
+        """Add a metadata record."""
         again = self.metadata.get(name, values) != values
         self.metadata[f"{name} of {file_name}" if again else name] = values
 
     def define(self, topic: str, kind: RecordingKind, metadata: dict[str, str]) -> None:
-        """Take up a topic, unless it is known."""
+        """Add a topic, unless it is known."""
         self.topics.setdefault(topic, TopicSummary(kind, metadata))
 
     def count(self, topic: str, log_time_ns: int, size_bytes: int) -> None:
-        """Add a message of a topic that is known."""
+        """Add a message of a known topic."""
         held = self.topics[topic]
         if not held.messages or log_time_ns < held.first_ns:
             held.first_ns = log_time_ns

@@ -1,7 +1,7 @@
-"""Writes what is on the bus to MCAP, as ROS 2's own recorder would.
+"""Recorder of the bus to MCAP, as ROS 2's own recorder would write it.
 
-The file carries its final name from the first byte on, so that a recording broken off by kill -9 or a power cut is
-found where it was asked for. A file that is there already is never overwritten unless that is asked for.
+The file has its final name from the first byte on, so that a recording cut off by kill -9 or a power cut is found where
+it was requested. An existing file is never overwritten unless that is requested.
 """
 
 import os
@@ -18,13 +18,13 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from touchline.recordings.channels import channel_metadata, kind_of, topic_path
-from touchline.recordings.keepsakes import KEPT, SESSIONS, Keepsakes
 from touchline.recordings.losses import Losses
-from touchline.recordings.made_by import MADE_BY, made_by
-from touchline.recordings.output import RecordingError, RecordingFile
 from touchline.recordings.parts import renamed_parts, with_followers
+from touchline.recordings.provenance import MADE_BY, made_by
 from touchline.recordings.reader import read_summary
+from touchline.recordings.recording_file import RecordingError, RecordingFile
 from touchline.recordings.robot_time import RobotTime
+from touchline.recordings.session_attachments import KEPT, SESSIONS, SessionAttachments
 from touchline.recordings.viewing import Viewing, frame_prefix
 from touchline.schemas.messages import Header, Time
 from touchline.schemas.messages.base import Message
@@ -37,7 +37,7 @@ _STAMP_END = _STAMP_OFFSET + _STAMP.size
 
 
 class Existing(Enum):
-    """What to do when the file is there already."""
+    """Action if the file already exists."""
 
     RENAME = "rename"
     """Keep the older recording as ``NAME.1.mcap``, or the next free number."""
@@ -47,14 +47,14 @@ class Existing(Enum):
 
 @dataclass(frozen=True)
 class RecordingReport:
-    """What a finished recording holds.
+    """Contents of a finished recording.
 
     Attributes:
         bytes: Size of the file.
         lost: Messages that were published but never reached the recorder, from gaps in the sequence numbers.
         per_topic: Messages by ROS topic name.
-        rejected: Payloads that were no messages of their topic, and so are not in the file.
-        problem: Why the recording is not whole; empty if it is.
+        rejected: Payloads that did not fit their topic, and so are not in the file.
+        problem: Why the recording is incomplete; empty if it is complete.
     """
 
     path: Path
@@ -67,7 +67,7 @@ class RecordingReport:
 
 
 def joined(reports: Sequence[RecordingReport], problem: str = "") -> RecordingReport:
-    """The report of files that follow one another, under the name of the first; ``problem`` is another one."""
+    """Return the report of files that follow one another, under the name of the first; ``problem`` is added."""
     if len(reports) == 1 and not problem:
         return reports[0]
     per_topic: Counter[str] = Counter()
@@ -85,7 +85,7 @@ def joined(reports: Sequence[RecordingReport], problem: str = "") -> RecordingRe
 
 
 class _Channel:
-    """The recorder's state of one topic of a robot."""
+    """Recorder's state of one topic of a robot."""
 
     __slots__ = ("channel_id", "last_ns", "messages", "name", "robot", "stamped")
 
@@ -99,7 +99,7 @@ class _Channel:
 
 
 class _Robot(RobotTime):
-    """A robot's time, what came before any was known, and what viewers draw of it."""
+    """Time of a robot, messages that came before any was known, and the viewers' drawing of it."""
 
     __slots__ = ("viewing", "waiting")
 
@@ -110,7 +110,7 @@ class _Robot(RobotTime):
 
 
 def is_stamped(topic: Topic) -> bool:
-    """Whether the topic's messages begin with a sim-time stamp of the robot's (a header, or the clock itself)."""
+    """Return whether the topic's messages begin with the robot's sim time (in a header, or the clock itself)."""
     return topic is not CLAIMED and _begins_with_stamp(topic.type)
 
 
@@ -123,19 +123,20 @@ def _begins_with_stamp(kind: type[Message]) -> bool:
 class Recorder:
     """Records messages of one or more robots into one MCAP file.
 
-    ``publish_time`` is the sim time of the message's stamp. ``log_time`` is when it arrived, in the robot's sim time:
+    ``publish_time`` is the sim time of the message's stamp. ``log_time`` is the time of arrival in the robot's sim
+    time:
     the latest of its clock and of the stamps before and in it, so that the same run gives the same recording at any
-    pace, alone and beside other robots; it never steps back, and goes on where it was when the robot's clock begins
-    anew. What has no stamp takes the robot's latest sim time for both (the first that comes, if none has come yet).
-    What viewers draw (`VIEWING`) is made here and has the times of the messages that it is made of; it is not counted.
+    pace, alone and beside other robots; it never steps back, and continues where it was when the robot's clock
+    restarts. Messages without a stamp take the robot's latest sim time for both (the first one to come, if none has
+    come yet). Viewers' messages (`VIEWING`) are made here, with the times of their sources; they are not counted.
 
     Args:
         path: File to write; its folder must exist and its name end in ``.mcap``.
-        namespaces: Of the robots, under which their topics are recorded.
+        namespaces: Namespaces of the robots to record.
         topics: Rows of the topic table to record.
-        existing: What to do when the file is there already.
+        existing: What to do when the file exists.
         continues: The files of the same recording before this one.
-        before: The recorder of the file before this one, if it was in this process: its robots' time goes on here.
+        before: The recorder of the file before this one, if it was in this process: its robots' time continues here.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -164,7 +165,7 @@ class Recorder:
         self._first = namespaces[0]
         self._channels: dict[tuple[str, str], _Channel] = {}
         self._drawn: dict[tuple[str, str], _Channel] = {}
-        self._keepsakes = {namespace: Keepsakes(namespace) for namespace in namespaces}
+        self._keepsakes = {namespace: SessionAttachments(namespace) for namespace in namespaces}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
@@ -201,12 +202,12 @@ class Recorder:
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived."""
+        """Number of messages that never arrived."""
         return self._losses.total
 
     @property
     def gaps(self) -> int:
-        """How often the recording fell behind: stretches of sim time in which messages are missing."""
+        """Number of stretches of sim time in which messages are missing."""
         return len(self._losses.episodes)
 
     @property
@@ -221,11 +222,11 @@ class Recorder:
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """Their namespaces."""
+        """Namespaces of the robots."""
         return tuple(self._robots)
 
     def now_ns(self, namespace: str) -> int:
-        """Latest sim time of a robot's clock (of any stamp, while no clock has come)."""
+        """Return the latest sim time of a robot's clock (of any stamp, while no clock has come)."""
         return self._robots[namespace].now_ns
 
     @property
@@ -239,13 +240,14 @@ class Recorder:
         Args:
             topic: Name in the topic table.
             payload: CDR with its header.
-            sequence: The publisher's count; its lower 32 bits are recorded.
-            missed: Messages of the same topic that should have come before this one and did not.
-            namespace: Of the robot; the first one's if it is empty.
+            sequence: Sequence number of the publisher; its lower 32 bits are recorded.
+            missed: Messages of the same topic that are missing before this one.
+            namespace: Namespace of the robot; empty: the first one's.
 
         Raises:
-            RecordingError: The disk is full or failed. The recording is closed as well as it can be and takes nothing
-                more; :meth:`finish` tells what it holds.
+            RecordingError: The disk is full or failed. The recording is closed as well as possible and takes nothing
+                more;
+                :meth:`finish` reports its contents.
             KeyError: The robot or the topic is not among those given at the start.
         """
         channel = self._channels[namespace or self._first, topic]
@@ -276,14 +278,20 @@ class Recorder:
     def _drawings(
         self, robot: _Robot, namespace: str, topic: str, payload: bytes
     ) -> Iterator[tuple[_Channel, bytes, int]]:
-        """What viewers draw of a message of the robot."""
+        """Yield the viewers' messages made from a message of the robot."""
         for drawn in robot.viewing.take(topic, payload):
             channel = self._drawn[namespace or self._first, drawn.topic.name]
             channel.messages += 1
             yield channel, drawn.payload, channel.messages
 
     def lose(self, topic: str, missing: int, namespace: str) -> None:
-        """Count messages that are missing behind all that has come, as nothing shows but their publisher's word."""
+        """Count messages missing at the end, which only their publisher's own count shows.
+
+        Args:
+            topic: Name in the topic table.
+            missing: Number of messages.
+            namespace: Namespace of the robot.
+        """
         channel = self._channels[namespace or self._first, topic]
         self._losses.add(channel.name, missing, channel.robot.now_ns, channel.robot.now_ns)
 
@@ -305,7 +313,7 @@ class Recorder:
             self._put(channel, robot.latest_ns, payload, sequence)
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a metadata record. If that fails, it is the recording's `problem`."""
+        """Add a metadata record. A failure becomes the recording's `problem`."""
         if self._problem:
             return
         try:
@@ -334,13 +342,13 @@ class Recorder:
     def finish(
         self, rejected: Mapping[tuple[str, str], int] | None = None, unasked: Sequence[str] = ()
     ) -> RecordingReport:
-        """Complete the file with its index and close it; a repeat gives the same report.
+        """Complete the file with its index and close it; a repeated call returns the same report.
 
-        After a failed write nothing is raised: the report says what went wrong and what the file does hold.
+        After a failed write nothing is raised: the report names the failure and the file's contents.
 
         Args:
             rejected: By robot and name in the topic table, payloads that were kept from the recording.
-            unasked: Publishers that could not be asked what they have sent, so that nobody knows what is missing.
+            unasked: Publishers that could not be asked for their last messages, so that losses are unknown.
         """
         if self._report is None:
             self._report = self._finish(rejected or {}, ", ".join(unasked))
@@ -357,7 +365,7 @@ class Recorder:
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
                 if rejected:
-                    self._writer.add_metadata("touchline_rejected", self._told(rejected))
+                    self._writer.add_metadata("touchline_rejected", self._rejected_metadata(rejected))
                 if unasked:
                     self._writer.add_metadata("touchline_unasked", {"publishers": unasked})
                 self._writer.finish()  # type: ignore[no-untyped-call]
@@ -375,7 +383,7 @@ class Recorder:
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, problem)
 
     def _keep(self) -> None:
-        """Write what the sessions came from, and their hashes."""
+        """Write the causes of the sessions, and their hashes."""
         hashes = {name: kept.session_hashes for name, kept in self._keepsakes.items() if kept.session_hashes}
         if hashes:
             self._writer.add_metadata(SESSIONS, hashes)
@@ -383,17 +391,17 @@ class Recorder:
             for each in kept.attachments():
                 self._writer.add_attachment(0, 0, each.name, each.media_type, each.data)
 
-    def _told(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
-        """Rejected payloads in all and by topic."""
+    def _rejected_metadata(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
+        """Return rejected payloads in all and by topic, as metadata."""
         per_topic = {self._channels[place].name: str(count) for place, count in rejected.items()}
         return {"total": str(sum(rejected.values())), **per_topic}
 
 
 def make_room(path: Path, existing: Existing) -> None:
-    """See to it that neither a recording nor the next parts of an older one are at ``path``; nothing else is touched.
+    """Move an older recording and its next parts away from ``path``; nothing else is touched.
 
     Raises:
-        RecordingError: No recording can be there.
+        RecordingError: No recording can be written there.
     """
     if path.suffix != ".mcap":
         raise RecordingError(f"{path}: a recording's name ends in .mcap")
@@ -422,7 +430,7 @@ def make_room(path: Path, existing: Existing) -> None:
 
 
 def _is_recording(path: Path) -> bool:
-    """Whether it is a file, not a link to one, that begins as every MCAP file does."""
+    """Return whether it is a file, not a link to one, that begins as every MCAP file does."""
     if not stat.S_ISREG(path.lstat().st_mode):
         return False
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)

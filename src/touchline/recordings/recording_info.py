@@ -1,4 +1,4 @@
-"""Figures of a recording: its files, times, robots and topics, and what is lost of it."""
+"""Figures of a recording: its files, times, robots and topics, and its losses."""
 
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from touchline.recordings.wall_times import BEGUN, ENDED, as_wall_time, noted_wa
 
 
 def recording_info(path: Path) -> dict[str, Any]:
-    """Read the whole recording and tell what it holds, as JSON has it.
+    """Read the whole recording and return its contents as a JSON object.
 
     Raises:
         RecordingError: It cannot be opened, or is none.
@@ -36,12 +36,12 @@ def recording_info(path: Path) -> dict[str, Any]:
 
 
 def _times(held: Summary) -> dict[str, Any]:
-    """Sim time (s) and wall time of the beginning and the end; None where the recording does not say."""
+    """Return sim time (s) and wall time of the beginning and the end; None where they are not recorded."""
     topics = [topic for topic in held.topics.values() if topic.messages]
     first_ns = min((topic.first_ns for topic in topics), default=0)
     last_ns = max((topic.last_ns for topic in topics), default=0)
     begun, ended = as_wall_time(first_ns), as_wall_time(last_ns)
-    if begun is not None:  # a recorder whose log times are those of a wall clock
+    if begun is not None:  # a recorder with wall-clock log times
         return {"sim_time_s": None, "wall_time": {"begun": begun, "ended": ended}}
     sim_time_s = {"from": first_ns / 1e9, "to": last_ns / 1e9} if topics else None
     noted = {"begun": noted_wall_time(held.metadata, BEGUN), "ended": noted_wall_time(held.metadata, ENDED)}

@@ -1,11 +1,11 @@
-"""A robot's sim time as its messages tell it: when each counts as arrived, at any pace and in any company."""
+"""Sim time of a robot by its messages: their arrival times, at any pace and beside any other robots."""
 
 from typing import Final
 
 ANEW_NS: Final = 2_000_000_000
-"""A clock that steps back further began anew."""
+"""A clock that steps back further was restarted."""
 _AHEAD_NS: Final = 1_000_000_000
-"""A stamp further ahead of the clock is none of the robot's."""
+"""A stamp further ahead of the clock is not the robot's."""
 
 
 class RobotTime:
@@ -13,8 +13,8 @@ class RobotTime:
 
     Attributes:
         now_ns: Latest sim time of the clock (of any stamp, while no clock has come).
-        latest_ns: Of the clock and of the stamps before.
-        past_ns: Log time over sim time: what passed before the clock began anew.
+        latest_ns: Latest of the clock and of the stamps before.
+        past_ns: Log time minus sim time: what passed before the clock restarted.
         known: Whether any time has come.
     """
 
@@ -26,11 +26,11 @@ class RobotTime:
 
     @property
     def log_ns(self) -> int:
-        """The log time."""
+        """Log time at the latest sim time."""
         return self.latest_ns + self.past_ns
 
     def hear(self, stamp_ns: int, is_clock: bool) -> None:
-        """A stamp has come, the clock's or another."""
+        """Take a stamp, the clock's or another."""
         if is_clock:
             self.clock_seen = True
             self.now_ns = stamp_ns

@@ -1,4 +1,4 @@
-"""Reads rosbag2 recordings: folders with metadata.yaml, and SQLite files."""
+"""Reader of rosbag2 recordings: folders with metadata.yaml, and SQLite files."""
 
 import re
 import sqlite3
@@ -7,8 +7,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from touchline.recordings.output import RecordingError
 from touchline.recordings.recorded import NO_END, Loss, Recorded, RecordingKind, Summary
+from touchline.recordings.recording_file import RecordingError
 from touchline.recordings.sqlite_limits import bytes_of, open_limited, plain_tables
 
 METADATA = "metadata.yaml"
@@ -20,9 +20,9 @@ _CIRCLES = "it gives more than a file of its size can hold; give a bag as ros2 b
 
 
 def bag_files(folder: Path) -> tuple[list[Path], list[Path]]:
-    """The files of a rosbag2 folder in their order, and those that it names but does not have.
+    """Return the files of a rosbag2 folder in order, and those that it names but lacks.
 
-    Without ``metadata.yaml``, as a recorder leaves it that was killed, they are in the order of their numbers.
+    Without ``metadata.yaml``, as a killed recorder leaves it, they are in the order of their numbers.
 
     Raises:
         RecordingError: It has no recording, or one that is compressed as a whole.
@@ -51,7 +51,7 @@ def _in_order(path: Path) -> tuple[list[int], str]:
 
 
 def _listed(metadata: Path) -> list[str] | None:
-    """The files that ``metadata.yaml`` names; None if there is none.
+    """Return the files that ``metadata.yaml`` names; None without it.
 
     Raises:
         RecordingError: It cannot be read, or its messages are compressed one by one.
@@ -73,7 +73,7 @@ def _listed(metadata: Path) -> list[str] | None:
         raise
     except OSError as error:
         raise RecordingError(f"{metadata}: cannot be read: {error.strerror}") from error
-    except Exception as error:  # whatever the text leads the parser into
+    except Exception as error:  # the parser raises anything on bad text
         raise RecordingError(f"{metadata}: is not rosbag2's: it names no relative_file_paths") from error
     if mode == "message":
         raise RecordingError(f"{metadata.parent}: its messages are compressed; unpack them with `ros2 bag convert`")
@@ -85,7 +85,7 @@ class SqliteFile:
 
     Args:
         path: The file.
-        summary: Filled on the way; it may have something from other files of the same recording.
+        summary: Filled meanwhile; it may contain other files of the same recording.
 
     Raises:
         RecordingError: It cannot be opened, or is none of rosbag2's.
@@ -102,14 +102,14 @@ class SqliteFile:
             self._define()
             (self._count,) = self._database.execute("SELECT TOTAL(1) FROM messages").fetchone()
         except (sqlite3.Error, UnicodeError, TypeError, ValueError) as error:
-            raise RecordingError(f"{path}: cannot be read as a rosbag2 database: {_told(error)}") from error
+            raise RecordingError(f"{path}: cannot be read as a rosbag2 database: {_reason(error)}") from error
 
     def close(self) -> None:
         """Close the file before its end; harmless when repeated."""
         self._database.close()
 
     def _define(self) -> None:
-        """Learn the topics, and since Iron the definitions of their types."""
+        """Read the topics, and since Iron the definitions of their types."""
         has = plain_tables(self._database)
         for name in ("messages", "topics"):
             if name not in has:
@@ -129,7 +129,7 @@ class SqliteFile:
             self._summary.define(str(name), kind, {})
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]:
-        """The messages in the order of their recording, of ``topics`` only if given."""
+        """Yield the messages in recorded order, of ``topics`` only if given."""
         read, unnamed, held_bytes = 0, 0, 0
         with closing(self._database) as database:
             try:
@@ -150,12 +150,12 @@ class SqliteFile:
             except (sqlite3.Error, UnicodeError) as error:
                 self.complete = False
                 lost = max(int(self._count) - read, 0)
-                self._summary.lose(Loss(f"{_told(error)}, after message {read:,} of {self._path.name}", lost))
+                self._summary.lose(Loss(f"{_reason(error)}, after message {read:,} of {self._path.name}", lost))
                 self._summary.ending = NO_END
         if unnamed:
             self._summary.lose(Loss(f"of a topic that {self._path.name} does not describe", unnamed))
 
 
-def _told(error: Exception) -> str:
-    """Why SQLite ended; of a statement that took too long it says no more than that it was interrupted."""
+def _reason(error: Exception) -> str:
+    """Return why SQLite ended; for a statement that took too long it only reports an interruption."""
     return _CIRCLES if str(error) == "interrupted" else str(error)

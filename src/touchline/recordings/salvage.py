@@ -1,4 +1,4 @@
-"""Writes everything that can be read of a recording to a sound file with index."""
+"""Copy of everything readable in a recording to a sound file with index."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping
@@ -10,15 +10,15 @@ from pathlib import Path
 from mcap.writer import CompressionType, Writer
 
 from touchline.recordings.attachments import attached_data
-from touchline.recordings.output import RecordingFile
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import SCHEMA_ERRORS, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.recordings.recorder import CHUNK_BYTES, Existing, make_room
+from touchline.recordings.recording_file import RecordingFile
 
 
 @dataclass
 class Salvaged:
-    """What came through.
+    """Result of a salvage.
 
     Attributes:
         path: The new file.
@@ -35,28 +35,28 @@ class Salvaged:
 
     @property
     def lost(self) -> int | None:
-        """Messages that are lost; None if nobody can tell."""
+        """Number of lost messages; None if unknown."""
         counts = [loss.messages for loss in self.losses]
         known = [count for count in counts if count is not None]
         return sum(known) if len(known) == len(counts) else None
 
 
 def salvage(source: Path, target: Path) -> Salvaged:
-    """Write what can be read of the recording ``source`` to the new file ``target``.
+    """Copy the readable part of the recording ``source`` to the new file ``target``.
 
     Raises:
-        RecordingError: The one is none, or the other is there already or cannot be written; it is then removed.
+        RecordingError: The source is no recording, or the target exists or cannot be written; it is then removed.
     """
     return copied(source, target, CopyPlan("touchline_salvaged", lambda message: iter((message,))))
 
 
 @dataclass(frozen=True)
 class CopyPlan:
-    """What becomes of a recording as it is copied.
+    """Changes to a recording as it is copied.
 
     Attributes:
-        note: Name of the metadata that tell where it is from, and what is lost.
-        change: What takes the place of a message.
+        note: Name of the metadata about origin and losses.
+        change: Replaces a message by none, one or several.
         added: Metadata of the channels of topics that the recording does not have itself.
     """
 
@@ -66,10 +66,10 @@ class CopyPlan:
 
 
 def copied(source: Path, target: Path, plan: CopyPlan) -> Salvaged:
-    """Write what can be read of a recording to a new file, changed as planned.
+    """Copy the readable part of a recording to a new file, changed as planned.
 
     Raises:
-        RecordingError: The one is none, or the other is there already or cannot be written; it is then removed.
+        RecordingError: The source is no recording, or the target exists or cannot be written; it is then removed.
     """
     make_room(target, Existing.REFUSE)
     with closing(RecordingReader(source)) as reader:
@@ -93,7 +93,7 @@ def _copied(reader: RecordingReader, target: Path, plan: CopyPlan) -> Salvaged:
 
 
 class _Copy:
-    """The new file while it is written; its header is that of the source, which is known with the first message."""
+    """New file being written; its header is the source's, which is known with the first message."""
 
     def __init__(self, file: RecordingFile, summary: Summary, plan: CopyPlan) -> None:
         self._plan = plan
@@ -122,10 +122,10 @@ class _Copy:
         self._last_ns = max(self._last_ns, log_ns)
 
     def finish(self, path: Path) -> Salvaged:
-        """Copy what is beside the messages, and complete the file."""
+        """Copy attachments and metadata, and complete the file."""
         held = self._summary
         if self._waiting is not None:
-            # Channels without messages are told before the last message: a chunk is not written for channels alone,
+            # Channels without messages are written before the last message: a chunk is not written for channels alone,
             # and they would be in the summary and not in the data.
             for topic, described in held.topics.items():
                 if (topic, described.kind) not in self._channels:
@@ -137,7 +137,9 @@ class _Copy:
         if held.ending:
             found.ending = f"{held.ending}; the last message is of {self._last_ns / 1e9:.3f} s"
         if held.cut_bytes:
-            found.losses.append(Loss(f"the last {held.cut_bytes:,} bytes are no whole record", from_ns=self._last_ns))
+            found.losses.append(
+                Loss(f"the last {held.cut_bytes:,} bytes are an incomplete record", from_ns=self._last_ns)
+            )
         for attached in held.attachments:
             try:
                 data = attached_data(attached)
@@ -151,7 +153,7 @@ class _Copy:
             self._writer.add_metadata(name, values)
         account = _account(held.path, found)
         self._writer.add_metadata(self._plan.note, account)
-        if not found.attachments:  # else the writer would refer to an index of none, which is no valid MCAP
+        if not found.attachments:  # else the writer would refer to an empty index, which is no valid MCAP
             self._writer.add_attachment(
                 0, 0, f"{self._plan.note}.json", "application/json", json.dumps(account).encode()
             )
@@ -177,7 +179,7 @@ class _Copy:
 
 
 def _account(source: Path, found: Salvaged) -> dict[str, str]:
-    """What is told in the new file."""
+    """Return the metadata of the new file."""
     lost = "unknown" if found.lost is None else str(found.lost)
     losses = {f"loss_{number}": str(loss) for number, loss in enumerate(found.losses, 1)}
     return {"from": source.name, "lost": lost, **losses, **({"ending": found.ending} if found.ending else {})}

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 from touchline.recordings.decoding import full_name, layout
 from touchline.recordings.recorded import RecordingKind
 
-#: Fields of a schema that are named; the rest is counted.
+#: Fields of a schema that are named; the others are counted.
 _FIELDS_NAMED = 5
 
 
 @dataclass(frozen=True)
 class SchemaChange:
-    """What is different in how a topic was recorded.
+    """Differences in how a topic was recorded.
 
     Attributes:
         notes: One line each.
@@ -26,18 +26,18 @@ class SchemaChange:
 
 
 def schema_change(left: RecordingKind, right: RecordingKind, names: tuple[str, str]) -> SchemaChange:
-    """What is different between two kinds of payload; comments and spaces in a definition make no difference.
+    """Return the differences between two kinds of payload; comments and spaces in a definition make no difference.
 
     Args:
-        left: How the topic was recorded in the first recording.
-        right: How it was in the second.
-        names: Of the two, for what is said.
+        left: Kind in the first recording.
+        right: Kind in the second.
+        names: Names of the two, for messages.
     """
     if left == right:
         return SchemaChange()
     notes: list[str] = []
     if left.encoding != right.encoding:
-        forms = [kind.encoding or "nothing that is named" for kind in (left, right)]
+        forms = [kind.encoding or "an unnamed encoding" for kind in (left, right)]
         notes.append(f"recorded as {forms[0]} in {names[0]}, as {forms[1]} in {names[1]}")
     if full_name(left.type) != full_name(right.type):
         notes.append(f"of type {left.type or 'nothing'} in {names[0]}, {right.type or 'nothing'} in {names[1]}")

@@ -1,4 +1,4 @@
-"""Which recorded messages can be sent: those of the topic table, in the types that the bus has now."""
+"""Recorded messages that can be sent: those of the topic table, in the present types of the bus."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from touchline.schemas.wellformed import Wellformed
 
 
 class SendableTopic(NamedTuple):
-    """Where messages of a recorded channel belong, and how each is checked."""
+    """Topic of messages of a recorded channel, and the check of each."""
 
     namespace: str
     topic: Topic
@@ -19,10 +19,10 @@ class SendableTopic(NamedTuple):
 
 
 class SendableTopics:
-    """The topics of a recording whose messages can be sent.
+    """Topics of a recording whose messages can be sent.
 
     Attributes:
-        reasons: Why messages of topics in the table cannot be, as far as it is for their schema.
+        reasons: Why messages of topics in the table cannot be sent, as far as their schema is the reason.
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class SendableTopics:
         self._known: dict[tuple[str, RecordingKind], SendableTopic | None] = {}
 
     def find(self, path: str, kind: RecordingKind) -> SendableTopic | None:
-        """Of messages recorded so; None if they cannot be sent."""
+        """Return where messages recorded so belong; None if they cannot be sent."""
         if (path, kind) not in self._known:
             topic = topic_at(path)
             sendable = topic is not None and self._sendable(path, kind, topic)
@@ -39,7 +39,7 @@ class SendableTopics:
         return self._known[path, kind]
 
     def _sendable(self, path: str, kind: RecordingKind, topic: Topic) -> bool:
-        """Whether what was recorded so is what the bus has now; why not is noted."""
+        """Return whether the recorded kind is the present one of the bus; note why not."""
         now = kind_of(topic.type)
         change = schema_change(
             replace(kind, schema=kind.schema or now.schema), now, ("the recording", "the topic table")

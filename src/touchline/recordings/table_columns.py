@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from touchline.recordings.asked_topics import RecordedTopics
 from touchline.recordings.decoding import layout
 from touchline.recordings.message_values import at_path, flat, values_of
 from touchline.recordings.recorded import Damage, Recorded, RecordingKind
+from touchline.recordings.topic_selection import RecordedTopics
 from touchline.recordings.units import unit_of
 from touchline.schemas.errors import SpecError
 
-#: Of what is in lists of messages, and of what has no schema: JSON in a text.
+#: Form of lists of messages, and of values without a schema: JSON in a text.
 JSON_FORM = "json"
 _ARRAY = re.compile(r"\[(\d*)\]$")
 _MOST_COLUMNS = 5000
@@ -24,7 +24,7 @@ class TableColumn:
     """One column.
 
     Attributes:
-        path: Of the field: ``pose.position.x``.
+        path: Path of the field: ``pose.position.x``.
         form: Its type as in ROS 2 (``float64``), or `JSON_FORM`.
         listed: Whether it is a list of them, of any length.
     """
@@ -35,23 +35,23 @@ class TableColumn:
 
     @property
     def unit(self) -> str:
-        """Empty if it has none."""
+        """Unit of the values; empty if there is none."""
         return unit_of(self.path)
 
     @property
     def name(self) -> str:
-        """With its unit: ``pose.position.x [m]``."""
+        """Name with the unit: ``pose.position.x [m]``."""
         return f"{self.path} [{self.unit}]" if self.unit else self.path
 
 
 @dataclass
 class TableRows:
-    """The messages of some topics of a recording, as rows.
+    """Messages of some topics of a recording, as rows.
 
     Attributes:
         path: The recording.
         topics: Names of the topics.
-        columns: Those of all topics behind the times and the topic's name; what a topic lacks is None.
+        columns: Columns of all topics after the times and the topic's name; what a topic lacks is None.
         damaged: Messages that could not be decoded, and so are in no row; known when all rows have been taken.
         problem: What could not be read of the recording, known then, too.
     """
@@ -63,7 +63,7 @@ class TableRows:
     problem: str = ""
 
     def rows(self) -> Iterator[list[object]]:
-        """(time s, log time s, topic, then a value for each column) of each message."""
+        """Yield (time s, log time s, topic, then a value for each column) of each message."""
         recorded = RecordedTopics(self.path, self.topics)
         self.damaged = 0
         for message in recorded.messages():
@@ -78,10 +78,10 @@ class TableRows:
 
 
 def table_of(path: Path, topics: Sequence[str]) -> TableRows:
-    """Find out the columns of some topics of a recording.
+    """Find the columns of some topics of a recording.
 
     Raises:
-        RecordingError: It cannot be read, or has not one of the topics.
+        RecordingError: It cannot be read, or lacks one of the topics.
         SpecError: Nothing in it can be decoded, or it has too many fields.
     """
     columns: dict[str, TableColumn] = {}

@@ -1,4 +1,4 @@
-"""Writes tables of recorded messages as CSV and Parquet."""
+"""Writers of tables of recorded messages as CSV and Parquet."""
 
 import csv
 import json
@@ -19,7 +19,7 @@ _AT_ONCE = 20_000
 
 
 def write_csv(table: TableRows, path: Path) -> int:
-    """Write RFC 4180 with a header line, lists as JSON, None as nothing; returns the number of rows.
+    """Write RFC 4180 with a header line, lists as JSON, None as nothing; return the number of rows.
 
     Raises:
         SpecError: The file cannot be written.
@@ -35,7 +35,7 @@ def write_csv(table: TableRows, path: Path) -> int:
 
 
 def write_parquet(table: TableRows, path: Path) -> int:
-    """Write Parquet, each column with its unit in its metadata; returns the number of rows.
+    """Write Parquet, each column with its unit in its metadata; return the number of rows.
 
     Raises:
         SpecError: The file cannot be written.

@@ -1,4 +1,4 @@
-"""How often the messages of a topic come, and how steadily."""
+"""Rates of topics, and their jitter."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from touchline.recordings.recorded import Recorded
 
 @dataclass(frozen=True)
 class TopicRate:
-    """Of one topic.
+    """Rate of one topic.
 
     Attributes:
-        messages: How many there were.
-        rate_hz: Of all of them, from the first to the last; None of fewer than two, or of all at once.
+        messages: Number of messages.
+        rate_hz: Mean from the first to the last; None for fewer than two, or all at once.
         gap_p50_ms, gap_p95_ms, gap_max_ms: Time from one message to the next: median, 95th percentile, longest.
         jitter_ms: Standard deviation of that.
     """
@@ -28,7 +28,7 @@ class TopicRate:
 
 
 def topic_rates(messages: Iterable[Recorded]) -> dict[str, TopicRate]:
-    """The rate of each topic, by log times, sorted by name."""
+    """Return the rate of each topic, by log times, sorted by name."""
     times: dict[str, list[int]] = {}
     for message in messages:
         times.setdefault(message.topic, []).append(message.log_time_ns)

@@ -1,4 +1,4 @@
-"""How much a message of a type that a stranger defined has at least, against types that unfold without end."""
+"""Least size of a message of a foreign type, as a defence against types that unfold without end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rosbags.interfaces import Nodetype
 from touchline.recordings.recorded import Damage
 
 MOST_VALUES: Final = 1_000_000
-"""Of a message, sequences counted once: an image of fixed size has less."""
+"""Most values of a message, sequences counted once: an image of fixed size has less."""
 _DEEPEST: Final = 32
 
 
@@ -31,7 +31,7 @@ def check_extent(described: Mapping[str, Any]) -> None:
 
 
 def _values(described: Mapping[str, Any], name: str, known: dict[str, int], within: tuple[str, ...]) -> int:
-    """Values of a message of a type."""
+    """Return the number of values in a message of a type."""
     if name in known:
         return known[name]
     if name in within or len(within) >= _DEEPEST:

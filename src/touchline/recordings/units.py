@@ -37,7 +37,7 @@ _STANDARD = (
 
 
 def unit_of(field: str) -> str:
-    """The unit of the field at this path, such as ``pose.position.x`` or ``x_m[3]``; empty if it has none."""
+    """Return the unit of the field at this path, such as ``pose.position.x`` or ``x_m[3]``; empty if it has none."""
     path = re.sub(r"\[\d*\]", "", field)
     suffix = _SUFFIXES.get(path.rsplit("_", 1)[-1]) if "_" in path.rsplit(".", 1)[-1] else None
     return suffix or next((unit for pattern, unit in _STANDARD if re.search(pattern, path)), "")

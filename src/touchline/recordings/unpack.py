@@ -1,4 +1,4 @@
-"""Decompresses chunks of a recording, with a limit on their size against decompression bombs."""
+"""Decompression of a recording's chunks, with a limit on their size against decompression bombs."""
 
 import zlib
 from functools import cache
@@ -19,10 +19,10 @@ _LARGEST_WINDOW_BYTES = 64 * 1024 * 1024
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """The records in ``chunk``.
+    """Unpack the records in ``chunk``.
 
     Raises:
-        Damage: It holds too much, something else than it says, or is packed in an unknown way.
+        Damage: It holds too much or not what it claims, or its compression is unknown.
     """
     size = chunk.uncompressed_size
     if size > LARGEST_CHUNK_BYTES:
@@ -31,7 +31,7 @@ def unpacked(chunk: Chunk) -> bytes:
         body = _decompressed(chunk.compression, chunk.data, size + 1)
     except Damage:
         raise
-    except Exception as error:  # each compressor raises its own kind
+    except Exception as error:  # each compressor raises its own errors
         raise Damage(f"a chunk that cannot be unpacked: {error}") from error
     if len(body) != size:
         raise Damage(f"a chunk that does not unpack to the {size:,} bytes that it claims")
@@ -41,7 +41,7 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def _decompressed(compression: str, data: bytes, most: int) -> bytes:
-    """At most ``most`` bytes of what ``data`` unpack to."""
+    """Unpack at most ``most`` bytes of ``data``."""
     if compression == "zstd":
         with _zstd(get_ident()).stream_reader(BytesIO(data), read_across_frames=True) as stream:
             return bytes(stream.read(most))
@@ -56,7 +56,7 @@ def _decompressed(compression: str, data: bytes, most: int) -> bytes:
 
 @cache
 def _zstd(_thread: int) -> "ZstdDecompressor":
-    """One for all chunks that a thread reads: to make it takes longer than to unpack a chunk."""
+    """Return the decompressor of a thread: making one takes longer than unpacking a chunk."""
     from zstandard import ZstdDecompressor
 
     return ZstdDecompressor(max_window_size=_LARGEST_WINDOW_BYTES)

@@ -1,4 +1,4 @@
-"""Adds what viewers draw to recordings that were made without."""
+"""Addition of viewers' messages to recordings that were made without them."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -15,15 +15,15 @@ from touchline.schemas.topics import VIEWING
 
 
 def copy_with_viewing(source: Path, target: Path) -> tuple[Salvaged, int]:
-    """Copy a recording with what viewers draw of its robots, drawn anew where it has that already.
+    """Copy a recording with viewers' messages of its robots, made anew where it has them already.
 
-    All else is copied as it is.
+    All else is copied unchanged.
 
     Returns:
-        What came through, and how many of the messages were drawn.
+        Result of the copy, and the number of viewers' messages.
 
     Raises:
-        RecordingError: The source is no recording or has no robot, or the target is there already or cannot be written.
+        RecordingError: The source is no recording or has no robot, or the target exists or cannot be written.
     """
     drawing = _Drawing(recorded_robots(source))
     found = copied(source, target, CopyPlan("touchline_drawn", drawing.pass_on, drawing.channels))
@@ -31,7 +31,7 @@ def copy_with_viewing(source: Path, target: Path) -> tuple[Salvaged, int]:
 
 
 class _Drawing:
-    """What is drawn of each robot, behind the messages that it is made of."""
+    """Drawing of each robot, inserted behind its source messages."""
 
     def __init__(self, robots: tuple[str, ...]) -> None:
         self._robots = robots
@@ -41,7 +41,7 @@ class _Drawing:
         self.counts: Counter[str] = Counter()
 
     def pass_on(self, message: Recorded) -> Iterator[Recorded]:
-        """The message, unless it was drawn itself, and what is drawn of it."""
+        """Yield the message, unless it is a viewers' one itself, and what is drawn of it."""
         if is_drawn(message.topic, self._robots):
             return
         yield message

@@ -1,4 +1,4 @@
-"""When a recording was made by the wall clock, which its messages do not say: their times are sim times."""
+"""Wall-clock times of a recording, whose messages have sim times."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -11,12 +11,12 @@ _WALL_NS = 10**18
 
 
 def wall_time_note(name: str) -> tuple[str, dict[str, str]]:
-    """Name and values of a metadata record that holds the present wall time."""
+    """Return name and values of a metadata record that holds the present wall time."""
     return name, {_KEY: datetime.now(UTC).isoformat(timespec="milliseconds")}
 
 
 def noted_wall_time(metadata: Mapping[str, Mapping[str, str]], name: str) -> str | None:
-    """The last such time among metadata; None if there is none. In those of several files, names go on after it."""
+    """Return the last such time among metadata of one or several files; None if there is none."""
     found = [values[_KEY] for key, values in metadata.items() if key.split(" ")[0] == name and _KEY in values]
     if not found:
         return None
@@ -24,7 +24,7 @@ def noted_wall_time(metadata: Mapping[str, Mapping[str, str]], name: str) -> str
 
 
 def as_wall_time(time_ns: int) -> str | None:
-    """That time, if it is one of a wall clock and of this millennium."""
+    """Return that time, if it is one of a wall clock and of this millennium."""
     if not _WALL_NS <= time_ns < 4 * _WALL_NS:
         return None
     return datetime.fromtimestamp(time_ns / 1e9, UTC).isoformat(timespec="milliseconds")

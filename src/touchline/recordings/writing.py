@@ -1,4 +1,4 @@
-"""Writes files that a user asked for; errors of the system become errors with a remedy."""
+"""Writing of files that a user requested; errors of the system become errors with a remedy."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from touchline.schemas.errors import SpecError
 
-#: As the name of a file to write: standard output.
+#: File name that stands for standard output.
 STANDARD_OUTPUT: Final = Path("-")
 
 
@@ -21,8 +21,8 @@ def writing(path: Path, kind: str = "path") -> Iterator[None]:
     """Turn errors of writing ``path``, or files in it, into `SpecError`.
 
     Args:
-        path: Where to.
-        kind: What the remedy calls it.
+        path: File or folder.
+        kind: Word for it in the remedy.
 
     Raises:
         SpecError: It cannot be written.
@@ -77,9 +77,9 @@ def check_recordable(path: Path | None) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A file to write, which takes the place of ``path`` when it is whole; else that stays as it was.
+    """Yield a temporary file, which replaces ``path`` when it is complete; else that stays unchanged.
 
-    What is written for `STANDARD_OUTPUT` goes there when it is whole.
+    `STANDARD_OUTPUT` is written when the file is complete.
 
     Raises:
         SpecError: It cannot be written.
@@ -106,7 +106,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text(text: str, path: Path) -> None:
-    """Write ``text`` to ``path``: all of it, or the file stays as it was.
+    """Write ``text`` to ``path``: all of it, or the file stays unchanged.
 
     Raises:
         SpecError: It cannot be written.
@@ -116,7 +116,7 @@ def write_text(text: str, path: Path) -> None:
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:
-    """Write ``figures`` to ``path``.
+    """Write ``figures`` to ``path`` as JSON.
 
     Raises:
         SpecError: It cannot be written.

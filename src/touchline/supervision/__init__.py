@@ -1,1 +1,1 @@
-"""Processes: start, watch, restart, stop; what they may read and write."""
+"""Supervision of processes: start, watch, restart, stop; and their private files."""

@@ -1,11 +1,11 @@
-"""Reads the diagnostics of services defensively: anybody on the bus may publish in their name."""
+"""Defensive reading of services' diagnostics: anybody on the bus may publish in their name."""
 
 from dataclasses import dataclass
 
 from touchline.schemas.messages import DiagnosticArray
 from touchline.schemas.plain_text import plain
 
-#: A counter with more digits is none.
+#: A counter with more digits is malformed.
 _MOST_DIGITS = 18
 _LONGEST_MESSAGE = 200
 
@@ -23,10 +23,10 @@ class Health:
 
 
 def read_health(node: str, diagnostics: DiagnosticArray) -> Health:
-    """What ``diagnostics`` say of ``node``."""
+    """Return the health of ``node`` in ``diagnostics``."""
     status = next((status for status in diagnostics.status if status.name == node), None)
     if status is None:
-        return Health("does not say how it is")
+        return Health("does not report its health")
     values = {entry.key: entry.value for entry in status.values}
     counts = (_count(values.get(key, "")) for key in ("pid", "published", "received", "lost", "rejected"))
     return Health(plain(status.message, _LONGEST_MESSAGE), *counts)

@@ -1,11 +1,12 @@
 """Heartbeat of a service's main loop: a time stamp in a small shared file that the supervisor watches.
 
-Threads of Zenoh live on when the loop of a process hangs, so neither its liveliness token nor its open connections say
+Threads of Zenoh live on when the loop of a process hangs, so neither its liveliness token nor its open connections show
 that anybody would answer an order.
 
-On a busy machine a sound loop does not turn for a while, either. So the time in which its process waits for a processor
-does not count: a loop hangs that has not turned though it had one, or wanted none. What counts is the processor time of
-its own thread: on a busy machine those of Zenoh have some, too. Only while it waits for them does theirs count.
+On a busy machine a sound loop pauses for a while, too. So time in which its process waits for a processor does not
+count:
+a loop hangs that has not turned though it had one, or wanted none. The processor time of its own thread counts: on a
+busy machine Zenoh's threads have some, too. Only while it waits for them does theirs count.
 """
 
 import mmap
@@ -18,19 +19,19 @@ from typing import Final
 
 from touchline.supervision.processor_use import ProcessorUse
 
-#: Names the file to a child; a service that runs alone has none, and no cost.
+#: Environment variable with the file's name; a service that runs alone has none, and no cost.
 VARIABLE: Final = "TOUCHLINE_HEARTBEAT"
-#: A loop that has not turned for this long hangs: the longest turn of a sound one takes some tenths of a second.
+#: Time without a turn after which a loop hangs: the longest turn of a sound one takes some tenths of a second.
 HANGS_S: Final = 1.0
-#: From then on it is looked at what the process does: that takes a while, and most loops turn sooner.
+#: Time without a turn after which the process is looked at: that takes a while, and most loops turn sooner.
 _SUSPICIOUS_S: Final = 0.2
 _BEAT: Final = struct.Struct("=Q")
-#: Between two looks counts at most this much: a supervisor that was itself held up knows nothing of the time between.
+#: Most time that counts between two looks: a supervisor that was held up knows nothing of the time between.
 _LOOK_S: Final = 0.25
 
 
 class Heartbeat:
-    """Written by the service."""
+    """Heartbeat as written by the service."""
 
     def __init__(self, path: Path) -> None:
         """Map the file that the supervisor has made."""
@@ -38,7 +39,7 @@ class Heartbeat:
 
     @classmethod
     def from_environment(cls) -> "Heartbeat | None":
-        """That of this process, if its supervisor gave it one; processes that it starts do not inherit it."""
+        """Return that of this process, if its supervisor gave it one; child processes do not inherit it."""
         path = os.environ.pop(VARIABLE, None)
         return cls(Path(path)) if path else None
 
@@ -48,16 +49,16 @@ class Heartbeat:
 
 
 class HeartbeatWatch:
-    """Read by the supervisor.
+    """Heartbeat as read by the supervisor.
 
     Attributes:
         path: The file, for the environment of the child.
         begun: Whether there was a beat; before the first one, a service compiles its kernels.
-        quiet_s: For how long there was none since, but for the time in which the process waited for a processor.
+        quiet_s: Time without a beat since, less the time in which the process waited for a processor.
     """
 
     def __init__(self, path: Path) -> None:
-        """Make the file anew, readable by nobody else."""
+        """Create the file anew, readable by nobody else."""
         self.path = path
         path.unlink(missing_ok=True)
         file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
@@ -77,7 +78,7 @@ class HeartbeatWatch:
 
         Args:
             now_s: Monotonic time.
-            use: Says what the process is doing; asked only when it has been quiet for a while.
+            use: Returns the process's processor use; called only after some time without a beat.
         """
         (value,) = _BEAT.unpack_from(self._map, 0)
         if value != self._last:
@@ -88,7 +89,7 @@ class HeartbeatWatch:
         self._looked_s = now_s
 
     def _counted_s(self, passed_s: float, doing: ProcessorUse | None) -> float:
-        """How much of a time counts in which the loop did not turn."""
+        """Return how much of a time without a turn of the loop counts."""
         before, self._before = self._before, doing
         if doing is None or not (doing.loop_wants or doing.others_want):
             return passed_s

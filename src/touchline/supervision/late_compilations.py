@@ -1,6 +1,6 @@
-"""Late compilations: what a service compiles though it has said that it is ready.
+"""Late compilations: what a service compiles after it has reported that it is ready.
 
-That is a defect, but for plug-ins and for vehicles that were not known at the start.
+That is a defect, except for plug-ins and for vehicles that were not known at the start.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from touchline.core.compilations import Compilations
 from touchline.supervision.shutdown import Stop
 
 KEY: Final = "late_compilations"
-"""Of the diagnostics."""
+"""Key in the diagnostics."""
 
 
 class LateCompilations:
-    """Lists them from the first call of `watch` on, which is made in the service's loop, to the end of the process.
+    """List of late compilations from the first call of `watch`, in the service's loop, to the end of the process.
 
-    Each is written to the log. One in the loop holds that up, so the heartbeat goes on meanwhile: a process that is
+    Each is written to the log. One in the loop holds that up, so the heartbeat continues meanwhile: a process that is
     killed while it compiles has to compile the same again.
 
     Args:
-        stop: Of the service.
+        stop: Stop flag of the service.
 
     Attributes:
-        current: The function that is being compiled; "" if none is.
+        current: The function being compiled; "" if none is.
     """
 
     def __init__(self, stop: Stop) -> None:
@@ -39,13 +39,13 @@ class LateCompilations:
         self._beating: AbstractContextManager[None] | None = None
 
     def watch(self) -> None:
-        """The service is ready; further calls do nothing."""
+        """Start watching, as the service is ready; further calls do nothing."""
         if not self._loop:
             self._loop = threading.get_ident()
             self._compilations.__enter__()
 
     def values(self) -> dict[str, object]:
-        """Of the diagnostics: their names; nothing if there was none."""
+        """Return their names as values of the diagnostics; empty if there was none."""
         return {KEY: ", ".join(self._compilations.names)} if self._compilations.names else {}
 
     def _begin(self, name: str) -> None:

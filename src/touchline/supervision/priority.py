@@ -4,16 +4,16 @@ import os
 import sys
 from contextlib import suppress
 
-#: Of the robot's control loop, and of an order that stops it.
+#: Niceness of the robot's control loop, and of an order that stops it.
 FIRST = -10
-#: Of the operator's console, which has much to draw besides.
+#: Niceness of the operator's console, which has much to draw besides.
 SOON = -5
 USUAL = 0
 _SWITCH_S = 0.001
 
 
 def run_at(nice: int) -> None:
-    """Give this process, and those that it starts from now on, a niceness, where that is allowed."""
+    """Set the niceness of this process, and of those that it starts from now on, where that is allowed."""
     with suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, nice)
 

@@ -13,10 +13,10 @@ _PRIVATE: Final = 0o700
 
 
 def run_folder() -> Path:
-    """Where lock files are: ``$XDG_RUNTIME_DIR/touchline``, or one per user under the temporary folder.
+    """Return the folder of lock files: ``$XDG_RUNTIME_DIR/touchline``, or one per user under the temporary folder.
 
     Raises:
-        TouchlineError: It cannot be made, or what is there is not a folder of this user's alone.
+        TouchlineError: It cannot be made, or is not a folder of this user's alone.
     """
     base = os.environ.get("XDG_RUNTIME_DIR")
     folder = Path(base) / "touchline" if base else Path(tempfile.gettempdir()) / f"touchline-{os.getuid()}"
@@ -39,10 +39,10 @@ def run_folder() -> Path:
 
 
 def open_private(path: Path, flags: int) -> int:
-    """Open or create a file of ours, unreadable to others; refuses symbolic links.
+    """Open or create a private file, unreadable to others; symbolic links are refused.
 
     Raises:
-        TouchlineError: What is there is a link, or not a plain file of this user's.
+        TouchlineError: The path is a link, or not a plain file of this user's.
     """
     try:
         file = os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o600)

@@ -16,8 +16,8 @@ class ProcessorUse(NamedTuple):
     """Processor time of a process since its start (s), and which of its threads wait for a processor.
 
     Attributes:
-        loop_s: Of its first thread, in which the loop of a service turns.
-        all_s: Of all its threads.
+        loop_s: Time of its first thread, in which the loop of a service turns.
+        all_s: Time of all its threads.
         loop_wants: Whether the first thread runs, or waits for a processor or a disk.
         others_want: Whether another one does.
     """
@@ -29,7 +29,7 @@ class ProcessorUse(NamedTuple):
 
 
 def processor_use(pid: int) -> ProcessorUse | None:
-    """Processor use of a process; None where that cannot be known.
+    """Return the processor use of a process; None where that cannot be known.
 
     Args:
         pid: Process id.
@@ -44,12 +44,12 @@ def processor_use(pid: int) -> ProcessorUse | None:
 
 
 def _cpu_clock(pid: int) -> int:
-    """Id of the clock that counts the processor time of a process, as `clock_getcpuclockid` of Linux makes it."""
+    """Return the id of a process's processor-time clock, as `clock_getcpuclockid` of Linux makes it."""
     return ~pid << 3 | 2
 
 
 def _thread(folder: Path) -> tuple[str, float]:
-    """State of a thread, and its processor time (s): fields 3, 14 and 15 of proc(5)'s stat."""
+    """Return state and processor time (s) of a thread: fields 3, 14 and 15 of proc(5)'s stat."""
     fields = (folder / "stat").read_text().rpartition(")")[2].split()
     return fields[0], (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

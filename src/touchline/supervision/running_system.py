@@ -55,7 +55,7 @@ def _locked(config: BusConfig) -> Iterator[None]:
 
 
 def running_pid(config: BusConfig) -> int | None:
-    """Process id of the system of this robot, if one runs.
+    """Return the process id of this robot's system, if one runs.
 
     Raises:
         TouchlineError: The lock is held, but not by the process that the file names.
@@ -65,7 +65,7 @@ def running_pid(config: BusConfig) -> int | None:
 
 
 def running_pids(config: BusConfig, robots: Sequence[str]) -> list[int]:
-    """Process ids of the systems of these robots, or, if none is named, of all that run on this bus; sorted.
+    """Return process ids of these robots' systems or, if none is named, of all that run on this bus; sorted.
 
     Raises:
         TouchlineError: A lock is held, but not by the process that the file names.
@@ -94,7 +94,7 @@ def _holder(path: Path) -> int | None:
 
 
 def _has_open(pid: int, file: int) -> bool:
-    """Whether the process is this user's and has this file open; where /proc cannot tell, that it is there will do."""
+    """Return whether the process is this user's and has this file open; without /proc, whether it exists."""
     if pid <= 1:
         return False
     try:
@@ -119,7 +119,7 @@ def stop_running(config: BusConfig, timeout_s: float, robots: Sequence[str] = ()
         Their process ids.
 
     Raises:
-        TouchlineError: One is still there after ``timeout_s``.
+        TouchlineError: One still runs after ``timeout_s``.
     """
     pids = running_pids(config, robots)
     for pid in pids:

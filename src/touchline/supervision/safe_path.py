@@ -1,11 +1,11 @@
-"""Keeps Python from importing modules of the current folder in place of ours."""
+"""Protection from modules of the current folder, which Python would import in place of ours."""
 
 import os
 from pathlib import Path
 
 
 def safe_path() -> dict[str, str]:
-    """Environment variables for processes that we start, however they are started.
+    """Return environment variables for our child processes, however they are started.
 
     ``python -m`` and ``python -c`` would look for modules in the current folder first, and so do empty and relative
     parts of ``PYTHONPATH``.

@@ -1,4 +1,4 @@
-"""Ends a service process on a signal or when its supervisor is gone, and beats its heartbeat."""
+"""Shutdown of a service process on a signal or when its supervisor is gone; also beats its heartbeat."""
 
 import os
 import signal
@@ -11,18 +11,18 @@ from types import FrameType
 from touchline.supervision.heartbeat import Heartbeat
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-#: Work within a turn that takes longer than this hangs, too.
+#: Longest work within a turn; more counts as a hang.
 WORK_S = 60.0
 _BEAT_EVERY_S = 0.1
 
 
 class Stop:
-    """Whether this process has been asked to end. Evaluating it also beats the heartbeat."""
+    """Flag that is true once this process has been asked to end; evaluating it also beats the heartbeat."""
 
     def __init__(self, supervisor: int | None, heartbeat: Heartbeat | None = None) -> None:
-        """`supervisor` is the process id of the parent, if this process must not outlive it.
+        """Start without a signal; `supervisor` is the parent's process id, if this process must not outlive it.
 
-        It is the parent that says so: by the time that one looks for it here, it may be gone, and another in its place.
+        The parent passes it: by the time that this process looks for it, it may be gone, and another in its place.
         """
         self._signalled = False
         self._parent = supervisor
@@ -39,7 +39,7 @@ class Stop:
 
     @contextmanager
     def beating(self) -> Iterator[None]:
-        """Beat from another thread while this one is at known work that takes long, but no longer than `WORK_S`."""
+        """Beat from another thread during known long work of this one, but no longer than `WORK_S`."""
         done, last_s = threading.Event(), time.monotonic() + WORK_S
 
         def go_on() -> None:
@@ -56,11 +56,11 @@ class Stop:
 
     @property
     def asked(self) -> bool:
-        """Whether to end now, without beating the heartbeat: for use before the loop begins."""
+        """True if the process is to end, without beating the heartbeat: for use before the loop begins."""
         return self._signalled or (self._parent is not None and os.getppid() != self._parent)
 
     def __bool__(self) -> bool:
-        """Whether to end now."""
+        """Return whether to end now."""
         self.beat()
         return self.asked
 
@@ -69,7 +69,7 @@ class Stop:
 def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
     """Turn SIGTERM, SIGINT and a hang-up into a flag, so that a service closes everything it has open.
 
-    It is one, too, that `supervisor`, the process id of the parent, is not the parent any more.
+    The flag is also set when `supervisor`, a process id, is no longer the parent.
     """
     stop = Stop(supervisor, Heartbeat.from_environment() if supervisor is not None else None)
     wanted = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]

@@ -1,6 +1,6 @@
-"""Starts the service processes, watches them, restarts what died, and stops them all.
+"""Supervisor of the service processes: starts them, watches them, restarts what died, and stops them all.
 
-Children are executed afresh, never forked: a forked Zenoh session hangs. Each gets a process group of its own, so that
+Children are executed afresh, never forked: a forked Zenoh session hangs. Each gets its own process group, so that
 Ctrl-C reaches the supervisor alone and it can end things in order; each ends by itself when its supervisor is gone.
 """
 
@@ -23,22 +23,22 @@ from touchline.supervision.private_folder import open_private
 from touchline.supervision.processor_use import processor_use
 from touchline.supervision.safe_path import safe_path
 
-#: A restart waits this long, doubled for each failure in a row.
+#: Delay of a restart, doubled for each failure in a row.
 _FIRST_BACKOFF_S = 0.1
 _LONGEST_BACKOFF_S = 5.0
-#: A process that ran this long has recovered.
+#: Run time after which a process has recovered.
 _HEALTHY_S = 10.0
-#: A process whose liveliness token is gone this long, though its loop turns, can be reached by nobody.
+#: Time without liveliness token after which a process, though its loop turns, can be reached by nobody.
 _UNREACHABLE_S = 5.0
-#: A first start compiles the kernels, for minutes on a small computer; a loop that has not begun by then never will.
+#: Longest time to the first beat: a first start compiles the kernels, for minutes on a small computer.
 _FIRST_BEAT_S = 600.0
 _STOP_S = 5.0
-#: As much of the end of a log is looked through for the last words of a process.
+#: Bytes at the end of a log that are searched for the last words of a process.
 _LAST_WORDS_BYTES = 4096
 
 
 class Notice(NamedTuple):
-    """Something that happened to a service.
+    """Event of a service.
 
     ``kind`` is ``hangs`` (its loop does not turn), ``turns`` (it does again), ``hung`` (it was killed), ``died`` or
     ``restarted``.
@@ -48,7 +48,7 @@ class Notice(NamedTuple):
     kind: str
     text: str
     robots: tuple[str, ...] = ()
-    """Namespaces of the robots that it is about; empty: all."""
+    """Namespaces of the robots concerned; empty: all."""
 
 
 @dataclass
@@ -58,9 +58,9 @@ class Child:
     Attributes:
         node: Its name on the bus.
         arguments: ``touchline`` arguments that run it.
-        patience_s: It is killed, and started again, when its loop has not turned for this long.
+        patience_s: Time without a turn of its loop after which it is killed and restarted.
         robot: Namespace of the one robot that it serves; empty if it serves all of the system's.
-        beside: Namespaces that it serves beside those.
+        beside: Further namespaces that it serves.
     """
 
     node: str
@@ -70,7 +70,7 @@ class Child:
     beside: tuple[str, ...] = ()
     process: subprocess.Popen[bytes] | None = None
     ended: subprocess.Popen[bytes] | None = None
-    """The process before, of which something may still run: the robot's sender, that publishes what was said last."""
+    """The process before, of which something may still run: the robot's sender, that publishes the last messages."""
     started_at: float = 0.0
     failures: int = 0
     restart_at: float | None = None
@@ -79,21 +79,21 @@ class Child:
     heartbeat: HeartbeatWatch | None = None
     hangs: bool = False
     killed: bool = False
-    """Whether its process has been killed, which on a busy machine may take a while to end."""
+    """True if its process has been killed, which on a busy machine may take a while to end."""
     log_begin: int = 0
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Name for messages to people."""
         return f"{self.node} of {self.robot}" if self.robot else self.node
 
     @property
     def file_name(self) -> str:
-        """For its log and heartbeat."""
+        """Stem of its log and heartbeat files."""
         return f"{self.node}-{self.robot.replace('/', '-')}" if self.robot else self.node
 
     def notice(self, kind: str, text: str) -> Notice:
-        """Something that happened to it; ``text`` goes on after its name."""
+        """Return an event of the service; ``text`` follows its name."""
         return Notice(self.node, kind, f"{self.name} {text}", (self.robot,) if self.robot else ())
 
 
@@ -101,11 +101,11 @@ class Supervisor:
     """Keeps a set of services running; call :meth:`poll` often."""
 
     def __init__(self, children: Sequence[Child], config: BusConfig, log_folder: Path) -> None:
-        """Nothing is started yet.
+        """Prepare without starting anything.
 
         Args:
             children: The services.
-            config: The bus that they shall join.
+            config: The bus that they join.
             log_folder: A private folder, where each writes its output, as ``<node>.log``, and its heartbeat.
         """
         self.children = list(children)
@@ -114,12 +114,12 @@ class Supervisor:
         log_folder.mkdir(parents=True, exist_ok=True)
 
     def start(self) -> None:
-        """Start every service."""
+        """Start the process of every service."""
         for child in self.children:
             self._spawn(child)
 
     def poll(self, presences: Mapping[str, Presence] | None = None) -> list[Notice]:
-        """Restart what died or hangs; says what happened.
+        """Restart what died or hangs; return the events.
 
         Args:
             presences: The bus's liveliness by robot, already polled; without it only exit codes are watched.
@@ -140,12 +140,12 @@ class Supervisor:
         return notices
 
     def pid(self, node: str, robot: str = "") -> int | None:
-        """Process id of ``node``, or of that robot's, if it runs."""
+        """Return the process id of ``node``, or of that robot's, if it runs."""
         child = self._child(node, robot)
         return child.process.pid if child is not None and child.process is not None else None
 
     def log_tail(self, node: str, robot: str = "", lines: int = 15) -> str:
-        """The end of what ``node``, or that robot's, wrote."""
+        """Return the end of the log of ``node``, or of that robot's."""
         child = self._child(node, robot)
         if child is None:
             return ""
@@ -154,11 +154,11 @@ class Supervisor:
         return "\n".join(plain(line) for line in text.splitlines()[-lines:])
 
     def stop(self) -> None:
-        """Ask every service to end, and end those that do not."""
+        """Ask every service to end, and kill those that do not."""
         running = [child.process for child in self.children if child.process is not None]
         for process in running:
             process.terminate()
-            process.send_signal(signal.SIGCONT)  # one that is stopped could not hear
+            process.send_signal(signal.SIGCONT)  # a stopped one could not handle the signal
         deadline = time.monotonic() + _STOP_S
         for process in running:
             with suppress(subprocess.TimeoutExpired):
@@ -215,7 +215,7 @@ class Supervisor:
     def _minded(
         self, child: Child, process: subprocess.Popen[bytes], presences: Mapping[str, Presence] | None, now: float
     ) -> list[Notice]:
-        """Look at a process that runs; kill it, once, if it is of no use any more."""
+        """Look at a running process; kill it, once, if it is of no use any more."""
         if child.killed:
             return []
         assert child.heartbeat is not None
@@ -253,7 +253,7 @@ class Supervisor:
         return child.missing_since is not None and now - child.missing_since > _UNREACHABLE_S
 
     def _why(self, child: Child) -> str:
-        """The last words of a process in its log."""
+        """Return the last words of a process in its log."""
         with self._log_path(child).open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             log.seek(max(child.log_begin, size - _LAST_WORDS_BYTES))

@@ -1,4 +1,4 @@
-"""Starts and stops planner, robots and bridge as processes of this machine, on a private or given bus."""
+"""Planner, robots and bridge as processes of this machine, on a private or given bus."""
 
 import tempfile
 import threading
@@ -24,7 +24,7 @@ _START_TIMEOUT_S = 600.0
 _WATCH_PERIOD_S = 0.02
 #: A robot whose loop hangs is out of control, and comes back with brakes on and valve closed; nobody waits longer.
 _ROBOT_PATIENCE_S = 3.0
-#: What hangs with a plan or a recording that could be lost gets more time to come round; the robot goes on meanwhile.
+#: Services that hang with a plan or a recording get more time to recover; the robot goes on meanwhile.
 _PATIENCE_S = 10.0
 
 
@@ -33,8 +33,8 @@ class LocalSystem:
     """Planner, robots and bridge as processes.
 
     Attributes:
-        buses: Of each robot.
-        presences: Who is there, by robot.
+        buses: Bus of each robot.
+        presences: Presence by robot.
         serving: Nodes that serve every robot once the system is ready.
     """
 
@@ -46,16 +46,16 @@ class LocalSystem:
 
     @property
     def bus(self) -> Bus:
-        """The first robot's."""
+        """Bus of the first robot."""
         return self.buses[0]
 
     @property
     def presence(self) -> Presence:
-        """The first robot's."""
+        """Presence of the first robot."""
         return self.presences[self.bus.namespace]
 
     def poll(self) -> list[Notice]:
-        """Watch the services; restarts what died."""
+        """Watch the services and restart what died; return the events."""
         for presence in self.presences.values():
             presence.poll()
         for reporter in self.health:
@@ -63,11 +63,11 @@ class LocalSystem:
         return self.supervisor.poll(self.presences)
 
     def wait_until_ready(self, tell: Callable[[str], None], enough: Callable[[], bool] = lambda: False) -> bool:
-        """Wait until every service answers, passing on what they say they are doing.
+        """Wait until every service answers, passing on their messages.
 
         Args:
-            tell: Told what they do.
-            enough: Whether to wait no longer.
+            tell: Called with messages of starting services.
+            enough: Whether to stop waiting.
 
         Returns:
             Whether they all answer.
@@ -98,7 +98,7 @@ class LocalSystem:
 
 
 class _Start:
-    """Which services do not serve every robot yet, and what they have said."""
+    """Services that do not serve every robot yet, and their messages."""
 
     def __init__(self, robots: int, serving: Collection[str], tell: Callable[[str], None]) -> None:
         self._waiting = {(number, node) for number in range(robots) for node in serving}
@@ -107,16 +107,16 @@ class _Start:
 
     @property
     def done(self) -> bool:
-        """Whether all serve."""
+        """True if all serve."""
         return not self._waiting
 
     @property
     def missing(self) -> str:
-        """Those that do not."""
+        """Services that do not serve yet, as text."""
         return ", ".join(sorted({node for _, node in self._waiting}))
 
     def hear(self, robot: int, message: DiagnosticArray) -> None:
-        """Take what one says of itself to a robot."""
+        """Take a service's diagnostics for a robot."""
         for status in message.status:
             if not status.message.startswith(STARTING):
                 self._waiting.discard((robot, status.name))
@@ -127,14 +127,14 @@ class _Start:
 
 @dataclass(frozen=True)
 class ProcessOptions:
-    """How the processes of a system are started.
+    """Options of a system's processes.
 
     Attributes:
         robot_sim: Further options of ``touchline robot-sim``.
         bridge: Further options of ``touchline bridge``.
-        recordings: The folder of recordings; by default the present one.
-        apart: Whether each robot has a process of its own.
-        without: Of the nodes that serve robots, those that this job does not need and that are not started.
+        recordings: Folder of recordings; by default the present one.
+        apart: Whether each robot has its own process.
+        without: Nodes that this job does not need and that are not started.
         coordinator: Options of ``touchline coordinator``, if there is to be one.
     """
 
@@ -160,12 +160,13 @@ def local_system(
     """Start planner, robots and bridge, and stop them at the end.
 
     Args:
-        robots: The robots by namespace: each itself, its computer and its world.
+        robots: Vehicle, computer and world of each robot, by namespace.
         config: The bus to use; by default a private one, so that several jobs can run at once.
-        options: How its processes are started.
-        join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
-            supervisor minds processes and tells how it is, and on a bus that was given its robots are there again
-            another time: what their journals say, such as an emergency stop, is kept for that.
+        options: Options of the processes.
+        join_as: Name of this process on the bus. The operator attends to a job, and the robot drives while one is
+            there;
+            the supervisor attends to processes and publishes its health, and on a given bus its robots come back
+            another time: what their journals hold, such as an emergency stop, is kept for that.
     """
     lasting = config is not None and join_as == topics.SUPERVISOR
     config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
@@ -182,7 +183,7 @@ def local_system(
         if options.coordinator is not None:
             command = ["coordinator", *options.coordinator]
             children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
-        # The bus first: should its endpoint be of no use, that is told before anything is started.
+        # The bus first: an unusable endpoint is reported before anything is started.
         with Bus.open_all(join_as, config) as buses:
             supervisor = Supervisor(children, config, state)
             supervisor.start()
@@ -200,7 +201,7 @@ def local_system(
 def _robot_children(
     robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, lasting: bool
 ) -> list[Child]:
-    """The robots' process, or processes; robots of one job end with it, and so do their journals."""
+    """Return the robots' process, or processes; robots of one job end with it, and so do their journals."""
     groups = [{name: setup} for name, setup in robots.items()] if options.apart else [dict(robots)]
     children = []
     for number, group in enumerate(groups):
@@ -214,19 +215,19 @@ def _robot_children(
 
 
 def _robots(robots: Mapping[str, Setup], folder: Path) -> str:
-    """A file of all robots, for whose vehicles the planner has kernels; it plans for that of a request."""
+    """Write a file of all robots, for whose vehicles the planner compiles kernels; it plans for that of a request."""
     path = folder / "robots.json"
     path.write_text(Fleet.of(robots).model_dump_json(), encoding="utf-8")
     return str(path)
 
 
 def severity_of(notice: Notice) -> int:
-    """How bad a notice is, as in ``touchline_msgs/Event``."""
+    """Return the severity of a notice, as in ``touchline_msgs/Event``."""
     return Event.ERROR if notice.kind in ("died", "hangs", "hung") else Event.WARN
 
 
 def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:
-    """Watch the services until ``until()``, telling ``tell`` and everyone on the bus what happens to them."""
+    """Watch the services until ``until()``, and report events to ``tell`` and on the bus."""
     publishers = {bus.namespace: bus.publisher(topics.SUPERVISOR_EVENTS) for bus in system.buses}
     while not until():
         for notice in system.poll():
@@ -238,7 +239,7 @@ def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callab
 
 @contextmanager
 def watched(system: LocalSystem) -> Iterator[None]:
-    """:func:`publish_notices` in the background."""
+    """Run :func:`publish_notices` in the background."""
     done = threading.Event()
     watcher = threading.Thread(target=publish_notices, args=(system, done.is_set, lambda notice: None))
     watcher.start()
@@ -250,7 +251,7 @@ def watched(system: LocalSystem) -> Iterator[None]:
 
 
 def _event(notice: Notice) -> Event:
-    """A notice as the console shows it; its stamp is wall-clock time."""
+    """Return a notice as the console shows it; its stamp is wall-clock time."""
     return Event(
         header=Header(stamp=Time.of_ns(time.time_ns())),
         severity=severity_of(notice),

@@ -1,4 +1,4 @@
-"""A process of its own that does one task after another for this one."""
+"""Worker process that does one task after another for this one."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ Work = Callable[[Any, Any], Any]
 
 
 class WorkerLost(Exception):
-    """The process has ended before its task was done; says how."""
+    """The process has ended before its task was done; the text says how."""
 
 
 class WorkerProcess:
-    """See the module. Spawned, not forked: a fork copies the threads' locks as they happen to be.
+    """Worker process. Spawned, not forked: a fork copies the threads' locks as they happen to be.
 
     Attributes:
         connection: Readable when the process is ready, has done its task, or has died.
-        task: That it is doing, by its number; None before it is ready.
+        task: Number of its task; None before it is ready.
     """
 
     def __init__(self) -> None:
-        """Not begun yet."""
+        """Prepare without starting it."""
         context = multiprocessing.get_context("spawn")
         self.connection, self._theirs = context.Pipe()
         self.task: int | None = None
@@ -42,8 +42,8 @@ class WorkerProcess:
         """Start the process.
 
         Args:
-            work: A function of a module, so that the process finds it.
-            shared: What all of its tasks have in common.
+            work: A function of a module, so that the process can import it.
+            shared: Data shared by all of its tasks.
         """
         process = self._context.Process(target=_serve, args=(self._theirs, work, shared), daemon=True)
         self._process = process
@@ -53,20 +53,20 @@ class WorkerProcess:
         self._theirs.close()
 
     def give(self, number: int, task: Any) -> None:
-        """Hand it a task, which has this number."""
+        """Give it a task with a number."""
         self.task = number
-        with suppress(BrokenPipeError, ConnectionResetError):  # it has died; `take` tells
+        with suppress(BrokenPipeError, ConnectionResetError):  # it has died; `take` reports that
             self.connection.send(task)
 
     def take(self) -> Any:
-        """What came of its task; None at first, when it is ready.
+        """Return the result of its task; None at first, when it is ready.
 
         Raises:
             WorkerLost: It has died.
         """
         try:
             came, error = self.connection.recv()
-        except (EOFError, OSError) as lost:  # OSError: it died while it told
+        except (EOFError, OSError) as lost:  # OSError: it died while sending
             raise WorkerLost(self._end_of_it()) from lost
         if error is not None:
             raise error
@@ -82,7 +82,7 @@ class WorkerProcess:
         return f"its process was killed ({name}), by the system for want of memory perhaps; try fewer with --workers"
 
     def end(self) -> None:
-        """End the process, whatever it does; harmless when repeated."""
+        """End the process at once; harmless when repeated."""
         self.connection.close()
         self._theirs.close()
         if self._process is None or self._process.pid is None:
@@ -90,20 +90,20 @@ class WorkerProcess:
         if self.task is not None:
             self._process.terminate()
             self._process.join(_ENDING_S)
-        if self._process.exitcode is None:  # it is frozen, or does not hear signals yet, as it does not serve
+        if self._process.exitcode is None:  # it hangs, or does not handle signals yet, as it does not serve
             self._process.kill()
             self._process.join()
 
 
 def _serve(connection: Connection, work: Work, shared: Any) -> None:
-    """Do tasks until nobody gives any; Ctrl-C is left to the parent."""
+    """Do tasks until the connection closes; Ctrl-C is left to the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
     try:
         connection.send((None, None))
         while True:
             _answer(connection, work, shared, connection.recv())
-    except (EOFError, BrokenPipeError, ConnectionResetError):  # the parent has enough, or is gone
+    except (EOFError, BrokenPipeError, ConnectionResetError):  # the parent needs no more, or is gone
         return
 
 
@@ -124,7 +124,7 @@ def _answer(connection: Connection, work: Work, shared: Any, task: Any) -> None:
 def undisturbed() -> Iterator[None]:
     """Defer termination signals here, and in a process started meanwhile until it serves.
 
-    A process gets what it needs through a pipe, and would complain of what is missing.
+    A process gets its data through a pipe, and would complain about missing ones.
     """
     came: list[int] = []
     handlers: dict[int, Any] = {}

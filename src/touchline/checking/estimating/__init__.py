@@ -1,1 +1,1 @@
-"""The estimator alone on the sensors of a session, and what is to be said of it."""
+"""The estimator alone on the sensors of a session, and its evaluation."""

@@ -1,4 +1,4 @@
-"""Figures of an estimator that was run on a session: is it consistent, what did it reject, how far off was it."""
+"""Figures of an estimator run: consistency, rejected fixes, and errors."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from touchline.onboard.filter_model import FIX_DOF
 Floats = NDArray[np.float64]
 
 LEAST_ACCEPTED_PCT: Final = 90.0
-"""With fewer the estimator is outside of what it was made for."""
+"""Least share of accepted fixes within the estimator's assumptions."""
 SIGMA_FACTOR: Final = 10.0
-"""Fixes that report so many times the data sheet's σ are those of another kind of receiver."""
+"""Fixes that report this multiple of the data sheet's σ come from another kind of receiver."""
 CHI2_95: Final = float(chi2.ppf(0.95, 2))
 
 
 def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:
-    """The figures, as JSON."""
+    """Return the figures as a JSON object."""
     return {
         "duration_s": run.duration_s,
         "started_at_s": run.starts_s[-1] if run.starts_s else None,
@@ -59,7 +59,7 @@ def _fixes(run: EstimatorRun) -> dict[str, Any]:
 
 
 def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
-    """NIS of fixes, of those that were used and of all, against χ² and against the distribution that is assumed."""
+    """Return NIS of the used fixes and of all, against χ² and against the assumed distribution."""
     if not len(run.fixes):
         return None
     nis, used = run.nis, run.fixes[:, 6] > 0
@@ -82,7 +82,7 @@ def _consistency(run: EstimatorRun) -> dict[str, Any] | None:
 
 
 def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | None:
-    """How far the estimate is from the reference; None if there is none."""
+    """Return the estimate's distance from the reference; None without a reference."""
     if not len(run.reference) or not run.starts_s:
         return None
     compared = aligned(run, alignment)
@@ -102,7 +102,7 @@ def error_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any] | No
 
 
 def verdict(run: EstimatorRun) -> list[str]:
-    """What speaks against the estimate, a line each; none if nothing does."""
+    """Return violations of the estimator's assumptions, a line each."""
     if run.problem:
         return [run.problem]
     if not run.starts_s:
@@ -115,12 +115,12 @@ def verdict(run: EstimatorRun) -> list[str]:
             f"({run.contradicted_s:,.0f} s in all); a robot would stand still meanwhile"
         )
     sheet = run.setup.onboard.gnss
-    told_m = math.sqrt(sheet.white_m**2 + sheet.gauss_markov_1_m**2 + sheet.gauss_markov_2_m**2)
+    sheet_m = math.sqrt(sheet.white_m**2 + sheet.gauss_markov_1_m**2 + sheet.gauss_markov_2_m**2)
     reported_m = float(np.median(run.receiver[run.receiver[:, 4] > 0, 3]))
-    if reported_m > SIGMA_FACTOR * told_m:
+    if reported_m > SIGMA_FACTOR * sheet_m:
         against.append(
             f"outside of its design: fixes report σ {reported_m:.2g} m (median), the receiver's data sheet says "
-            f"{told_m:.2g} m; set gnss.white_m and gnss.gauss_markov_… of the mapping's onboard to what it is"
+            f"{sheet_m:.2g} m; set gnss.white_m and gnss.gauss_markov_… of the mapping's onboard to what it is"
         )
     return against
 

@@ -1,4 +1,4 @@
-"""Picture of an estimator that was run on a session: track over the reference, innovations, NIS, and error."""
+"""Picture of an estimator run: track over the reference, innovations, NIS, and error."""
 
 from __future__ import annotations
 
@@ -24,10 +24,15 @@ _DPI: Final = 120
 
 
 def draw_estimate(run: EstimatorRun, alignment: FrameFit, path: Path) -> None:
-    """Draw it to `path`, in the format of its suffix.
+    """Draw the run to `path`, in the format of its suffix.
+
+    Args:
+        run: The finished run.
+        alignment: Allowed difference of the reference's frame.
+        path: File to write.
 
     Raises:
-        SpecError: It cannot be written.
+        SpecError: The file cannot be written.
     """
     from matplotlib.figure import Figure
 
@@ -83,7 +88,7 @@ def _draw_nis(axes: Axes, run: EstimatorRun) -> None:
 
 
 def _draw_shares(axes: Axes, run: EstimatorRun) -> None:
-    """Share of fixes beyond each NIS, beside those that are expected."""
+    """Draw the share of fixes beyond each NIS, beside the expected one."""
     axes.set(xlabel="NIS", ylabel="share of fixes beyond", title="Distribution of NIS", xscale="log", yscale="log")
     grid = np.logspace(-1, 3, 200)
     axes.plot(grid, chi2.sf(grid, 2), "--", color=REFERENCE, label="χ², 2 degrees of freedom")

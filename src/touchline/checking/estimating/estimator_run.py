@@ -1,4 +1,4 @@
-"""Runs today's estimator on the sensors of a session, as the robot's computer would, without its executive."""
+"""Estimator run: the present estimator on the sensors of a session, without the executive."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from touchline.schemas.vehicles import GNSS
 Floats = NDArray[np.float64]
 
 TRACK_TICKS: Final = 10
-"""Between two rows of the track."""
+"""Ticks between two rows of the track."""
 _SLICE_TICKS = 1000
 
 FIX_COLUMNS: Final = ("time_s", "east_m", "north_m", "innovation_east_m", "innovation_north_m", "nis_weighed", "used")
@@ -47,7 +47,7 @@ TRACK_COLUMNS: Final = ("time_s", "east_m", "north_m", "heading_rad", "position_
 
 @dataclass
 class Jump:
-    """The position was moved to the receiver's, since the fixes contradicted the estimate for good."""
+    """Correction of the position to the receiver's, after fixes contradicted the estimate for good."""
 
     time_s: float
     moved_m: float
@@ -55,11 +55,11 @@ class Jump:
 
 @dataclass
 class EstimatorRun:
-    """What came of it.
+    """Result of an estimator run.
 
     Attributes:
-        setup: Of the session.
-        robot: Its namespace.
+        setup: Setup of the session.
+        robot: Namespace of the robot.
         duration_s: Sim time of the session.
         receiver: (n, 6) all fixes: time, east, north [m], reported σ [m], kind as in `GnssStatus`, age of corrections.
         fixes: (n, FIX_COLUMNS) fixes that came while the estimator ran; `used` is 1 or 0.
@@ -68,12 +68,12 @@ class EstimatorRun:
         reference: (n, 4) time, east, north, heading of the truth or of a reference; heading may be NaN.
         of_antenna: Whether the reference is the antenna's.
         emulated: Whether the reference is an emulator's truth.
-        jumps: That were accepted.
-        starts_s: When the estimator started.
-        contradicted_s: For how long fixes contradicted the estimate.
-        consistency: Of the estimator at the end.
+        jumps: Accepted jumps.
+        starts_s: Times at which the estimator started.
+        contradicted_s: Time for which fixes contradicted the estimate.
+        consistency: Consistency of the estimator at the end.
         problem: Why it could not be run; empty if it was.
-        told: What else there is to know.
+        remarks: Further remarks.
     """
 
     setup: Setup
@@ -91,13 +91,13 @@ class EstimatorRun:
     contradicted_s: float = 0.0
     consistency: Consistency = field(default_factory=Consistency)
     problem: str = ""
-    told: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
     @property
     def nis(self) -> Floats:
         """(n,) normalised innovations squared of the fixes: χ² with 2 degrees of freedom, were their errors normal.
 
-        That which the estimator counts is bounded (`estimation/tail.py`); this undoes it.
+        The estimator's own figure is bounded (`estimation/tail.py`); this undoes it.
         """
         weighed = np.minimum(self.fixes[:, 5], FIX_DOF + 2.0 - 1e-9)
         return weighed * (FIX_DOF - 2.0) / (FIX_DOF + 2.0 - weighed)
@@ -110,16 +110,16 @@ def run_estimator(
 
     Args:
         path: The recording.
-        robot: Whose, where there are several.
-        progress: Told the fraction done.
+        robot: Namespace of the robot, if there are several.
+        progress: Called with the fraction done.
 
     Raises:
-        RecordingError: It cannot be read.
-        SpecError: It has no session of that robot, or one that cannot be run on.
+        RecordingError: The recording cannot be read.
+        SpecError: It has no session of that robot, or an unsuitable one.
     """
     session = _Session(path, robot)
     run = EstimatorRun(session.setup, session.robot, session.last_tick / 100)
-    run.receiver, run.told = session.receiver(), session.told
+    run.receiver, run.remarks = session.receiver(), session.remarks
     run.reference, run.of_antenna, run.emulated = session.reference()
     if session.setup.vehicle.positioning != GNSS:
         raise SpecError(
@@ -138,13 +138,13 @@ def run_estimator(
 
 
 class _Session:
-    """What is needed of a recording."""
+    """Inputs of an estimator run from a recording."""
 
     def __init__(self, path: Path, robot: str | None) -> None:
         reader = RecordingReader(path)
         self.sensors: dict[str, list[Recorded]] = {}
         self.orders: dict[int, list[tuple[str, dict[str, Any]]]] = {}
-        self.last_tick, self.told = 0, list[str]()
+        self.last_tick, self.remarks = 0, list[str]()
         self._references: dict[str, list[Recorded]] = {topics.TRUTH.name: [], topics.REFERENCE.name: []}
         setups: dict[str, bytes] = {}
         for message in map(presented, reader.messages()):
@@ -161,7 +161,7 @@ class _Session:
             elif topic == topics.ORDERS:
                 self._take_order(message)
         if reader.summary.problem:
-            self.told.append(f"as far as the recording goes: {reader.summary.problem}")
+            self.remarks.append(f"as far as the recording goes: {reader.summary.problem}")
         robots = robots_among(reader.summary.topics)
         if robot is not None and robot not in robots:
             raise SpecError(str(path), "--robot", f"is {robot!r}", f"choose one of {', '.join(robots) or 'none'}")
@@ -178,20 +178,20 @@ class _Session:
             order = decode(RobotOrder, message.payload)
             details = json.loads(order.details_json or "{}")
         except (PayloadError, json.JSONDecodeError):
-            self.told.append("an order in the recording cannot be read")
+            self.remarks.append("an order in the recording cannot be read")
             return
         self.orders.setdefault(tick_of(order.header), []).append((order.name, details))
 
     def tables(self) -> dict[str, MessageTable]:
-        """Of each sensor."""
+        """Messages of each sensor."""
         return {name: MessageTable.of(messages) for name, messages in self.sensors.items()}
 
     def receiver(self) -> Floats:
-        """See `EstimatorRun`."""
+        """All fixes, as in `EstimatorRun`."""
         origin = self.setup.scenario.origin
         frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
-        told, placed = (self.sensors.get(topic.name, ()) for topic in (topics.GNSS_STATUS, topics.GNSS_FIX))
-        kinds = {message.publish_time_ns: decode(GnssStatus, message.payload) for message in told}
+        statuses, placed = (self.sensors.get(topic.name, ()) for topic in (topics.GNSS_STATUS, topics.GNSS_FIX))
+        kinds = {message.publish_time_ns: decode(GnssStatus, message.payload) for message in statuses}
         rows = []
         for message in placed:
             fix, time_ns = decode(NavSatFix, message.payload), message.publish_time_ns
@@ -202,7 +202,7 @@ class _Session:
         return np.array(rows, dtype=np.float64).reshape(-1, 6)
 
     def reference(self) -> tuple[Floats, bool, bool]:
-        """See `EstimatorRun`: reference, of_antenna, emulated."""
+        """Reference, of_antenna and emulated, as in `EstimatorRun`."""
         truth, foreign = self._references.values()
         rows, of_antenna = [], False
         for message in truth or foreign:
@@ -214,7 +214,7 @@ class _Session:
 
 
 class _Runner:
-    """The estimator, and what is noted of it."""
+    """Estimator being run, and its log."""
 
     def __init__(self, run: EstimatorRun, session: _Session, frames: FrameSeries) -> None:
         self._run, self._session, self._frames = run, session, frames
@@ -226,7 +226,7 @@ class _Runner:
         """Counters after the last tick that was noted."""
 
     def go(self, progress: Callable[[float], None]) -> None:
-        """Run all ticks; ends of slices are where something from outside is done to the estimator."""
+        """Run all ticks; slices end where something from outside acts on the estimator."""
         run, last, orders = self._run, self._session.last_tick, self._session.orders
         run.poses = np.full((last + 1, 3), np.nan)
         stops = sorted({tick for tick in orders if 0 < tick <= last} | {last})
@@ -257,27 +257,27 @@ class _Runner:
         self._note(found, estimator.accept_lasting_jump() if outlying else 0.0)
 
     def _note(self, found: EstimatedTicks, jumped_m: float) -> None:
-        """Take what is told of some ticks, at whose end the position was moved so far."""
+        """Log some ticks, at whose end the position was moved by `jumped_m`."""
         run, ticks = self._run, found.first_tick + np.arange(len(found.rows))
         rows, counters = found.rows, found.counters
         if jumped_m > 0.0:
             run.jumps.append(Jump(self._ticks.done / 100, jumped_m))
             rows[-1, :3] = self._estimator.state[:3]
             rows[-1, SIGMAS:] = self._estimator.position_sigma_m, self._estimator.heading_sigma_rad
-        judged = counters["fixes"] + counters["fixes_rejected"]
+        evaluated = counters["fixes"] + counters["fixes_rejected"]
         begun = found.started < len(rows)
         if begun:
-            self._note_fixes(found, judged)
+            self._note_fixes(found, evaluated)
             run.poses[ticks[found.started :]] = rows[found.started :, :3]
             run.contradicted_s += 0.01 * int((counters["fix_doubt"][found.started :] >= CONTRADICTED).sum())
             at = np.flatnonzero((ticks % TRACK_TICKS == 0) & (np.arange(len(rows)) >= found.started))
             self._track.append(np.column_stack([ticks[at] / 100, rows[at, :3], rows[at, SIGMAS:]]))
         self._counted = counters[-1].copy()
 
-    def _note_fixes(self, found: EstimatedTicks, judged: NDArray[np.int64]) -> None:
-        """Take the last fix of each tick in which some were judged."""
+    def _note_fixes(self, found: EstimatedTicks, evaluated: NDArray[np.int64]) -> None:
+        """Log the last fix of each tick with evaluated ones."""
         counters, before = found.counters, self._counted
-        at = np.flatnonzero(np.diff(judged, prepend=before["fixes"] + before["fixes_rejected"]) > 0)
+        at = np.flatnonzero(np.diff(evaluated, prepend=before["fixes"] + before["fixes_rejected"]) > 0)
         at = at[at >= found.started]
         rejected = np.diff(counters["fixes_rejected"], prepend=before["fixes_rejected"])[at]
         fixes = cast("NDArray[Any]", self._frames.fixes)
@@ -294,7 +294,7 @@ class _Runner:
         self._fixes.append(np.column_stack(columns).astype(np.float64))
 
     def _obey(self, tick: int, name: str, details: dict[str, Any]) -> None:
-        """What an order did to the estimator then."""
+        """Apply an order's effect on the estimator."""
         estimator = self._estimator
         if name == "load" and details.get("taking", "carried") == "carried":
             estimator.restart()

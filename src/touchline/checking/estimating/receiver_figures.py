@@ -1,4 +1,4 @@
-"""How the fixes of a receiver that stood scatter and wander: the figures that data sheets and filters need."""
+"""Scatter and drift of the fixes of a stationary receiver: the figures that data sheets and filters need."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Floats = NDArray[np.float64]
 
 LEAST_S: Final = 120.0
 LAG_S: Final = 60.0
-_STOOD_M = 0.5  # farther apart than this, RTK-fixed positions are those of a receiver that moved
+_STOOD_M = 0.5  # RTK-fixed positions farther apart than this are those of a moving receiver
 
 
 def receiver_figures(run: EstimatorRun) -> dict[str, Any] | None:
-    """Of RTK-fixed positions of a receiver that stood for two minutes or more; None if it did not, or had too few.
+    """Return figures of RTK-fixed positions of a receiver stationary for two minutes or more, else None.
 
-    Before and after it may have moved. σ an axis about the mean; the step from one second to the next, rms an axis; and
-    the autocorrelation at 60 s, each the mean of east and north.
+    It may move before and after. σ per axis about the mean; the step from one second to the next, rms per axis; and the
+    autocorrelation at 60 s, each the mean of east and north.
     """
     fixed = _standing(run.receiver[run.receiver[:, 4] == FIX_FIXED])
     if len(fixed) < LEAST_S or fixed[-1, 0] - fixed[0, 0] < LEAST_S:
@@ -43,7 +43,7 @@ def receiver_figures(run: EstimatorRun) -> dict[str, Any] | None:
 
 
 def _standing(fixed: Floats) -> Floats:
-    """The longest run of rows that are near to where most are."""
+    """Return the longest run of rows near to where most are."""
     if not len(fixed):
         return fixed
     near = np.hypot(*(fixed[:, 1:3] - np.median(fixed[:, 1:3], axis=0)).T) <= _STOOD_M
@@ -52,6 +52,6 @@ def _standing(fixed: Floats) -> Floats:
 
 
 def _autocorrelation(off: Floats, lag: int) -> float:
-    """Mean over both axes."""
+    """Return the mean over both axes."""
     products = np.nanmean(off[lag:] * off[:-lag], axis=0)
     return float((products / np.nanvar(off, axis=0)).mean())

@@ -1,4 +1,4 @@
-"""The estimate laid over a reference track, as far as frames are allowed to differ."""
+"""Alignment of a reference track with the estimate."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 class FrameFit(StrEnum):
-    """What a reference's frame may differ by."""
+    """Allowed difference of a reference's frame."""
 
     NONE = "none"
     SHIFT = "shift"
@@ -28,9 +28,9 @@ class Compared(NamedTuple):
 
     Attributes:
         time_s: (n,) sim time.
-        place_m: (n, 2) of the reference, east and north, laid over the estimate.
-        error_m: (n, 2) estimate less reference.
-        heading_error_rad: (n,) NaN where the reference tells no heading.
+        place_m: (n, 2) reference, east and north, aligned with the estimate.
+        error_m: (n, 2) estimate minus reference.
+        heading_error_rad: (n,) NaN where the reference has no heading.
     """
 
     time_s: Floats
@@ -40,7 +40,7 @@ class Compared(NamedTuple):
 
 
 def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
-    """Compare where there are both."""
+    """Compare where both exist."""
     time_s = run.reference[:, 0]
     at = time_s * 100.0
     below = np.floor(at + 1e-6).astype(np.int64)
@@ -61,7 +61,7 @@ def aligned(run: EstimatorRun, alignment: FrameFit) -> Compared:
 
 
 def _laid(reference: Floats, place: Floats, alignment: FrameFit) -> tuple[Floats, float]:
-    """The reference over the estimate in the least-squares sense, and by how much it was turned [rad]."""
+    """Return the reference aligned in the least-squares sense, and its rotation [rad]."""
     if alignment is FrameFit.NONE or not len(place):
         return reference, 0.0
     middle, aim = reference.mean(axis=0), place.mean(axis=0)

@@ -1,1 +1,1 @@
-"""Foreign logs made into sessions of ours."""
+"""Import of foreign logs as sessions."""

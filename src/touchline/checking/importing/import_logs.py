@@ -1,4 +1,4 @@
-"""A session made from the logs of another robot or receiver."""
+"""Session made from the logs of another robot or receiver."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from touchline.checking.importing.reading_apart import read_apart
+from touchline.checking.importing.limited_reader import read_limited
 from touchline.checking.importing.session_writer import write_session
 from touchline.recordings.logs.foreign_sensors import FIXED, ForeignSensors, sensors_of
 from touchline.recordings.logs.tick_sensors import TickSensors, tick_sensors
@@ -29,24 +29,24 @@ _RATES_HZ: Final = (1, 2, 5, 10, 20)
 
 @dataclass
 class ImportedLogs:
-    """What came of an import.
+    """Result of an import.
 
     Attributes:
-        figures: Of the session, for people and as JSON.
-        told: What was left out or assumed, a line each.
-        problem: Why the recording is not whole; empty if it is.
+        figures: Figures of the session, for people and as JSON.
+        remarks: What was left out or assumed, a line each.
+        problem: Why the recording is incomplete; empty if it is complete.
     """
 
     figures: dict[str, Any]
-    told: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
     problem: str = ""
 
 
 def load_mapping(path: Path) -> LogMapping:
-    """The mapping in a file.
+    """Load the mapping in a file.
 
     Raises:
-        SpecError: It cannot be read, or is none.
+        SpecError: The file cannot be read, or is no mapping.
     """
     return parse(LogMapping, read_text(path), path.name)
 
@@ -58,14 +58,14 @@ def import_logs(
     folder: Path = Path(),
     progress: Callable[[float, str], None] = lambda done, doing: None,
 ) -> ImportedLogs:
-    """Make a session of logs that belong together.
+    """Make a session from logs of one drive.
 
     Args:
-        paths: Of the logs.
-        mapping: What of them is which sensor.
+        paths: The logs.
+        mapping: Streams of the sensors.
         out: MCAP file to write.
-        folder: Where the vehicle's file is, if the mapping names one.
-        progress: Told the fraction done and what is being done.
+        folder: Folder of the vehicle's file, if the mapping names one.
+        progress: Called with the fraction done and the present stage.
 
     Raises:
         LogError, SpecError: The logs or the mapping cannot be used.
@@ -73,7 +73,7 @@ def import_logs(
     """
     progress(0.0, "reading")
     wanted = {part.stream for part in (mapping.fixes, mapping.imu, mapping.wheels, mapping.reference) if part}
-    listed, content = read_apart(paths, wanted)
+    listed, content = read_limited(paths, wanted)
     notes = {stream.name: stream.note for stream in listed if stream.name in wanted - content.tables.keys()}
     content.problems += [f"{name}: {note}" for name, note in notes.items() if note]
     sensors = sensors_of(mapping, content)
@@ -92,13 +92,13 @@ def import_logs(
     report = write_session(
         out, setup, sensors, at_ticks, latency_s, made_from, lambda done: progress(0.3 + 0.7 * done, "writing")
     )
-    told = content.problems + sensors.told
+    remarks = content.problems + sensors.remarks
     if at_ticks.starts:
-        told.append(f"the estimator cannot start on this session: {at_ticks.starts}")
+        remarks.append(f"the estimator cannot start on this session: {at_ticks.starts}")
     elif not at_ticks.drives:
-        told.append("the log has no odometry: the session can be looked at, but the estimator has nothing to go by")
+        remarks.append("the log has no odometry: the session can be looked at, but not estimated")
     figures = _figures(sensors, at_ticks) | {"messages": report.messages, "bytes": report.bytes, "path": str(out)}
-    return ImportedLogs(figures, told, report.problem)
+    return ImportedLogs(figures, remarks, report.problem)
 
 
 def _vehicle(mapping: LogMapping, folder: Path) -> Vehicle:
@@ -111,7 +111,7 @@ def _vehicle(mapping: LogMapping, folder: Path) -> Vehicle:
 
 
 def _with_rate(onboard: OnboardConfig, sensors: ForeignSensors) -> OnboardConfig:
-    """The configuration with the receiver's rate as the log has it, unless the mapping says it."""
+    """Return the configuration with the log's receiver rate, unless the mapping sets one."""
     fixes = sensors.fixes
     if fixes is None or len(fixes.time_s) < 2 or "rate_hz" in onboard.gnss.model_fields_set:
         return onboard

@@ -1,4 +1,4 @@
-"""Writes the sensors of a foreign log as a session: the topics that the robot would have sent."""
+"""Writer of a foreign log's sensors as a session: the topics that the robot would have sent."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from touchline.services.robot_sim.packing import Payload, gnss, stamp, stamp_of
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 
 IMPORTED: Final = "touchline_imported"
-"""Name of the metadata record that says what a session was made from."""
+"""Name of the metadata record with a session's sources."""
 _FIELD_T: Final = 2e-5
 _CLOCK_TICKS: Final = 10
 _SLICE_TICKS: Final = 1000
@@ -58,20 +58,20 @@ def write_session(
 
     Args:
         path: MCAP file to write.
-        setup: Of the robot.
-        sensors: Of the log, for its fixes and its reference.
+        setup: Setup of the robot.
+        sensors: Fixes and reference of the log.
         at_ticks: Its other sensors.
-        latency_s: How old a fix is when it comes.
-        made_from: Files and mapping, for its metadata.
-        progress: Told the fraction done.
+        latency_s: Age of a fix when it arrives.
+        made_from: Files and mapping, for the metadata.
+        progress: Called with the fraction done.
 
     Raises:
-        RecordingError: It cannot be written.
+        RecordingError: The file cannot be written.
     """
     recorder = Recorder(path.absolute(), topics=_TOPICS)
     recorder.note(IMPORTED, made_from)
     counts = dict.fromkeys((topic.name for topic in _TOPICS), 0)
-    for tick, payloads in _said(setup, sensors, at_ticks, latency_s):
+    for tick, payloads in _messages(setup, sensors, at_ticks, latency_s):
         for topic, payload in payloads:
             counts[topic.name] += 1
             recorder.write(topic.name, payload, counts[topic.name])
@@ -80,10 +80,10 @@ def write_session(
     return recorder.finish()
 
 
-def _said(
+def _messages(
     setup: Setup, sensors: ForeignSensors, at_ticks: TickSensors, latency_s: float
 ) -> Iterator[tuple[int, list[Payload]]]:
-    """(tick, what is said after it)."""
+    """Yield (tick, messages after it)."""
     yield (
         0,
         [(topics.CLOCK, layouts.CLOCK.pack(*stamp(0))), (topics.SETUP, encode(m.String(data=setup.model_dump_json())))],
@@ -94,28 +94,30 @@ def _said(
     felt = np.isfinite(at_ticks.imu)
     for i in range(at_ticks.ticks):
         tick = i + 1
-        time, said = stamp(tick), list[Payload]()
+        time, payloads = stamp(tick), list[Payload]()
         if at_ticks.imu_there[i]:
-            said.append((topics.IMU, _imu(time, at_ticks.imu[i].tolist(), bool(felt[i, 2]), bool(felt[i, 3]))))
+            payloads.append((topics.IMU, _imu(time, at_ticks.imu[i].tolist(), bool(felt[i, 2]), bool(felt[i, 3]))))
         if not math.isnan(heading := float(at_ticks.heading_rad[i])):
             field = _FIELD_T * math.sin(heading), _FIELD_T * math.cos(heading), 0.0
-            said.append((topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(*time, *field, *_KNOWN)))
+            payloads.append((topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(*time, *field, *_KNOWN)))
         if at_ticks.wheels_there[i]:
-            said.append((topics.JOINT_STATES, joints.pack(*time, *at_ticks.angles_rad[i].tolist(), *rates[i].tolist())))
+            payloads.append(
+                (topics.JOINT_STATES, joints.pack(*time, *at_ticks.angles_rad[i].tolist(), *rates[i].tolist()))
+            )
         after = placed.after(tick)
-        if tick % _CLOCK_TICKS == 0 or (after and not said):
-            said.append((topics.CLOCK, layouts.CLOCK.pack(*time)))
-        yield tick, said + after
+        if tick % _CLOCK_TICKS == 0 or (after and not payloads):
+            payloads.append((topics.CLOCK, layouts.CLOCK.pack(*time)))
+        yield tick, payloads + after
 
 
 def _imu(time: tuple[int, int], values: list[float], turns: bool, pushes: bool) -> bytes:
-    """As ROS has it, the first figure of the covariance of what is not measured is −1."""
+    """Encode an IMU message; as in ROS, the first covariance of what is not measured is −1."""
     rates, force = _KNOWN if turns else _UNKNOWN, _KNOWN if pushes else _UNKNOWN
     return layouts.IMU.pack(*time, *_NO_ORIENTATION, *values[:3], *rates, *values[3:], *force)
 
 
 class _Placed:
-    """Fixes and the reference, in the order in which they come."""
+    """Fixes and the reference, in order of arrival."""
 
     def __init__(self, scenario: Scenario, sensors: ForeignSensors, at_ticks: TickSensors, latency_s: float) -> None:
         origin = scenario.origin
@@ -131,7 +133,7 @@ class _Placed:
                 self._put(time_s, 0.0, [_reference(time_s, place.tolist(), float(heading), track.of_antenna)])
 
     def after(self, tick: int) -> list[Payload]:
-        """What comes in a tick."""
+        """Return the payloads that arrive in a tick."""
         return self._due.get(tick, [])
 
     def _put(self, time_s: float, latency_s: float, payloads: list[Payload]) -> None:

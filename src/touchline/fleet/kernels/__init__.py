@@ -1,1 +1,1 @@
-"""Compiled: what has to be done for every pair of robots, or for every robot in every tick."""
+"""Kernels over every pair of robots, or every robot in every tick."""

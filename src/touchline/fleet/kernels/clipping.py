@@ -1,4 +1,4 @@
-"""Compiled: convex polygons clipped by half-planes (Sutherland, Hodgman, "Reentrant polygon clipping", 1974)."""
+"""Kernels: clipping of convex polygons by half-planes (Sutherland, Hodgman, "Reentrant polygon clipping", 1974)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,16 @@ Floats = NDArray[np.float64]
 
 @kernel
 def clip(corners: Floats, count: int, row: Floats, clipped: Floats) -> int:
-    """What of a convex polygon lies in a half-plane.
+    """Clip a convex polygon by a half-plane.
 
     Args:
         corners: (count or more, 2) counter-clockwise, m.
-        count: How many corners.
-        row: (3,) NORMAL_X to OFFSET. Of a row without normal, everything or, if its offset is negative, nothing.
-        clipped: (count + 1 or more, 2) filled with the corners of what is left, counter-clockwise.
+        count: Number of corners.
+        row: (3,) NORMAL_X to OFFSET. A row without normal keeps everything or, if its offset is negative, nothing.
+        clipped: (count + 1 or more, 2) filled with the clipped polygon's corners, counter-clockwise.
 
     Returns:
-        How many corners are left; 0 if nothing is.
+        Number of corners of the clipped polygon; 0 if it is empty.
     """
     left = 0
     for k in range(count):
@@ -41,17 +41,17 @@ def clip(corners: Floats, count: int, row: Floats, clipped: Floats) -> int:
 
 @kernel
 def clip_all(start: Floats, count: int, rows: Floats, spare: Floats, clipped: Floats) -> int:
-    """What of a convex polygon lies in all of some half-planes.
+    """Clip a convex polygon by several half-planes.
 
     Args:
         start: (count or more, 2) corners, counter-clockwise, m.
-        count: How many.
+        count: Number of corners.
         rows: (n, 3) NORMAL_X to OFFSET; rows without normal and of an offset ≥ 0 change nothing.
-        spare: (count + n or more, 2) room to work in.
-        clipped: (count + n or more, 2) filled with the corners of what is left.
+        spare: (count + n or more, 2) work space.
+        clipped: (count + n or more, 2) filled with the clipped polygon's corners.
 
     Returns:
-        How many corners are left; 0 if nothing is.
+        Number of corners of the clipped polygon; 0 if it is empty.
     """
     for k in range(count):
         clipped[k, 0], clipped[k, 1] = start[k, 0], start[k, 1]

@@ -1,4 +1,4 @@
-"""Compiled: where two segments, or a point and a polygon, are nearest to each other; points are x + iy (m)."""
+"""Kernels: nearest points of two segments, or of a polygon to a point; points are x + iy (m)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 
 @kernel
 def nearest_on(point: complex, a: complex, b: complex) -> complex:
-    """The point of a segment that is nearest to another point.
+    """Return the point of a segment nearest to another point.
 
     Args:
         point: m.
@@ -24,11 +24,11 @@ def nearest_on(point: complex, a: complex, b: complex) -> complex:
 
 @kernel
 def nearest_pair(a: complex, b: complex, c: complex, d: complex) -> tuple[complex, complex]:
-    """Where two segments are nearest to each other.
+    """Return the nearest points of two segments.
 
-    Segments that do not cross are nearest at an end of one of them, so four ends are tried, in the order a, b, c, d;
-    of equals the first is taken. Parallel segments side by side are equally near along a stretch, but all the normals
-    are the same there, and so is the line half-way between. A segment may be a single point.
+    Segments that do not cross are nearest at an end of one of them, so four ends are tried, in the order a, b, c, d; of
+    equals the first is taken. Parallel segments side by side are equally near along a stretch, but all the normals are
+    the same there, and so is the line half-way between. A segment may be a single point.
 
     Args:
         a: One end of the first segment, m.
@@ -58,11 +58,11 @@ def nearest_pair(a: complex, b: complex, c: complex, d: complex) -> tuple[comple
 
 @kernel
 def nearest_in(corners: Floats, count: int, point: complex) -> complex:
-    """The point of a convex polygon that is nearest to another point: that itself, if it is inside.
+    """Return the point of a convex polygon nearest to another point: that itself, if it is inside.
 
     Args:
-        corners: (count or more, 2) counter-clockwise, m; later rows are not looked at.
-        count: How many corners; at least 1.
+        corners: (count or more, 2) counter-clockwise, m; later rows are ignored.
+        count: Number of corners; at least 1.
         point: m.
     """
     inside, best = count > 2, np.inf

@@ -1,4 +1,4 @@
-"""Compiled: an area divided among robots; see `cells.py` for what the cells are."""
+"""Kernels: division of an area among robots; see `cells.py` for the definition of cells."""
 
 import math
 
@@ -17,12 +17,12 @@ Ints = NDArray[np.int64]
 
 @kernel
 def bisecting(points: Floats, pieces: Floats, sizes: Ints) -> tuple[Floats, Ints]:
-    """The Voronoi cells of points in an area that is given as convex pieces.
+    """Return the Voronoi cells of points in an area that is given as convex pieces.
 
     Args:
-        points: (n, 2) m, no two alike.
+        points: (n, 2) m, all different.
         pieces: (p, m, 2) corners of each piece, counter-clockwise, m.
-        sizes: (p,) how many corners each has.
+        sizes: (p,) number of corners of each.
 
     Returns:
         (n, p, m + n, 2) corners of each cell's part of each piece (m), and (n, p) how many it has.
@@ -45,7 +45,7 @@ def bisecting(points: Floats, pieces: Floats, sizes: Ints) -> tuple[Floats, Ints
 
 @kernel
 def between(first: Floats, second: Floats, radius: float) -> tuple[float, float, float, float]:
-    """The strip that keeps two segments apart: of width 2·radius, or of their distance if that is less.
+    """Return the strip that keeps two segments apart: of width 2·radius, or of their distance if that is less.
 
     Args:
         first: (4,) x₁ y₁ x₂ y₂ of a segment, m.
@@ -72,7 +72,7 @@ def between(first: Floats, second: Floats, radius: float) -> tuple[float, float,
 
 @kernel
 def keep_apart(segments: Floats, radius: float, rows: Floats) -> tuple[int, int]:
-    """The half-planes that keep every two robots apart.
+    """Compute the half-planes that keep every two robots apart.
 
     Args:
         segments: (n, 4) x₁ y₁ x₂ y₂ of each robot's stopping segment, m.
@@ -94,7 +94,7 @@ def keep_apart(segments: Floats, radius: float, rows: Floats) -> tuple[int, int]
 
 @kernel
 def least_apart_m(segments: Floats) -> float:
-    """The least distance (m) of any two of (n, 4) segments x₁ y₁ x₂ y₂ (m); inf if there is but one."""
+    """Return the smallest distance (m) of any two of (n, 4) segments x₁ y₁ x₂ y₂ (m); inf for a single one."""
     least = math.inf
     for i in range(len(segments)):
         for j in range(i + 1, len(segments)):
@@ -113,9 +113,9 @@ def least_apart_m(segments: Floats) -> float:
 
 @kernel
 def keep_within(segment: Floats, sides: Floats, radius: float, rows: Floats) -> None:
-    """The half-planes of straight sides on whose one side all of the area lies, moved in by the radius.
+    """Compute half-planes of straight sides with all of the area on one side, moved in by the radius.
 
-    Who is nearer to one already, or beyond it, may stay there, but get no farther.
+    A robot that is nearer to one already, or beyond it, may stay there, but get no farther.
 
     Args:
         segment: (4,) of the robot, m.
@@ -132,7 +132,7 @@ def keep_within(segment: Floats, sides: Floats, radius: float, rows: Floats) -> 
 
 @kernel
 def keep_off(segment: Floats, walls: Floats, radius: float, rows: Floats, polygon: Floats, count: int) -> int:
-    """Half-planes that keep a robot off walls, the nearest first; a wall that is out of its reach by then needs none.
+    """Compute half-planes that keep a robot off walls, the nearest first; a wall out of reach of the cell needs none.
 
     Args:
         segment: (4,) of the robot, m.
@@ -140,10 +140,10 @@ def keep_off(segment: Floats, walls: Floats, radius: float, rows: Floats, polygo
         radius: m.
         rows: (e, 3) filled; zero where a wall needs none.
         polygon: (count + e or more, 2) corners of the cell so far, which is clipped.
-        count: How many.
+        count: Number of corners.
 
     Returns:
-        How many corners are left, or −1 if the segment meets a wall.
+        Number of corners of the clipped cell, or −1 if the segment meets a wall.
     """
     done, spare = np.zeros(len(walls), np.bool_), np.empty_like(polygon)
     a, b = complex(segment[0], segment[1]), complex(segment[2], segment[3])
@@ -171,7 +171,14 @@ def keep_off(segment: Floats, walls: Floats, radius: float, rows: Floats, polygo
 
 @kernel
 def in_reach(polygon: Floats, count: int, wall: Floats, radius: float) -> bool:
-    """Whether a wall is nearer to a convex polygon than the radius, or in it."""
+    """Return whether a wall is nearer to a convex polygon than the radius, or in it.
+
+    Args:
+        polygon: (count or more, 2) corners, counter-clockwise, m.
+        count: Number of corners.
+        wall: (4,) x₁ y₁ x₂ y₂, m.
+        radius: m.
+    """
     a, b = complex(wall[0], wall[1]), complex(wall[2], wall[3])
     inside = True
     for k in range(count):
@@ -196,7 +203,7 @@ def surrounded(
         hull: (c, 2) corners of a convex polygon that holds the area, counter-clockwise, m.
         sides: (h, 3) see `keep_within`.
         walls: (e, 4) see `keep_off`.
-        radii: What a centre keeps from sides, and from walls (m).
+        radii: Distances of a centre from sides, and from walls (m).
         rows: (n, k + h + e, 3) half-planes, of which the first k are given.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Compiled: mass, first and second moment of convex polygons about a point, exact but for rounding.
+"""Kernels: mass, first and second moment of convex polygons about a point, exact but for rounding.
 
 The moments are four numbers: mass M = ∫φ, first moment ∫(q − p)φ, x and y, and second moment ∫|q − p|²φ.
 """
@@ -42,7 +42,7 @@ def add_sector(start: complex, end: complex, radius: float, weight: float, found
     Args:
         start: A point in the first direction.
         end: One in the second; the moments are negative if that lies clockwise of the first.
-        radius: Of the disc (m).
+        radius: Radius of the disc (m).
         weight: φ.
         found: (4,) MASS to SECOND.
     """
@@ -65,7 +65,7 @@ def add_in_disc(a: complex, b: complex, radius: float, weight: float, found: Flo
     Args:
         a: m.
         b: m.
-        radius: Of the disc (m).
+        radius: Radius of the disc (m).
         weight: φ.
         found: (4,) MASS to SECOND.
     """
@@ -94,7 +94,7 @@ def add_in_disc(a: complex, b: complex, radius: float, weight: float, found: Flo
 
 @kernel
 def shift(found: Floats, by: complex) -> None:
-    """Moments about 0 become those about `by` (m): |q − d|² = |q|² − 2d·q + |d|²."""
+    """Convert moments about 0 to those about `by` (m): |q − d|² = |q|² − 2d·q + |d|²."""
     square = by.real * by.real + by.imag * by.imag
     found[SECOND] += found[MASS] * square - 2.0 * (by.real * found[FIRST_X] + by.imag * found[FIRST_Y])
     found[FIRST_X] -= found[MASS] * by.real
@@ -103,11 +103,11 @@ def shift(found: Floats, by: complex) -> None:
 
 @kernel
 def add_polygon(corners: Floats, count: int, about: complex, weight: float, found: Floats) -> None:
-    """Add the moments of a polygon of even density.
+    """Add the moments of a polygon of uniform density.
 
     Args:
         corners: (count or more, 2) counter-clockwise, m.
-        count: How many.
+        count: Number of corners.
         about: p (m).
         weight: φ.
         found: (4,) MASS to SECOND.
@@ -120,11 +120,11 @@ def add_polygon(corners: Floats, count: int, about: complex, weight: float, foun
 
 @kernel
 def even_moments(parts: Floats, counts: Ints, points: Floats, weight: float) -> Floats:
-    """Moments of cells, of even density, each about its own point.
+    """Return moments of cells, of uniform density, each about its own point.
 
     Args:
         parts: (n, p, m, 2) corners of each cell's convex parts, m.
-        counts: (n, p) how many each part has.
+        counts: (n, p) number of corners of each part.
         points: (n, 2) m.
         weight: φ.
 
@@ -140,11 +140,11 @@ def even_moments(parts: Floats, counts: Ints, points: Floats, weight: float) -> 
 
 @kernel
 def disc_moments(parts: Floats, counts: Ints, points: Floats, discs: Floats) -> Floats:
-    """Moments of cells as far as they lie in discs, each about its own point.
+    """Return moments of cells as far as they lie in discs, each about its own point.
 
     Args:
         parts: (n, p, m, 2) corners of each cell's convex parts, m.
-        counts: (n, p) how many each part has.
+        counts: (n, p) number of corners of each part.
         points: (n, 2) m.
         discs: (d, 4) x, y, radius (m) and φ.
 
@@ -173,11 +173,11 @@ def disc_moments(parts: Floats, counts: Ints, points: Floats, discs: Floats) -> 
 def raster_moments(
     parts: Floats, counts: Ints, points: Floats, origin: complex, pixel: float, weights: Floats
 ) -> Floats:
-    """Moments of cells, with a density that is even over each square of a raster and 0 outside it.
+    """Return moments of cells, with a density that is uniform over each square of a raster and 0 outside it.
 
     Args:
         parts: (n, p, m, 2) corners of each cell's convex parts, m.
-        counts: (n, p) how many each part has.
+        counts: (n, p) number of corners of each part.
         points: (n, 2) m.
         origin: The raster's corner of least x and y (m).
         pixel: Side of a square (m).
@@ -205,7 +205,7 @@ def raster_moments(
 
 @kernel
 def _span(corners: Floats, count: int, axis: int, first: float, pixel: float, most: int) -> tuple[int, int]:
-    """The first square that corners touch along an axis, and the one behind the last."""
+    """Return the first square that corners touch along an axis, and the one behind the last."""
     low, high = most, 0
     for k in range(count):
         at = math.floor(corners[k, axis] / pixel - first)
@@ -216,7 +216,7 @@ def _span(corners: Floats, count: int, axis: int, first: float, pixel: float, mo
 
 @kernel
 def _square(corner: complex, pixel: float, rows: Floats) -> None:
-    """Fill in the four half-planes of a square; what stays is zero."""
+    """Fill in the four half-planes of a square; zeros stay."""
     rows[0, 0], rows[0, 2] = 1.0, corner.real + pixel
     rows[1, 0], rows[1, 2] = -1.0, -corner.real
     rows[2, 1], rows[2, 2] = 1.0, corner.imag + pixel

@@ -1,4 +1,4 @@
-"""Stretches of two paths on which the bodies would come too near to each other, whenever that is."""
+"""Conflicts of two paths: stretches on which the bodies would come too near to each other, at any time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,25 +13,25 @@ from scipy.spatial import cKDTree
 Floats = NDArray[np.float64]
 
 STEP_M: Final = 0.2
-"""Paths are sampled at least this densely."""
+"""Largest spacing of a path's samples."""
 STOP_S: Final = 1.5
-"""What it costs a marker to brake to rest and to speed up again."""
+"""Time that a marker loses by braking to rest and speeding up again."""
 _EIGHT: Final = np.ones((3, 3), dtype=np.int64)
 
 
 class TimedPath(NamedTuple):
-    """The path of one robot.
+    """Path of one robot.
 
     Attributes:
         arc_m: (n,) arc lengths, not descending, at most `STEP_M` apart; equal ones are a turn on the spot.
-        middles: (n, 2) where the middle of the body's disc is then, map frame, m.
-        time_s: (n,) when the robot is there if nobody holds it up.
-        radius_m: Of a disc that holds the body.
+        middles: (n, 2) middle of the body's disc there, map frame, m.
+        time_s: (n,) time at which an unhindered robot is there.
+        radius_m: Radius of a disc that holds the body.
         holds_m: (k,) arc lengths, ascending, at which it may wait; the first is 0.
-        brakes_m: Driving as fast as it ever does on it, it can stop at a place that is at least so far ahead.
-        back_m: So far it may go back along it after a stop, to take up its work again: it has left a place for good
+        brakes_m: Stopping distance from the highest speed on it.
+        back_m: Distance that it may go back along it after a stop, to resume its work: it has left a place for good
             once it is further beyond it than this.
-        stop_s: What it costs to brake to rest and to speed up again.
+        stop_s: Time lost by braking to rest and speeding up again.
     """
 
     arc_m: Floats
@@ -67,23 +67,23 @@ class Conflict:
     possible: bool = True
 
     def seen_by(self, robot: int) -> Floats:
-        """(n, 2) the places, those on the path of this robot first."""
+        """Return (n, 2) the places, those on the path of this robot first."""
         return self.places_m if robot == self.robots[0] else self.places_m[:, ::-1]
 
     def other(self, robot: int) -> int:
-        """The other robot."""
+        """Return the other robot."""
         return self.robots[1] if robot == self.robots[0] else self.robots[0]
 
 
 def conflicts(paths: Sequence[TimedPath], apart_m: float) -> list[Conflict]:
-    """Everywhere that two paths come so near that their bodies would be less than `apart_m` apart.
+    """Return all conflicts in which the bodies would be less than `apart_m` apart.
 
-    Pairs of places that hang together are one conflict: on the plane of both arc lengths (the coordination space of
-    O'Donnell and Lozano-Pérez, "Deadlock-free and collision-free coordination of two robot manipulators", ICRA 1989) it
-    is one obstacle, which is passed on the one side or on the other.
+    Connected pairs of places are one conflict: on the plane of both arc lengths (the coordination space of O'Donnell
+    and Lozano-Pérez, "Deadlock-free and collision-free coordination of two robot manipulators", ICRA 1989) it is one
+    obstacle, which is passed on the one side or on the other.
 
     Args:
-        paths: Of the robots, in their order.
+        paths: Paths of the robots, in their order.
         apart_m: From edge to edge of the discs, m.
     """
     found = []
@@ -106,7 +106,7 @@ def conflicts(paths: Sequence[TimedPath], apart_m: float) -> list[Conflict]:
 
 
 def _judged(conflict: Conflict, *ends_m: float) -> Conflict:
-    """With who has to go first: who stands there before it sets off, or whose place the other one ends at."""
+    """Return the conflict with who has to go first: who starts there, or where the other ends."""
     forced = set()
     for robot, place, end_m in zip(conflict.robots, conflict.places_m.T, ends_m, strict=True):
         if place.min() <= 0.0:

@@ -8,8 +8,9 @@ import numpy as np
 from touchline.fleet.traffic.conflicts import Conflict, TimedPath
 
 CLEAR_M: Final = 0.6
-"""A robot waits this far before the first place that is too near: it comes to rest within centimetres of where it may,
-and paths are sampled every 0.2 m."""
+"""Distance at which a robot waits before the first place that is too near: it comes to rest within centimetres of where
+it may, and paths are sampled every 0.2 m.
+"""
 
 
 class Gate(NamedTuple):
@@ -27,16 +28,16 @@ class Gate(NamedTuple):
 
 
 def gates(conflict: Conflict, first: int, path: TimedPath, back_m: float) -> list[Gate] | None:
-    """The gates of who comes second, or None if it has no place to wait at.
+    """Return the gates of the robot that goes second, or None if it has no place to wait at.
 
     It may follow into the stretch as far as the next place where it can wait, once the first one will not come back to
     anything that is too near to that.
 
     Args:
-        conflict: Where the two come too near.
-        first: Who goes first.
-        path: Of the other one.
-        back_m: So far the first one may go back along its own path after a stop.
+        conflict: The conflict.
+        first: The robot that goes first.
+        path: Path of the other one.
+        back_m: Distance that the first one may go back along its own path after a stop.
     """
     second = conflict.other(first)
     places = conflict.seen_by(second)
@@ -56,14 +57,14 @@ def gates(conflict: Conflict, first: int, path: TimedPath, back_m: float) -> lis
 
 
 def authorities_m(waiting: Sequence[Gate], progress_m: Sequence[float]) -> list[float]:
-    """The arc length up to which each robot may drive now; infinite if nothing is in its way any more.
+    """Return the arc length up to which each robot may drive now; infinite if no gate remains.
 
-    What one robot has reported grows, and so does what the others may: a report that comes late, or never, leaves them
-    waiting where they are safe.
+    Authority grows with the reported progress of others: a report that comes late, or never, leaves them waiting where
+    they are safe.
 
     Args:
         waiting: All gates.
-        progress_m: How far each robot has reported to have come; infinite once it is done with its path.
+        progress_m: Reported arc length of each robot; infinite once it is done with its path.
     """
     until_m = [np.inf] * len(progress_m)
     for gate in waiting:

@@ -1,7 +1,7 @@
-"""The timetable: in which order robots pass where their paths come close, and when each is where by that.
+"""Timetable: the order in which robots pass where their paths come close, and the times that follow.
 
-Who goes first is decided conflict by conflict, at first by who would be there first. Each decision becomes gates; a set
-of gates that a run through the paths gets to the end of has no circle, so nobody ever waits for somebody who waits for
+The order is decided conflict by conflict, at first by who would be there first. Each decision becomes gates; a set of
+gates that a run through the paths gets to the end of has no circle, so nobody ever waits for somebody who waits for
 him, however late any of them is: gates speak of places, not of times (action dependency graphs: Hönig et al.,
 "Persistent and Robust Execution of MAPF Schedules in Warehouses", IEEE RA-L 2019; precedence that is kept under delays:
 Čáp et al., "Provably Safe and Deadlock-Free Execution of Multi-Robot Plans under Delaying Disturbances", IROS 2016).
@@ -18,14 +18,14 @@ from touchline.fleet.traffic.conflicts import Conflict, TimedPath, conflicts
 from touchline.fleet.traffic.gates import Gate, gates
 
 ROUNDS: Final = 3
-"""So often every decision is looked at whether the other one would be better."""
+"""Rounds in which every decision is tried the other way round."""
 _STUCK_S: Final = 1e6
 
 Floats = NDArray[np.float64]
 
 
 class Delay(NamedTuple):
-    """From an arc length on a robot is so much later than its plan has it."""
+    """Delay of a robot's plan from an arc length on."""
 
     from_m: float
     seconds: float
@@ -33,12 +33,12 @@ class Delay(NamedTuple):
 
 @dataclass(frozen=True)
 class Timetable:
-    """Who waits where for whom, and what comes of it if all goes as planned.
+    """Gates of all robots, and their consequences if all goes as planned.
 
     Attributes:
         gates: All of them.
-        delays: Of each robot, ascending.
-        ends_s: When each robot is done.
+        delays: Delays of each robot, ascending.
+        ends_s: Time at which each robot is done.
     """
 
     gates: tuple[Gate, ...]
@@ -47,21 +47,21 @@ class Timetable:
 
     @property
     def waits_s(self) -> tuple[float, ...]:
-        """How long each robot waits in all."""
+        """Total waiting time of each robot."""
         return tuple(each[-1].seconds if each else 0.0 for each in self.delays)
 
     @property
     def end_s(self) -> float:
-        """When all are done."""
+        """Time at which all are done."""
         return max(self.ends_s)
 
 
 def timetable(paths: Sequence[TimedPath], apart_m: float) -> Timetable | None:
-    """The best timetable found; None if there is none without a robot that blocks another for good.
+    """Return the best timetable found; None if there is none without a robot that blocks another for good.
 
     Args:
-        paths: Of the robots, in their order.
-        apart_m: How far bodies keep from each other, m.
+        paths: Paths of the robots, in their order.
+        apart_m: Clearance between bodies, m.
     """
     found = conflicts(paths, apart_m)
     if not all(each.possible for each in found):
@@ -93,20 +93,20 @@ def timetable(paths: Sequence[TimedPath], apart_m: float) -> Timetable | None:
 
 
 def _there_s(conflict: Conflict, robot: int, path: TimedPath) -> float:
-    """When a robot would be in the middle of a conflict."""
+    """Return when a robot would be in the middle of a conflict."""
     own_m = conflict.seen_by(robot)[:, 0]
     return float(np.interp(0.5 * (own_m.min() + own_m.max()), path.arc_m, path.time_s))
 
 
 class _Run(NamedTuple):
-    """What comes of some decisions, and what that costs; more than `_STUCK_S` if a robot gets stuck."""
+    """Outcome and cost of some decisions; more than `_STUCK_S` if a robot gets stuck."""
 
     table: Timetable
     cost_s: float
 
 
 def _run(paths: Sequence[TimedPath], offers: Sequence[dict[int, list[Gate] | None]], chosen: Sequence[int]) -> _Run:
-    """Have all robots drive as planned, each waiting at its gates."""
+    """Simulate all robots as planned, each waiting at its gates."""
     all_gates = [gate for offer, first in zip(offers, chosen, strict=True) for gate in offer[first] or ()]
     todo = [sorted((g for g in all_gates if g.robot == i), key=lambda g: g.at_m) for i in range(len(paths))]
     passed, delays = [0] * len(paths), [list[Delay]() for _ in paths]
@@ -119,7 +119,7 @@ def _run(paths: Sequence[TimedPath], offers: Sequence[dict[int, list[Gate] | Non
         return todo[robot][passed[robot]] if passed[robot] < len(todo[robot]) else None
 
     def let_pass(robot: int) -> bool:
-        """Whether the robot's next gate opens, as far as can be told yet; it is passed then."""
+        """Pass the robot's next gate if it is known to open, and return whether it was passed."""
         gate = next_gate(robot)
         if gate is None:
             return False

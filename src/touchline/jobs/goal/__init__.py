@@ -1,1 +1,1 @@
-"""One robot on its way to a goal, in this process or over the bus."""
+"""One robot driving to a goal, in this process or over the bus."""

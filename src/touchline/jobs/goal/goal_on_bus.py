@@ -1,4 +1,4 @@
-"""A drive to a goal over the bus: ask the robot, and follow it until it arrives or stops."""
+"""A drive to a goal over the bus: sends the goal, and follows the robot until it arrives or stops."""
 
 import time
 import uuid
@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from touchline.bus import Bus
 from touchline.jobs.goal.arrival import ReachedPose, arrival_figures, missed
-from touchline.jobs.single.patience import Patience
+from touchline.jobs.single.stall_detector import StallDetector
 from touchline.jobs.watcher import JobFailed, Watcher
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
@@ -26,24 +26,24 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.messages.base import Message
 
-#: Planning and taking over included.
+#: Timeout, s; planning and taking over the path are included.
 _ANSWER_S: Final = 90.0
-#: What the robot's log says when it takes another trajectory.
+#: Codes of the robot's events when it takes another trajectory.
 _OTHERS: Final = frozenset(("ready", "replaced"))
 
 
 @dataclass
 class GoalOnBus:
-    """A drive to ``goal`` of the robot on ``bus``, told to ``watcher``."""
+    """A drive to ``goal`` of the robot on ``bus``, reported to ``watcher``."""
 
     bus: Bus
     goal: PoseGoal
     options: PlanOptions
     watcher: Watcher
     _ours: bool = field(default=False, init=False)
-    """Whether the robot's log has come to this goal."""
+    """True if the robot's events have reached this goal."""
     _since: tuple[int, int] = field(default=(0, 0), init=False)
-    """Sim time of that [s, ns]."""
+    """Sim time of that event [s, ns]."""
     _status: TraversalStatus = field(default=TraversalStatus(), init=False)
     _pause: PauseStatus = field(default=PauseStatus(), init=False)
     _odometry: dict[str, Odometry] = field(default_factory=dict, init=False)
@@ -58,7 +58,7 @@ class GoalOnBus:
             JobFailed: The goal is refused, another trajectory takes over, or the robot stops for good.
             CallError: The robot does not answer.
         """
-        said = self.bus.inbox([topics.EVENTS, topics.REPORT])
+        messages = self.bus.inbox([topics.EVENTS, topics.REPORT])
         latest = self.bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY, topics.TRUTH], keep="latest")
         self.watcher.stage("Planning")
         request = GotoRequest(request_id=uuid.uuid4().hex, goal=self.goal, options=self.options)
@@ -68,22 +68,22 @@ class GoalOnBus:
         self.watcher.stage("Driving")
         self.watcher.event(Event.INFO, answer.message)
         try:
-            report = self._follow(said.messages, latest.messages)
+            report = self._follow(messages.messages, latest.messages)
         except KeyboardInterrupt:
             self._abort()
             raise
         self._note(latest.messages)
         return self._figures(answer, report)
 
-    def _follow(self, said: Any, latest: Any) -> TraversalReport:
-        patience, moved_to_m = Patience(), -1.0
+    def _follow(self, messages: Any, latest: Any) -> TraversalReport:
+        patience, moved_to_m = StallDetector(), -1.0
         while True:
             self.watcher.check()
-            for _, message in said():
+            for _, message in messages():
                 if isinstance(message, Event):
                     self._heed(message)
                 elif isinstance(message, TraversalReport) and self._ours and _stamp(message) > self._since:
-                    return message  # others are of the drive before: the bus keeps the last, and sim time rests with it
+                    return message  # not of the drive before: the bus keeps the last one
             self._note(latest)
             status = self._status
             if self._ours and status.state == TraversalStatus.ESTOPPED:
@@ -91,7 +91,7 @@ class GoalOnBus:
             if status.arc_length_m != moved_to_m:
                 moved_to_m = status.arc_length_m
                 fraction = moved_to_m / status.total_length_m if status.total_length_m else 0.0
-                self.watcher.progress(fraction, f"{status.remaining_s:.0f} s to go")
+                self.watcher.progress(fraction, f"{status.remaining_s:.0f} s remaining")
             if why := patience.stalled(status, self._pause):
                 raise JobFailed(why)
             time.sleep(0.01)
@@ -114,14 +114,14 @@ class GoalOnBus:
                 self._odometry[sample.topic.name] = message
 
     def _abort(self) -> None:
-        """Stop the robot; what cannot be asked any more is told."""
+        """Stop the robot; failing calls are reported to the watcher."""
         self.watcher.stage("Stopping")
         try:
             self.bus.call(topics.ABORT, CommandRequest(request_id=uuid.uuid4().hex), timeout_s=2.0)
         except TouchlineError as error:
             self.watcher.event(Event.WARN, f"the robot may drive on: {error}")
         else:
-            self.watcher.event(Event.WARN, "interrupted: the robot brakes and gives the goal up")
+            self.watcher.event(Event.WARN, "interrupted: the robot brakes and aborts the goal")
 
     def _figures(self, answer: GotoResponse, report: TraversalReport) -> dict[str, Any]:
         believed, true = (self._reached(topic) for topic in (topics.ODOMETRY, topics.TRUTH))
@@ -133,8 +133,8 @@ class GoalOnBus:
         }
 
     def _reached(self, topic: topics.Topic) -> ReachedPose | None:
-        told = self._odometry.get(topic.name)
-        return ReachedPose.of(told) if told is not None else None
+        message = self._odometry.get(topic.name)
+        return ReachedPose.of(message) if message is not None else None
 
 
 def _stamp(message: Event | TraversalReport) -> tuple[int, int]:

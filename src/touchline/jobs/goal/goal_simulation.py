@@ -1,4 +1,4 @@
-"""An emulated robot finds out where it stands, and drives to a goal; in one process, as fast as it goes."""
+"""An emulated robot localizes itself and drives to a goal; in one process, as fast as possible."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,18 +18,18 @@ from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 
 LOST_S: Final = 30.0
-"""Sim time: a robot that stands for so long without knowing where will not drive."""
+"""Sim time, s, in which a standing robot must be localized."""
 
 
 @dataclass(frozen=True)
 class GoalDrive:
-    """A drive to a goal that has ended.
+    """Finished drive to a goal.
 
     Attributes:
-        goal: Where to.
-        plan: The way.
-        outcome: Of driving it.
-        believed, true: Where the robot came to rest.
+        goal: The goal.
+        plan: The plan from where the robot stood.
+        outcome: Result of the drive.
+        believed, true: Pose at rest, by the robot's estimate and in truth.
     """
 
     goal: PoseGoal
@@ -40,13 +40,13 @@ class GoalDrive:
 
     @property
     def problem(self) -> str:
-        """Why it is no success; empty if it is one."""
+        """Return why the drive failed; empty if it succeeded."""
         if not self.outcome.report.success:
-            return self.outcome.reason or "the robot did not get to its goal"
+            return self.outcome.reason or "the robot did not reach its goal"
         return missed(self.goal, self.believed, self.true)
 
     def figures(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the figures as a JSON object."""
         report = self.outcome.report
         taken_s = report.total_time_s
         planned_s = self.plan.report.total_time_s
@@ -63,10 +63,16 @@ class GoalDrive:
 
 
 def plan_from(start: Sequence[float], goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan:
-    """The way to a goal from a pose: x (m), y (m), heading (rad).
+    """Plan from a pose, x (m), y (m), heading (rad), to a goal.
+
+    Args:
+        start: x (m), y (m), heading (rad), map frame.
+        goal: The goal.
+        vehicle: The robot.
+        options: Planning options without a start.
 
     Raises:
-        PlanningError: There is none.
+        PlanningError: There is no path.
     """
     return plan_to_goal(goal, vehicle, PlanOptions.model_validate({**dict(options), "start": tuple(start)}))
 
@@ -78,26 +84,24 @@ def drive_to_goal(
     products: Products,
     progress: Callable[[float, str], None] = lambda done, doing: None,
 ) -> GoalDrive:
-    """Let a robot stand at its scenario's start until it knows where that is, plan from there, and drive.
+    """Let a robot stand at its scenario's start until it is localized, plan from there, and drive.
 
     Args:
-        setup: The robot and its world, which says where it stands.
-        goal: Where to.
-        options: How to plan; without a start.
-        products: What is to be given besides the figures.
-        progress: Told the fraction done and where the robot is.
+        setup: The robot and its world, with the start pose.
+        goal: The goal.
+        options: Planning options without a start.
+        products: Products besides the figures.
+        progress: Called with the fraction done and the present stage.
 
     Raises:
-        PlanningError: There is no such way.
-        CommandRefused: The robot does not find out where it stands.
+        PlanningError: There is no such path.
+        CommandRefused: The robot is not localized in time.
         RecordingError: The recording cannot be written.
     """
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
     while not emulator.onboard.aligned:
         if emulator.time_s > LOST_S:
-            raise CommandRefused(
-                f"the robot does not find out where it stands within {LOST_S:g} s: give a scenario with a position fix"
-            )
+            raise CommandRefused(f"the robot is not localized within {LOST_S:g} s: give a scenario with a position fix")
         emulator.tick()
     start = emulator.onboard.estimate[:3]
     plan = plan_from(start, goal, setup.vehicle, options)

@@ -1,4 +1,4 @@
-"""Records what emulated robots of this process tell, or takes it and records nothing."""
+"""Recorder of the payloads of emulated robots in this process, or of nothing."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from touchline.services.robot_sim.packing import Payload
 
 
 class PayloadRecorder:
-    """See the module; a context, at whose end the file is finished.
+    """Writes payloads to an MCAP file; a context manager, at whose end the file is finished.
 
     Args:
-        path: The file; None to record nothing.
-        namespaces: Of the robots.
+        path: The file; None: record nothing.
+        namespaces: Namespaces of the robots.
 
     Raises:
-        RecordingError: It cannot be written.
+        RecordingError: The file cannot be written.
     """
 
     def __init__(self, path: Path | None, namespaces: Sequence[str] = (DEFAULT_NAMESPACE,)) -> None:
@@ -38,26 +38,26 @@ class PayloadRecorder:
         if self._recorder is not None:
             self._finished = self._recorder.finish()
 
-    def hear(self, namespace: str, said: Sequence[Payload]) -> None:
-        """Write down what a robot has said, the first one if it is not named.
+    def hear(self, namespace: str, payloads: Sequence[Payload]) -> None:
+        """Record the payloads of a robot, by default the first one.
 
         Raises:
             RecordingError: The disk is full, or failed.
         """
         if self._recorder is None:
             return
-        for topic, payload in said:
+        for topic, payload in payloads:
             key = namespace, topic.name
             sequence = self._sequences[key] = self._sequences.get(key, 0) + 1
             self._recorder.write(topic.name, payload, sequence, namespace=namespace)
 
     def as_figure(self) -> dict[str, Any]:
-        """As a figure of a report, if there is a recording."""
+        """Return a report's figure of the recording; empty without one."""
         figures = self.figures()
         return {"recording": figures} if figures is not None else {}
 
     def figures(self) -> dict[str, Any] | None:
-        """What was recorded, once it is finished."""
+        """Return the recording's figures, once it is finished."""
         if self._recorder is None:
             return None
         done = self._finished

@@ -1,4 +1,4 @@
-"""Ends a recording, though the bridge be frozen or have to be started again, and says what it lacks."""
+"""End of a recording, even if the bridge hangs or has to be restarted, and the reasons why it is incomplete."""
 
 import time
 import uuid
@@ -10,34 +10,34 @@ from touchline.bus import Bus, CallError
 from touchline.schemas import topics
 from touchline.schemas.messages import RecordStopRequest, RecordStopResponse
 
-#: The bridge answers when it has recorded all that was sent. This is told when it takes long, and it is given up.
-TELL_S: Final = 1.5
+#: The bridge answers when it has recorded all that was sent: report after the first time, abort after the second.
+REPORT_AFTER_S: Final = 1.5
 PATIENCE_S: Final = 60.0
 _RETRY_S: Final = 0.05
 
 
 def end_recording(
-    bus: Bus, tell: Callable[[str], None], check: Callable[[], None] = lambda: None, patience_s: float = PATIENCE_S
+    bus: Bus, report: Callable[[str], None], check: Callable[[], None] = lambda: None, patience_s: float = PATIENCE_S
 ) -> RecordStopResponse | None:
-    """Have the bridge finish its recording, asking again where the request or its answer got lost.
+    """Have the bridge finish its recording; repeat the request if it or its answer got lost.
 
     Args:
-        bus: Of a robot that the bridge records.
-        tell: Told when the answer is late.
+        bus: Bus of a robot that the bridge records.
+        report: Called with a message when the answer is late.
         check: Called often.
-        patience_s: How long the bridge is waited for.
+        patience_s: Timeout, wall clock.
 
     Returns:
-        The bridge's report; None if there is none in time.
+        The bridge's report; None after the timeout.
     """
-    request, begun_s, told = RecordStopRequest(request_id=uuid.uuid4().hex), time.monotonic(), False
+    request, begun_s, reported = RecordStopRequest(request_id=uuid.uuid4().hex), time.monotonic(), False
 
     def wait() -> None:
-        nonlocal told
+        nonlocal reported
         check()
-        if not told and time.monotonic() > begun_s + TELL_S:
-            told = True
-            tell(f"the bridge does not answer yet; waiting up to {patience_s:.0f} s for it")
+        if not reported and time.monotonic() > begun_s + REPORT_AFTER_S:
+            reported = True
+            report(f"the bridge does not answer yet; waiting up to {patience_s:.0f} s for it")
 
     while (left_s := begun_s + patience_s - time.monotonic()) > 0:
         try:
@@ -49,14 +49,14 @@ def end_recording(
 
 
 def lacking(report: RecordStopResponse | None, asked: Path) -> str:
-    """Why the recording that was ``asked`` for is not whole; empty if it is."""
+    """Return why the recording to the path ``asked`` is incomplete; empty if it is complete."""
     if report is None:
         return f"the bridge has not answered for {PATIENCE_S:.0f} s"
     if not report.success:
-        return report.message or "the bridge does not say why"
+        return report.message or "the bridge gives no reason"
     lacks = []
     if Path(report.path).name != asked.name:
-        lacks.append(f"the bridge was ended while it recorded; {Path(report.path).name} has what came after that")
+        lacks.append(f"the bridge was restarted while it recorded; {Path(report.path).name} has what came after that")
     if report.lost:
         lacks.append(f"it lacks {report.lost:,} messages; its metadata say where")
     return "; ".join(lacks)

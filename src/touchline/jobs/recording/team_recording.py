@@ -1,4 +1,4 @@
-"""A recording of several robots in one file, made by the bridge that serves them all."""
+"""Recording of several robots in one file, by the bridge that serves them all."""
 
 import uuid
 from functools import partial
@@ -18,9 +18,9 @@ def begin_team_recording(bus: Bus, path: Path, watcher: Watcher) -> None:
     """Have the bridge record all of its robots from now on.
 
     Args:
-        bus: Of one of them.
+        bus: Bus of one of them.
         path: The file.
-        watcher: Asked meanwhile whether the job can go on.
+        watcher: Checked meanwhile for whether the job can continue.
 
     Raises:
         JobFailed: The bridge refuses.
@@ -33,7 +33,7 @@ def begin_team_recording(bus: Bus, path: Path, watcher: Watcher) -> None:
 
 
 def end_team_recording(bus: Bus, path: Path, watcher: Watcher) -> dict[str, Any]:
-    """End it; its figures, with the ``problem`` if it is not ``complete``."""
+    """End the recording; return its figures, with the ``problem`` if it is not ``complete``."""
     watcher.stage("Finishing the recording")
     report = end_recording(bus, partial(watcher.event, Event.WARN), watcher.check)
     problem = lacking(report, path)

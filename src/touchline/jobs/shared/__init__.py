@@ -1,1 +1,1 @@
-"""One template, several robots: planned together, kept apart, and judged together."""
+"""Several robots on one template: planned together, kept apart, and evaluated together."""

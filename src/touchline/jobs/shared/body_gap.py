@@ -1,4 +1,4 @@
-"""How near to each other the bodies of robots come, by their true poses."""
+"""Distance between the bodies of robots, by their true poses."""
 
 import math
 from collections.abc import Mapping
@@ -14,24 +14,24 @@ Floats = NDArray[np.float64]
 
 
 class BodyGap:
-    """The least distance between two outlines so far.
+    """Smallest distance between two body outlines so far.
 
     Attributes:
-        closest_m: It; infinite while there is but one robot.
+        closest_m: The distance; infinite for a single robot.
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """For robots that are alike."""
+        """Watch robots of the same kind."""
         self.closest_m = math.inf
         self._outline: Floats = np.array(vehicle.body.footprint_m)
         self._middle, self._radius_m = body_disc(vehicle)
         self._touching: set[tuple[str, str]] = set()
 
     def look(self, poses: Mapping[str, Floats]) -> list[str]:
-        """Take the poses (n, 3) of each robot, all at the same n instants: x (m), y (m), heading (rad).
+        """Add the poses (n, 3) of each robot, all at the same n instants: x (m), y (m), heading (rad), map frame.
 
         Returns:
-            The robots that have come to touch another.
+            Names of robots that have newly touched another.
         """
         import shapely
 
@@ -53,7 +53,7 @@ class BodyGap:
 
 
 def _carried(poses: Floats, points: Floats) -> Floats:
-    """(n, k, 2) points (k, 2) of the body at poses (n, 3)."""
+    """Transform points (k, 2) of the body to poses (n, 3); returns (n, k, 2)."""
     cos, sin = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
     x = poses[:, :1] + cos * points[:, 0] - sin * points[:, 1]
     y = poses[:, 1:2] + sin * points[:, 0] + cos * points[:, 1]

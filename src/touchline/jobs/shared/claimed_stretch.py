@@ -1,4 +1,4 @@
-"""The stretch of a path that a robot of a shared job has for itself: from where it has passed to how far it may go."""
+"""Stretch of a path that a robot of a shared job has for itself: from where it has passed to how far it may go."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,27 +15,27 @@ from touchline.schemas.vehicles import Vehicle
 Floats = NDArray[np.float64]
 
 NOTHING: Final = (0.0, 0.0)
-"""From where to where: not claimed at all."""
+"""Empty claim (from, to), m."""
 SAGITTA_M: Final = 0.05
-"""Chords leave the path by no more."""
-TOLD_EVERY_S: Final = 2.0
-"""That it has passed more of its stretch is told no more often, as long as nobody may drive further for that."""
+"""Largest distance of chords from the path."""
+PUBLISH_EVERY_S: Final = 2.0
+"""Least time between messages that only release path, as long as nobody waits for it."""
 _MOST_TURN_RAD: Final = math.pi / 2
 _STRAIGHT_ON_RAD: Final = 1e-9
 _NO_PATH: Final = np.zeros((0, 7))
 
 
 def stretch_poses(rows: Floats, turns_rad: Floats, from_m: float, to_m: float) -> Floats:
-    """Poses along a stretch of a path: its ends, those of straights, and on arcs as many as it takes.
+    """Return poses along a stretch of a path: its ends, ends of straights, and as many on arcs as `SAGITTA_M` takes.
 
     Args:
         rows: (n, 7) the path, as `cut_path` has it.
-        turns_rad: (n,) of these, by how much each that is a turn on the spot turns.
-        from_m: Arc length at which it begins.
-        to_m: Arc length at which it ends.
+        turns_rad: (n,) turn on the spot of each row, 0 for others.
+        from_m: Arc length of the beginning.
+        to_m: Arc length of the end.
 
     Returns:
-        (m, 3) x, y (m) and heading (rad); none unless the one is before the other.
+        (m, 3) x, y (m) and heading (rad), map frame; empty unless `from_m` < `to_m`.
     """
     if not from_m < to_m:
         return np.zeros((0, 3))
@@ -61,7 +61,7 @@ def stretch_poses(rows: Floats, turns_rad: Floats, from_m: float, to_m: float) -
 
 
 def _amid_a_straight(rows: Floats, index: NDArray[np.int64], at_the_end: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which poses are at the end of a straight that another one goes on from."""
+    """Return which poses end a straight that another one continues."""
     straight = (rows[:, 3] == 0.0) & (rows[:, 6] != SPIN)
     goes_on = straight[:-1] & straight[1:] & (rows[:-1, 6] == rows[1:, 6])
     goes_on &= np.abs(np.diff(rows[:, 2])) < _STRAIGHT_ON_RAD
@@ -70,9 +70,9 @@ def _amid_a_straight(rows: Floats, index: NDArray[np.int64], at_the_end: NDArray
 
 
 def as_path(poses: Floats) -> NavPath:
-    """Poses (n, 3) as they are told. It has no time of its own: it holds until another one is told."""
+    """Convert poses (n, 3) to a path message. It has no time: it holds until the next one."""
     header = Header(frame_id=MAP_FRAME)
-    told = [
+    stamped = [
         PoseStamped(
             header=header,
             pose=Pose(
@@ -81,25 +81,25 @@ def as_path(poses: Floats) -> NavPath:
         )
         for x, y, heading in poses.tolist()
     ]
-    return NavPath(header=header, poses=tuple(told))
+    return NavPath(header=header, poses=tuple(stamped))
 
 
 class ClaimedStretch:
-    """Tells which stretch of its path a robot has for itself; see `tell_stretches`.
+    """Publishes the stretch of its path that a robot has for itself; see `publish_stretches`.
 
     Args:
-        send: Tells it.
+        send: Publishes a path.
     """
 
     def __init__(self, send: Callable[[NavPath], None]) -> None:
-        """It claims nothing yet."""
+        """Claim nothing yet."""
         self._send = send
         self._rows, self._turns_rad = _NO_PATH, np.zeros(0)
         self._claimed_m = self._told_m = NOTHING
         self._told_s = -math.inf
 
     def take(self, segments: tuple[Segment, ...], vehicle: Vehicle) -> None:
-        """The robot is given another path."""
+        """Switch to another path."""
         self.give_up()
         self._rows, legs = cut_path(segments, vehicle)
         self._turns_rad = np.zeros(len(self._rows))
@@ -107,30 +107,30 @@ class ClaimedStretch:
             self._turns_rad[leg.first] = leg.turn_rad
 
     def claim(self, from_m: float, to_m: float) -> None:
-        """It has passed one place of its path, and may drive as far as another."""
+        """Claim the path from what the robot has passed to as far as it may drive."""
         self._claimed_m = (from_m, to_m) if from_m < to_m else NOTHING
 
     def give_up(self) -> None:
-        """It claims nothing any more, which is told at once."""
+        """Release the claim and publish that at once."""
         self._claimed_m = NOTHING
         if self._told_m != NOTHING:
             self._tell(NOTHING, self._told_s)
 
     @property
     def grown(self) -> bool:
-        """Whether it may drive further than was told."""
+        """True if the robot may drive further than was published."""
         return self._claimed_m[1] > self._told_m[1]
 
-    def tell_passed(self, now_s: float, *, at_once: bool = False) -> None:
-        """Tell what it claims no more; that it drives on `at_once`, or if that was not told for a while."""
+    def publish_passed(self, now_s: float, *, at_once: bool = False) -> None:
+        """Publish what it has passed, if it drives on `at_once` or if nothing was published for a while."""
         from_m, to_m = self._claimed_m[0], min(self._claimed_m[1], self._told_m[1])
         left_m = (from_m, to_m) if from_m < to_m else NOTHING
         shorter = left_m[1] < self._told_m[1]
-        if left_m != self._told_m and (shorter or at_once or now_s - self._told_s >= TOLD_EVERY_S):
+        if left_m != self._told_m and (shorter or at_once or now_s - self._told_s >= PUBLISH_EVERY_S):
             self._tell(left_m, now_s)
 
-    def tell_granted(self, now_s: float) -> None:
-        """Tell how far it may drive, if that is further than was told."""
+    def publish_granted(self, now_s: float) -> None:
+        """Publish how far it may drive, if that is further than was published."""
         if self.grown:
             self._tell(self._claimed_m, now_s)
 
@@ -139,17 +139,17 @@ class ClaimedStretch:
         self._send(as_path(stretch_poses(self._rows, self._turns_rad, *stretch_m)))
 
 
-def tell_stretches(stretches: Sequence[ClaimedStretch], now_s: float) -> None:
-    """Tell what has changed: what robots have passed before what others were granted for that.
+def publish_stretches(stretches: Sequence[ClaimedStretch], now_s: float) -> None:
+    """Publish changes: what robots have passed before what others were granted for it.
 
-    So stretches as they were told last are never nearer to each other than those that the traffic rules grant.
+    So published stretches are never nearer to each other than those that the traffic rules grant.
 
     Args:
-        stretches: Of all robots.
-        now_s: Of any clock that goes on.
+        stretches: Stretches of all robots.
+        now_s: Any monotonic clock.
     """
     at_once = any(each.grown for each in stretches)
     for each in stretches:
-        each.tell_passed(now_s, at_once=at_once)
+        each.publish_passed(now_s, at_once=at_once)
     for each in stretches:
-        each.tell_granted(now_s)
+        each.publish_granted(now_s)

@@ -1,4 +1,4 @@
-"""The ground that several robots with covering tools have been over, judged together against all of the areas."""
+"""Ground covered by several robots, evaluated together against all of the areas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from touchline.services.robot_sim.paint.track import Track
 
 @dataclass(frozen=True)
 class JointGround:
-    """What was covered in truth.
+    """Ground covered in truth.
 
     Attributes:
-        area: Of all areas, by the work and the plans of all robots.
-        report: The verdict on it.
+        area: Report of all areas, by the work and the plans of all robots.
+        report: The verdict.
     """
 
     area: AreaReport
@@ -31,37 +31,37 @@ class JointGround:
 
     @property
     def planned_pct(self) -> float:
-        """Of the areas, what all plans cover together."""
+        """Share of the areas that all plans cover together, percent."""
         return 100.0 * self.area.planned_m2 / self.area.area_m2
 
     def caption(self) -> str:
-        """The figures that say most."""
+        """Return the main figures as a caption."""
         return covered_caption(self.area)
 
     def figures(self) -> dict[str, Any]:
-        """As of one robot's areas."""
+        """Return figures like those of one robot's areas."""
         return area_report_figures(self.area, self.report)
 
 
 def joint_ground(
     template: Template, vehicle: Vehicle, trajectories: Sequence[Trajectory], works: Sequence[Work]
 ) -> JointGround:
-    """Judge all the ground together; takes a moment.
+    """Evaluate all the ground together; takes a moment.
 
     Args:
-        template: All of it, areas alone.
-        vehicle: Of every robot; its tool covers.
-        trajectories: What all robots were to drive.
-        works: Of all robots.
+        template: The whole template, areas only.
+        vehicle: Vehicle of every robot; its tool covers.
+        trajectories: Planned trajectories of all robots.
+        works: Work of all robots.
     """
     segments: tuple[Segment, ...] = tuple(segment for each in trajectories for segment in each.path.segments)
     planned = Trajectory(path=Path(segments=segments))
-    together, track = PaintLedger([], template.line_width_m, vehicle.tool.width_m), Track()
+    simultaneous_poses, track = PaintLedger([], template.line_width_m, vehicle.tool.width_m), Track()
     for work in works:
-        together.restore(work.ledger.rows(0))
+        simultaneous_poses.restore(work.ledger.rows(0))
         rows, count = track.arrays(len(work.track.rows))
         first = int(count[0])
         count[0] += len(work.track.rows)
         rows[first : count[0]] = work.track.rows
-    metrics = area_metrics(AreaAccount(template, planned, vehicle), together, track)
+    metrics = area_metrics(AreaAccount(template, planned, vehicle), simultaneous_poses, track)
     return JointGround(area_report(Header(), metrics), covering_report(Header(), metrics, done=True))

@@ -1,4 +1,4 @@
-"""The paint of several robots, judged together against all of the template."""
+"""Paint of several robots, evaluated together against the whole template."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from touchline.services.robot_sim.paint.track import Track
 
 @dataclass(frozen=True)
 class Work:
-    """What one robot has painted on one trajectory, and where it was by then."""
+    """Paint of one robot on one trajectory, and its poses by then."""
 
     ledger: PaintLedger
     track: Track
@@ -35,12 +35,12 @@ class Work:
 
 @dataclass(frozen=True)
 class JointPaint:
-    """The true paint of all.
+    """True paint of all robots.
 
     Attributes:
         metrics: Against the template.
-        wet_crossings: How often a wheel or caster of any robot came upon wet paint of any robot.
-        tolerance_m: Of the template.
+        wet_crossings: Number of times that a wheel or caster of any robot met wet paint of any robot.
+        tolerance_m: Tolerance of the template.
     """
 
     metrics: PaintMetrics
@@ -48,11 +48,11 @@ class JointPaint:
     tolerance_m: float
 
     def caption(self) -> str:
-        """The figures that say most."""
+        """Return the main figures as a caption."""
         return painted_caption(self.figures())
 
     def figures(self) -> dict[str, Any]:
-        """As of one robot's paint, as far as it makes sense of several."""
+        """Return figures like those of one robot's paint, as far as they apply to several."""
         metrics = self.metrics
         return {
             "coverage_pct": metrics.coverage_pct,
@@ -74,15 +74,15 @@ class JointPaint:
 
 
 def ledger_of(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> PaintLedger:
-    """Strokes as a ledger against the lines of a template."""
-    together = _ledger(template, vehicle)
+    """Return strokes as a ledger against the lines of a template."""
+    simultaneous_poses = _ledger(template, vehicle)
     for stroke in strokes:
         rows = np.zeros((len(stroke.x_m) + 1, POINT_COLUMNS))
         rows[1:, POINT_X], rows[1:, POINT_Y] = stroke.x_m, stroke.y_m
         rows[0, [POINT_X, POINT_Y]] = rows[1, [POINT_X, POINT_Y]]
         rows[0, POINT_TARGET], rows[:, POINT_WIDTH] = STROKE_BEGINS, stroke.width_m / vehicle.tool.width_m
-        together.restore(np.delete(rows, 1, axis=0))
-    return together
+        simultaneous_poses.restore(np.delete(rows, 1, axis=0))
+    return simultaneous_poses
 
 
 def _ledger(template: Template, vehicle: Vehicle) -> PaintLedger:
@@ -91,15 +91,15 @@ def _ledger(template: Template, vehicle: Vehicle) -> PaintLedger:
 
 
 def joint_paint(template: Template, vehicle: Vehicle, works: Sequence[Work]) -> JointPaint:
-    """Judge all the paint together; takes a moment.
+    """Evaluate all the paint together; takes a moment.
 
     Args:
-        template: All of it, lines alone.
-        vehicle: Of every robot.
-        works: Of all robots, on one clock.
+        template: The whole template, lines only.
+        vehicle: Vehicle of every robot.
+        works: Work of all robots, on one clock.
     """
-    together = _ledger(template, vehicle)
+    simultaneous_poses = _ledger(template, vehicle)
     for work in works:
-        together.restore(work.ledger.rows(0))
+        simultaneous_poses.restore(work.ledger.rows(0))
     crossings = wet_crossings_of([Painter(work.ledger, work.track) for work in works], vehicle)
-    return JointPaint(paint_metrics(together), crossings, template.tolerance_m)
+    return JointPaint(paint_metrics(simultaneous_poses), crossings, template.tolerance_m)

@@ -1,4 +1,4 @@
-"""Areas planned for several robots that cover them: parts, a plan for each, and who goes first where they meet."""
+"""Areas planned for several covering robots: parts, a plan for each, and the order where they meet."""
 
 import math
 import time
@@ -43,26 +43,26 @@ from touchline.services.planner.sharing.ground_parts import (
 )
 
 MISSED_S_PER_M2: Final = 4.0
-"""What a missed square metre is worth when ways to share are compared, as when lanes are joined."""
+"""Cost of a missed square metre when partitions are compared, as when lanes are joined."""
 SHARE_PCT: Final = 99.7
-"""Of what can be reached of each part; where the options do not say how much."""
+"""Coverage of the reachable ground of each part, percent, where the options give none."""
 TURNS: Final = 4
-"""Laps may begin with the side in any of so many directions."""
+"""Number of directions in which laps may begin."""
 WAITS_SHARE: Final = 0.02
-"""Where robots wait for each other for no larger share of the time, laps need not begin elsewhere."""
+"""Laps need not begin elsewhere where robots wait for no larger share of the time."""
 EVEN_SHARE: Final = 0.03
-"""Times of robots that differ by no larger share are even."""
+"""Robots' times that differ by no larger share count as even."""
 
 
-class Parted(NamedTuple):
-    """A way to share that was planned.
+class AreaPartition(NamedTuple):
+    """Planned partition of the areas.
 
     Attributes:
-        job: None if one robot stands in another's way for good.
-        least_s: What it would cost if nobody waited.
-        shares, angle_rad: Of the parts.
-        turn: Of the side with which laps begin.
-        parts: Which part each robot has.
+        job: None if one robot obstructs another for good.
+        least_s: Cost if no robot waited.
+        shares, angle_rad: Shares and direction of the parts.
+        turn: Index of the side with which laps begin.
+        parts: Part number of each robot.
     """
 
     job: SharedJob | None
@@ -74,14 +74,14 @@ class Parted(NamedTuple):
 
     @property
     def cost_s(self) -> float:
-        """By which ways are compared: when all are done, and what they miss."""
+        """Cost for comparing partitions: time of the last robot, and what they miss."""
         if self.job is None:
             return math.inf
         return self.job.table.end_s + MISSED_S_PER_M2 * (self.job.area_m2 - self.job.covered_m2)
 
     @property
     def waits(self) -> bool:
-        """Whether somebody waits for so long that laps had better begin elsewhere."""
+        """True if robots wait so long that laps should begin elsewhere."""
         return self.job is None or max(self.job.table.waits_s) > WAITS_SHARE * self.job.table.end_s
 
 
@@ -93,19 +93,18 @@ def share_areas(
     progress: Progress = lambda done, doing: None,
     left: Grounds | None = None,
 ) -> SharedJob:
-    """Plan a template's areas for several robots, or for one that does what is left.
+    """Plan a template's areas for several robots, or for one that does the remaining work.
 
     Args:
         template: In the map frame.
-        options: How to plan.
-        vehicle: Every one of the robots; its tool covers.
-        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
-            begins.
-        progress: Told the fraction done, and what is being done.
-        left: By its id, what of each area is left to be covered (m, map frame); None: all of every area.
+        options: Planning options.
+        vehicle: Vehicle of every robot; its tool covers.
+        starts: Pose of each robot: x (m), y (m), heading (rad); None: it is placed where its plan begins.
+        progress: Called with the fraction done and the present stage.
+        left: By area id, the ground to be covered (m, map frame); None: all of every area.
 
     Raises:
-        PlanningError: It cannot be shared or planned; it says why and what to do.
+        PlanningError: It cannot be shared or planned; the message gives reason and remedy.
     """
     begun = time.perf_counter()
     refuse_poses(options)
@@ -119,7 +118,7 @@ def share_areas(
 
 
 class _AreaSharing:
-    """See `share_areas`."""
+    """Search for the best partition; see `share_areas`."""
 
     def __init__(self, task: PlanTask, starts: Sequence[Start | None], progress: Progress) -> None:
         self.task, self.starts, self.robots, self._progress = task, starts, len(starts), progress
@@ -136,36 +135,36 @@ class _AreaSharing:
         self._done, self._told = 0, 0.0
 
     def best(self) -> SharedJob:
-        """The best of all ways.
+        """Return the best job of all partitions.
 
-        A way in which robots wait for each other is tried with laps that begin elsewhere, unless it would be no better
-        than another one if nobody waited.
+        A partition in which robots wait for each other is tried with laps that begin elsewhere, unless it would be no
+        better than another one even without waiting.
         """
         even = (1.0 / self.robots,) * self.robots
         angles = directions(self.angle_rad) if self.robots > 1 else (self.angle_rad,)
-        begun = [self._way(even, angle, 0) for angle in angles]
-        firsts = sorted((way for way in begun if way is not None), key=lambda way: way.least_s)
-        best = min(firsts, key=lambda way: way.cost_s, default=None)
+        begun = [self._partition(even, angle, 0) for angle in angles]
+        firsts = sorted((each for each in begun if each is not None), key=lambda each: each.least_s)
+        best = min(firsts, key=lambda each: each.cost_s, default=None)
         for first in firsts:
-            way: Parted | None = first
+            partition: AreaPartition | None = first
             for turn in range(1, TURNS):
-                if way is None or best is None or not way.waits or first.least_s >= best.cost_s:
+                if partition is None or best is None or not partition.waits or first.least_s >= best.cost_s:
                     break
-                way = self._way(even, first.angle_rad, turn)
-                best = _better(best, way)
+                partition = self._partition(even, first.angle_rad, turn)
+                best = _better(best, partition)
         if best is None or best.job is None:
             raise self._problem or no_order(self.robots)
         seconds = np.zeros(self.robots)
         seconds[list(best.parts)] = [made.report.total_time_s for made in best.job.plans]
         if np.ptp(seconds) > EVEN_SHARE * seconds.max():
             shares = np.array(best.shares) / seconds
-            again = self._way(tuple((shares / shares.sum()).tolist()), best.angle_rad, best.turn)
+            again = self._partition(tuple((shares / shares.sum()).tolist()), best.angle_rad, best.turn)
             if again is not None and again.job is not None and again.cost_s < best.cost_s:
                 return again.job
         return best.job
 
-    def _way(self, shares: tuple[float, ...], angle_rad: float, turn: int) -> Parted | None:
-        """A way to share with laps that begin in one direction; None if a part cannot be planned."""
+    def _partition(self, shares: tuple[float, ...], angle_rad: float, turn: int) -> AreaPartition | None:
+        """Plan a partition with laps that begin in one direction; None if a part cannot be planned."""
         try:
             cut_up = self._parts(shares, angle_rad)
             of_robots = self._nearest(cut_up)
@@ -179,10 +178,10 @@ class _AreaSharing:
         covered = swept([section.path for each in plans for section in each.sections], self._width_m)
         covered_m2 = float(intersection(covered, whole).area)
         least_s = max(made.report.total_time_s for made in plans) + MISSED_S_PER_M2 * (whole.area - covered_m2)
-        return Parted(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
+        return AreaPartition(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
 
     def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Company]:
-        """The part of each strip; where some ground is left alone, straights are laid as if nothing were covered."""
+        """Return the parts, a strip each; ground to be left alone does not change the straights."""
         cuts = strips(self.grounds, shares, angle_rad, self._overlap_m)
         half_m, left = 0.5 * self._width_m, self.task.company.left
         parts = [parts_in(self.grounds, strip, 0.0 if left else half_m) for strip in cuts]
@@ -197,7 +196,7 @@ class _AreaSharing:
         ]
 
     def _nearest(self, parts: Sequence[Company]) -> tuple[int, ...]:
-        """The part of each robot, near to where it stands; in their order if they are carried there."""
+        """Return the part of each robot, near to where it stands; in order if they are placed."""
         places = [None if at is None else shapely.Point(at[:2]) for at in self.starts]
         off_m = [
             [0.0 if place is None else min(each.distance(place) for each in _ground(part).values()) for part in parts]
@@ -206,20 +205,20 @@ class _AreaSharing:
         return tuple(linear_sum_assignment(off_m)[1].tolist())
 
     def _plans(self, parts: Sequence[Company], begins_rad: float) -> list[Plan]:
-        """A plan for each part."""
+        """Return a plan for each part."""
         return [
             plan(
                 self.task.template,
                 self.task.vehicle,
                 self._asked if at is None else self._asked.model_copy(update={"start": np.array(at)}),
-                partial(self._tell, robot),
+                partial(self._report, robot),
                 company=replace(part, begins_rad=begins_rad),
             )
             for robot, (part, at) in enumerate(zip(parts, self.starts, strict=True))
         ]
 
     def _job(self, parts: Sequence[Company], plans: Sequence[Plan], covered_m2: float) -> SharedJob | None:
-        """The job of these plans; None if one robot stands in another's way for good."""
+        """Return the job of these plans; None if one robot obstructs another for good."""
         template, vehicle = self.task.template, self.task.vehicle
         paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
         table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
@@ -238,17 +237,17 @@ class _AreaSharing:
             covered_m2=covered_m2,
         )
 
-    def _tell(self, robot: int, stage: str, fraction: float) -> None:
+    def _report(self, robot: int, stage: str, fraction: float) -> None:
         done = self._done + (robot + fraction) / self.robots
         self._told = max(self._told, 1.0 - 1.0 / (1.0 + 0.5 * done))
-        self._progress(self._told, f"Planning parts: {stage}, way {self._done + 1}, robot {robot + 1}")
+        self._progress(self._told, f"Planning parts: {stage}, partition {self._done + 1}, robot {robot + 1}")
 
 
 def _ground(part: Company) -> Grounds:
-    """That a robot is to cover."""
+    """Return the ground that a robot is to cover."""
     return part.left or part.grounds or {}
 
 
-def _better(one: Parted, other: Parted | None) -> Parted:
-    """The one of less cost."""
+def _better(one: AreaPartition, other: AreaPartition | None) -> AreaPartition:
+    """Return the one with the lower cost."""
     return one if other is None or one.cost_s <= other.cost_s else other

@@ -1,6 +1,6 @@
-"""A shared job over the bus: each robot loads its part, and is told how far it may drive by what the others report.
+"""A shared job over the bus: each robot loads its part, and is granted path as the others report progress.
 
-A robot that fails does not end it: the others go on as far as they may, and do what is left once that is ordered.
+A failed robot does not end the job: the others continue as far as they may, and take over its work once ordered.
 """
 
 import time
@@ -10,16 +10,16 @@ from typing import Any, Final
 from touchline.bus import Bus
 from touchline.fleet.traffic.gates import authorities_m
 from touchline.jobs.recording.team_recording import begin_team_recording, end_team_recording
+from touchline.jobs.shared.assignment import AssignmentStatus, assignments
 from touchline.jobs.shared.body_gap import BodyGap
-from touchline.jobs.shared.claimed_stretch import tell_stretches
-from touchline.jobs.shared.conduct import Conduct
-from touchline.jobs.shared.errand import ErrandStatus, errands
-from touchline.jobs.shared.left_work import LeftWork
-from touchline.jobs.shared.rest import Mate, none_left, painted_before, rest_of
+from touchline.jobs.shared.claimed_stretch import publish_stretches
+from touchline.jobs.shared.pose_history import simultaneous_poses
+from touchline.jobs.shared.remaining_work import RemainingWork
+from touchline.jobs.shared.replanning import FieldRobot, no_remaining_work, painted_before, replan_rest
 from touchline.jobs.shared.shared_job import SharedJob
 from touchline.jobs.shared.shared_robot import SharedRobot, fresh_id
-from touchline.jobs.shared.sightings import together
-from touchline.jobs.shared.standstill_words import (
+from touchline.jobs.shared.shared_run_settings import SharedRunSettings
+from touchline.jobs.shared.standstill_messages import (
     in_the_way,
     out_of_service,
     paused_since,
@@ -33,55 +33,55 @@ from touchline.schemas.messages import CommandRequest, CommandResponse, Event, T
 from touchline.services.planner.sequencing.wet import NO_LINES
 
 STALLED_S: Final = 20.0
-"""A team of which nobody moves on for so long (wall clock) will not finish by itself."""
+"""Wall-clock time without motion after which a team will not finish by itself."""
 _LOOK_S: Final = 0.005
 _SETTLED_S: Final = 0.2
-"""Wall clock: what a robot had told before its clock was held is here after so long."""
+"""Wall-clock time after which messages sent before the clock was held have arrived."""
 _STANDS_S: Final = 60.0
-"""Wall clock: an aborted robot has come to rest and has reported by then."""
+"""Wall-clock time in which an aborted robot comes to rest and reports."""
 
 
 class SharedBusRun:
-    """A shared job in progress.
+    """Shared job in progress.
 
     Args:
-        buses: Of the robots, in the order of the job.
-        job: What they do.
-        conduct: How.
-        watcher: Whoever watches.
+        buses: Buses of the robots, in the order of the job.
+        job: The shared job.
+        settings: Pace, take-over, recording and timeout.
+        watcher: Observer of the job.
 
     Attributes:
-        robots: All of them.
-        job: What is done now: the rest, once that was taken over.
-        gap: Between bodies, each where it was last told to be in truth.
-        left_out: What could not be reached.
+        robots: All robots.
+        job: The present job: the rest, once work was taken over.
+        gap: Distance between bodies, by their last reported true poses.
+        left_out: Work that could not be reached.
         recording: Its figures, if there is one.
-        orders: That operators have given, with what came of each.
-        started_at: Wall clock (monotonic) at which they set off.
-        wall_time_s: That they took, by the clock on the wall.
+        orders: Orders of operators, with their outcomes.
+        started_at: Wall clock (monotonic) of the start.
+        wall_time_s: Wall-clock duration.
     """
 
-    def __init__(self, buses: Sequence[Bus], job: SharedJob, conduct: Conduct, watcher: Watcher) -> None:
+    def __init__(self, buses: Sequence[Bus], job: SharedJob, settings: SharedRunSettings, watcher: Watcher) -> None:
         self.robots, self.job = [SharedRobot(bus, job.vehicle, watcher.event) for bus in buses], job
-        self._conduct, self._watcher = conduct, watcher
+        self._settings, self._watcher = settings, watcher
         self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
         self._gathering = self._undone = self._asked = False
         self._painted, self._begun_s = NO_LINES, 0.0
         self._said = dict.fromkeys((robot.name for robot in self.robots), "")
         self._moved_at, self._reached_m = 0.0, -1.0
-        self.left_out, self._driven = none_left(job), list[Trajectory]()
+        self.left_out, self._driven = no_remaining_work(job), list[Trajectory]()
         self.recording: dict[str, Any] | None = None
         self.orders: list[dict[str, str | bool]] = []
         self.started_at = self.wall_time_s = 0.0
 
     def run(self) -> None:
-        """Do it.
+        """Carry out the job.
 
         Raises:
-            JobFailed: A robot refused, nobody moves on, or what a robot left was not taken over in time.
-            CallError: One did not answer.
+            JobFailed: A robot refused, nobody moves on, or a failed robot's work was not taken over in time.
+            CallError: A robot did not answer.
         """
-        record = self._conduct.record
+        record = self._settings.record
         if record is not None:
             begin_team_recording(self._recorder, record, self._watcher)
         self._watcher.stage("Covering" if self.job.template.areas else "Painting")
@@ -103,14 +103,14 @@ class SharedBusRun:
 
     @property
     def _recorder(self) -> Bus:
-        """Of the bridge, which serves all robots, whatever becomes of them."""
+        """Bus of the bridge, which serves all robots, whatever happens to them."""
         return self.robots[0].bus
 
     def _begin(self, job: SharedJob, crew: Sequence[SharedRobot], *, here: bool) -> None:
         self.job, self._crew = job, list(crew)
-        for robot, errand in zip(crew, errands(job), strict=True):
-            robot.take(errand, self._begun_s, here=here)
-            robot.set_speed(self._conduct.speed)
+        for robot, assignment in zip(crew, assignments(job), strict=True):
+            robot.take(assignment, self._begun_s, here=here)
+            robot.set_speed(self._settings.speed)
         self._authorize()
         self._moved_at, self._reached_m = time.monotonic(), -1.0
         self.started_at = self.started_at or self._moved_at
@@ -118,7 +118,7 @@ class SharedBusRun:
             robot.command(topics.START)
 
     def _authorize(self) -> None:
-        """Tell every robot whose authority has changed."""
+        """Send every robot its authority if that has changed."""
         until_m = authorities_m(self.job.table.gates, [robot.progress_m for robot in self._crew])
         for robot, arc_m in zip(self._crew, until_m, strict=True):
             if not (robot.out or robot.finished):
@@ -126,10 +126,10 @@ class SharedBusRun:
         self._claim()
 
     def _claim(self) -> None:
-        """Tell of every robot which stretch of its path the others keep off."""
+        """Publish for every robot the stretch of its path that the others keep off."""
         for robot in self.robots:
             robot.claim()
-        tell_stretches([robot.stretch for robot in self.robots], time.monotonic())
+        publish_stretches([robot.stretch for robot in self.robots], time.monotonic())
 
     def _follow(self) -> None:
         while not self._over:
@@ -151,29 +151,29 @@ class SharedBusRun:
     def _over(self) -> bool:
         if self._gathering or self._undone or not all(robot.done for robot in self._crew):
             return False
-        return not self._in_the_way or self._waited_s > self._conduct.ordered_within_s
+        return not self._in_the_way or self._waited_s > self._settings.ordered_within_s
 
     @property
     def _in_the_way(self) -> list[SharedRobot]:
-        """Who has failed beside what could not be reached, until that is taken over."""
+        """Return robots that failed beside work that could not be reached, until that is taken over."""
         return [robot for robot in self.robots if robot.out] if self.left_out and not self._ends_by_itself else []
 
     @property
     def _failed(self) -> list[SharedRobot]:
-        """Who is out of service, and has not done what it was to do."""
+        """Return robots that are out of service and have not finished."""
         return [robot for robot in self._crew if robot.out and not robot.done]
 
     @property
     def _ends_by_itself(self) -> bool:
-        return self._conduct.take_over_after_s is not None
+        return self._settings.take_over_after_s is not None
 
     @property
     def _waited_s(self) -> float:
-        """Since anybody has moved, or has failed."""
+        """Return the time since any robot has moved or failed."""
         return time.monotonic() - max(self._moved_at, *(robot.out_at for robot in self.robots))
 
     def _look(self) -> None:
-        """Hear all, and say who has failed."""
+        """Take all messages, and report failures."""
         self._watcher.check()
         for robot in self.robots:
             robot.listen()
@@ -183,15 +183,15 @@ class SharedBusRun:
                 self._said[robot.name] = robot.out
                 self._tell_of(robot)
         there = [robot for robot in self.robots if not robot.gone]
-        seen = {robot.name: robot.truth.sightings for robot in there}
-        poses = together(seen, {robot.name for robot in there if robot.stands}, time.time())
+        seen = {robot.name: robot.truth.poses for robot in there}
+        poses = simultaneous_poses(seen, {robot.name for robot in there if robot.stands}, time.time())
         for name in self.gap.look(poses) if poses else ():
             self._watcher.event(Event.ERROR, f"{name} touches another robot")
             next(robot for robot in self.robots if robot.name == name).touch()
 
     def _tell_of(self, robot: SharedRobot) -> None:
         if robot.out:
-            self._watcher.event(Event.ERROR, out_of_service(robot, self._conduct))
+            self._watcher.event(Event.ERROR, out_of_service(robot, self._settings))
         else:
             self._watcher.event(Event.INFO, f"{robot.name} is in service again")
 
@@ -202,24 +202,24 @@ class SharedBusRun:
             where = ", ".join(f"{robot.name} {robot.status.segment_id}" for robot in self._crew)
             self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), where)
         if paused := [robot for robot in self._crew if robot.paused_since is not None]:
-            self._moved_at = time.monotonic()  # who is paused by an operator stands until an operator resumes it
+            self._moved_at = time.monotonic()  # a robot paused by an operator stands until an operator resumes it
             self._watcher.progress(now_m / sum(path.end_m for path in self.job.paths), paused_since(paused))
         failed = self._failed
-        after_s = self._conduct.take_over_after_s
+        after_s = self._settings.take_over_after_s
         if failed and after_s is not None and not (self._gathering or self._undone):
             if time.monotonic() - failed[0].out_at >= after_s:
                 done, text = self._take_over(failed[0])
                 self._note(failed[0], "take-over", done=done, outcome=text)
         elif (failed or self._undone) and not self._gathering:
-            if self._waited_s > self._conduct.ordered_within_s or (self._undone and self._ends_by_itself):
-                raise JobFailed(why_not_finished(failed, self._left.names, self._conduct, undone=self._undone))
+            if self._waited_s > self._settings.ordered_within_s or (self._undone and self._ends_by_itself):
+                raise JobFailed(why_not_finished(failed, self._remaining.names, self._settings, undone=self._undone))
         elif time.monotonic() - self._moved_at > STALLED_S and not all(robot.done for robot in self._crew):
             raise JobFailed(f"no robot has moved for {STALLED_S:.0f} s ({why_not_done(self._crew)})")
 
     def _look_whether_all_else_is_done(self) -> None:
         over = all(robot.done for robot in self._crew)
         if over and not self._asked and (there := self._in_the_way):
-            self._watcher.event(Event.WARN, in_the_way(there, self.left_out, self._conduct))
+            self._watcher.event(Event.WARN, in_the_way(there, self.left_out, self._settings))
         self._asked = over
 
     def _note(self, robot: SharedRobot, kind: str, *, done: bool, outcome: str) -> None:
@@ -227,46 +227,46 @@ class SharedBusRun:
         self._watcher.event(Event.INFO if done else Event.WARN, f"{kind} {robot.name}: {outcome}")
 
     def _remove(self, robot: SharedRobot) -> tuple[bool, str]:
-        """It was carried away: whether that can be, and what is said."""
+        """Confirm that a robot was carried away; return success and message."""
         if not robot.out or robot.gone:
             return False, f"{robot.name} does not stand there out of service"
         robot.gone, self._moved_at = True, time.monotonic()
-        return True, f"{robot.name} was carried away; order take-over to have done what it left"
+        return True, f"{robot.name} was carried away; order take-over to have its remaining work done"
 
     def _take_over(self, robot: SharedRobot) -> tuple[bool, str]:
-        """Have all others stop where they do not paint, so that the rest can be done: whether, and what is said."""
+        """Have all others stop outside lines, so that the rest can be replanned; return success and message."""
         able = [each for each in self.robots if not each.out]
         if not robot.out:
-            return False, f"{robot.name} is in service, and does its share itself"
+            return False, f"{robot.name} is in service and does its own share"
         if not able:
-            return False, "nobody is left to take over"
+            return False, "no robot can take over"
         if not self._gathering:
             self._gathering = True
-            for each in able:  # so that none has passed by then the place where it is told to stop
+            for each in able:  # so that no robot has passed its stop before the order arrives
                 each.set_speed(0.0)
             settled_at = time.monotonic() + _SETTLED_S
             while time.monotonic() < settled_at:
                 self._look()
                 time.sleep(_LOOK_S)
             for each in self._crew:
-                if each.errand is not None and not each.out:
-                    each.limit_m = each.errand.next_hold_m(each.furthest_m)
+                if each.assignment is not None and not each.out:
+                    each.limit_m = each.assignment.next_hold_m(each.furthest_m)
             self._authorize()
             for each in able:
-                each.set_speed(self._conduct.speed)
+                each.set_speed(self._settings.speed)
             self._moved_at = time.monotonic()
-        return True, "the others take over as soon as they have come to stand"
+        return True, "the others take over as soon as they stand"
 
     def _hand_over(self) -> None:
-        """Have everybody give up what is under way where it stands, and begin on the rest."""
+        """Have every robot abort where it stands, and start the rest."""
         self._stand_down()
         self._gathering = False
-        left, told = self._left, self._told
+        remaining, statuses = self._remaining, self._statuses
         beliefs, now_s = [robot.painted for robot in self._crew], max(robot.shared_s for robot in self._crew)
         painted = painted_before(self.job, beliefs, self._painted, now_s - self._begun_s)
-        mates = [Mate(robot.place, not robot.out) for robot in self.robots if not robot.gone]
+        robots = [FieldRobot(robot.place, not robot.out) for robot in self.robots if not robot.gone]
         try:
-            rest = rest_of(self.job, left, mates, painted, self._watcher.progress) if left else None
+            rest = replan_rest(self.job, remaining, robots, painted, self._watcher.progress) if remaining else None
         except PlanningError as error:
             self._undone = True
             self._watcher.event(Event.ERROR, f"the rest cannot be done: {error}")
@@ -275,15 +275,15 @@ class SharedBusRun:
             robot.conclude()
         self._undone, self._painted, self._begun_s = False, painted, now_s
         if rest is None:
-            self._crew, self.left_out = [], none_left(self.job)
+            self._crew, self.left_out = [], no_remaining_work(self.job)
             return
-        self._driven += [each.driven for each in told]
+        self._driven += [each.driven for each in statuses]
         self.left_out = rest.left_out
         self._watcher.event(Event.INFO, f"the rest is done: {rest}")
         self._begin(rest.job, [robot for robot in self.robots if robot.name in rest.crew], here=True)
 
     def _stand_down(self) -> None:
-        """Have everybody give up what is under way where it stands, and report."""
+        """Have every robot abort where it stands, and report."""
         for robot in self._crew:
             if robot.out:
                 robot.keep_out()
@@ -298,22 +298,22 @@ class SharedBusRun:
             time.sleep(_LOOK_S)
 
     @property
-    def _told(self) -> list[ErrandStatus]:
-        """How far the robots are."""
-        return [each for robot in self._crew for each in robot.told]
+    def _statuses(self) -> list[AssignmentStatus]:
+        """Return the status of the robots' assignments."""
+        return [each for robot in self._crew for each in robot.assignment_statuses]
 
     @property
-    def _left(self) -> LeftWork:
-        """What is not done, by what the robots believe."""
-        return self.left_out.joined(self.job, self._told)
+    def _remaining(self) -> RemainingWork:
+        """Return the unfinished work, by the robots' estimates."""
+        return self.left_out.joined(self.job, self._statuses)
 
     @property
     def planned(self) -> list[Trajectory]:
-        """What all were to drive: what was given up as far as it was driven, and what came instead."""
+        """Return all planned trajectories: aborted ones as far as they were driven, and their replacements."""
         return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
     def _give_up(self) -> None:
-        """Leave all robots stopped; who cannot be asked any more is left."""
+        """Stop all robots; skip those that do not answer any more."""
         self._watcher.stage("Stopping")
         for robot in self.robots:
             try:

@@ -1,4 +1,4 @@
-"""A template planned for several robots: shares, a plan for each, and who goes first where they meet."""
+"""A template planned for several robots: shares, a plan for each, and the order where they meet."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -28,14 +28,14 @@ from touchline.services.planner.sharing.wet_between import Clocked, crossings_be
 from touchline.services.planner.tour import UnreachableError, crossing_cost_s, drying_s
 
 APART_M: Final = 0.5
-"""Bodies keep at least so far from each other."""
+"""Clearance between bodies."""
 ASTRAY_M: Final = 0.1
-"""By so much each robot may be beside its path, with what it does not know of itself."""
+"""Allowance for each robot's distance from its path that it does not know of."""
 
 PRICES_S: Final = (1.25, 3.0, 6.0)
-"""What it may cost a robot not to run over a wet line once: whoever is done before the others has time to spare."""
-WAYS, MANY = 3, 60
-"""So many ways to share are planned in full; of a template with more lines than that one, as it takes long."""
+"""Prices of crossing a wet line: a robot that finishes before the others has time to spare."""
+FULL_SHARINGS, MANY_LINES = 3, 60
+"""Sharings planned in full; for a template with more lines than the second number only one, as it takes long."""
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
@@ -44,19 +44,19 @@ Start = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class SharedJob:
-    """A planned job of several robots that are alike.
+    """Planned job of several robots of one kind.
 
     Attributes:
-        template: All of it.
-        vehicle, options: Of every robot.
-        shares: Of each robot, the template with its swaths alone.
-        plans: Of each robot.
-        paths: Likewise, as the traffic rules see them.
-        table: Who waits where for whom.
-        wet_between: How often a robot meets wet paint of another one, or of before, by plans and timetable.
-        planning_time_s: By the clock on the wall.
-        covered_m2: Of the areas, what all plans cover together.
-        left_out: Stretches of lines that outlines are in the way of.
+        template: The whole template.
+        vehicle, options: Common to all robots.
+        shares: For each robot, the template with its swaths only.
+        plans: Plan of each robot.
+        paths: The plans as the traffic rules see them.
+        table: Timetable: who waits where for whom.
+        wet_between: Number of times that a robot meets wet paint of another or of before, by plans and timetable.
+        planning_time_s: Wall clock.
+        covered_m2: Ground that all plans cover together.
+        left_out: Stretches of lines that are obstructed.
     """
 
     template: Template
@@ -73,21 +73,21 @@ class SharedJob:
 
     @property
     def area_m2(self) -> float:
-        """Of all areas, which do not overlap; 0 where lines are painted."""
+        """Total of the areas, which do not overlap, m²; 0 for lines."""
         return sum(area.polygon.area for area in self.template.areas)
 
     @property
     def wet_crossings(self) -> int:
-        """How often a wheel or caster meets wet paint, its own robot's or another's."""
+        """Number of times that a wheel or caster meets wet paint, its own robot's or another's."""
         return sum(each.report.wet_crossings for each in self.plans) + self.wet_between
 
     @property
     def cost_s(self) -> float:
-        """By which ways to share are compared: when all are done, and what wet crossings are worth in time."""
+        """Cost for comparing jobs: time of the last robot, and a price for wet crossings."""
         return self.table.end_s + crossing_cost_s(self.options) * self.wet_crossings
 
     def figures(self) -> dict[str, Any]:
-        """Of all robots together."""
+        """Return the figures of all robots together."""
         return {
             "total_time_s": self.table.end_s,
             "wet_crossings": {"total": self.wet_crossings, "between_robots": self.wet_between},
@@ -101,9 +101,9 @@ class SharedJob:
 def share_reachable(
     template: Template, options: PlanOptions, vehicle: Vehicle, robots: int, progress: Progress
 ) -> SharedJob:
-    """Plan what can be reached of a template for several robots that are carried to where their plans begin.
+    """Plan the reachable part of a template for several robots that are placed where their plans begin.
 
-    The job's template has the parts of obstructed lines as lines of their own. Arguments and errors are those of
+    The job's template has the parts of obstructed lines as separate lines. Arguments and errors are those of
     `share_job`.
     """
     begun = time.perf_counter()
@@ -134,33 +134,32 @@ def share_job(
 
     Args:
         template: In the map frame.
-        options: How to plan.
-        vehicle: Every one of the robots.
-        starts: Of each robot, where it stands: x (m), y (m), heading (rad); None: it is carried to where its plan
-            begins.
-        progress: Told the fraction done, and what is being done.
-        painted: (n, 7) rows of `sequencing.wet`: lines that are on the ground already, painted at times below 0.
+        options: Planning options.
+        vehicle: Vehicle of every robot.
+        starts: Pose of each robot: x (m), y (m), heading (rad); None: it is placed where its plan begins.
+        progress: Called with the fraction done and the present stage.
+        painted: (n, 7) rows of `sequencing.wet`: lines already on the ground, painted at times below 0.
 
     Raises:
-        PlanningError: It cannot be shared or planned; it says why and what to do.
+        PlanningError: It cannot be shared or planned; the message gives reason and remedy.
     """
     begun = time.perf_counter()
     refuse_poses(options)
     progress(0.0, "Sharing")
     task = PlanTask(template, vehicle, options, Company(painted))
     robots = len(starts)
-    ways = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
+    candidates = sharings(task, robots) if robots > 1 else [Sharing((template,), (0.0,), 0.0)]
     best, planned = None, 0
     problem: PlanningError | None = None
-    for number, way in enumerate(ways):
-        told = partial(_tell, progress, number / len(ways), 1.0 / len(ways))
+    for number, sharing in enumerate(candidates):
+        report = partial(_report, progress, number / len(candidates), 1.0 / len(candidates))
         try:
-            job = _best_of(_planned(task, _assigned(way, starts), starts, told))
+            job = _best_of(_planned(task, _assigned(sharing, starts), starts, report))
         except PlanningError as error:
             problem = problem or error
             continue
         best, planned = _best_of((best, job)), planned + (job is not None)
-        if planned == (WAYS if len(template.segments) <= MANY else 1):
+        if planned == (FULL_SHARINGS if len(template.segments) <= MANY_LINES else 1):
             break
     if best is None:
         raise problem or no_order(robots)
@@ -177,45 +176,47 @@ def refuse_poses(options: PlanOptions) -> None:
 
 
 def no_order(robots: int) -> PlanningError:
-    """The error of a template for which no timetable was found."""
-    apart = f"cannot be shared among {robots} robots: however that is tried, one stands in another's way for good"
+    """Return the error for a template without a feasible timetable."""
+    apart = f"cannot be shared among {robots} robots: in every order, one obstructs another for good"
     return PlanningError("", apart, "give fewer robots, or templates that lie apart")
 
 
-def _tell(progress: Progress, begun: float, part: float, stage: str, fraction: float) -> None:
+def _report(progress: Progress, begun: float, part: float, stage: str, fraction: float) -> None:
     progress(begun + part * fraction, f"Planning shares: {stage}")
 
 
 def _best_of(jobs: Iterable[SharedJob | None]) -> SharedJob | None:
-    """The one of least cost."""
+    """Return the job with the lowest cost."""
     return min((job for job in jobs if job is not None), key=lambda job: job.cost_s, default=None)
 
 
-def _assigned(way: Sharing, starts: Sequence[Start | None]) -> Sharing:
-    """The same shares, each given to a robot that stands near it."""
+def _assigned(sharing: Sharing, starts: Sequence[Start | None]) -> Sharing:
+    """Return the same shares, each given to a robot that stands near it."""
     off = np.zeros((len(starts), len(starts)))
     for robot, start in enumerate(starts):
-        for number, share in enumerate(way.shares):
+        for number, share in enumerate(sharing.shares):
             ends = np.array([segment.curve().end[:2] for segment in share.segments])
             off[robot, number] = np.hypot(*(ends - start[:2]).T).min() if start is not None else 0.0
     chosen = linear_sum_assignment(off)[1].tolist()
-    return replace(way, shares=tuple(way.shares[k] for k in chosen), seconds=tuple(way.seconds[k] for k in chosen))
+    return replace(
+        sharing, shares=tuple(sharing.shares[k] for k in chosen), seconds=tuple(sharing.seconds[k] for k in chosen)
+    )
 
 
 def _planned(
-    task: PlanTask, way: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
+    task: PlanTask, sharing: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
 ) -> Iterator[SharedJob | None]:
-    """The jobs of one way to share: at several prices of a wet crossing, and then round the wet paint of the others."""
-    # What robots share is all painted or refused: a share that leaves something out would be nobody's.
+    """Yield the jobs of one sharing: at several prices of a wet crossing, then avoiding the others' wet paint."""
+    # Shares are painted completely or refused: a part that one robot leaves out would be nobody's.
     options = task.options.model_copy(update={"obstructed": REFUSE})
     asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
 
     def planned(robot: int, price_s: float, others: Sequence[Floats] = ()) -> Plan:
         company = Company(np.concatenate((task.company.painted, *others)), price_s)
-        return plan(way.shares[robot], task.vehicle, asked[robot], progress, company=company)
+        return plan(sharing.shares[robot], task.vehicle, asked[robot], progress, company=company)
 
     robots = range(len(starts))
-    jobs = [_joined(task, way, [planned(k, price_s) for k in robots]) for price_s in PRICES_S]
+    jobs = [_joined(task, sharing, [planned(k, price_s) for k in robots]) for price_s in PRICES_S]
     yield from jobs
     best = _best_of(jobs)
     price_s = next((price_s for price_s, job in zip(PRICES_S, jobs, strict=True) if job is best), 0.0)
@@ -225,26 +226,26 @@ def _planned(
         rows = [painted_rows_of(each) for k, each in enumerate(clocked(best)) if k != robot]
         plans = list(best.plans)
         plans[robot] = planned(robot, price_s, rows)
-        job = _joined(task, way, plans)
+        job = _joined(task, sharing, plans)
         yield job
         best = _best_of((best, job))
 
 
-def _joined(task: PlanTask, way: Sharing, plans: Sequence[Plan]) -> SharedJob | None:
-    """The job of these plans; None if one robot stands in another's way for good."""
+def _joined(task: PlanTask, sharing: Sharing, plans: Sequence[Plan]) -> SharedJob | None:
+    """Return the job of these plans; None if one robot obstructs another for good."""
     template, vehicle, options = task.template, task.vehicle, task.options
     paths = [timed_path(load_trajectory(each.trajectory, vehicle), vehicle) for each in plans]
     table = timetable(paths, APART_M + 2.0 * ASTRAY_M)
     if table is None:
         return None
-    job = SharedJob(template, vehicle, options, way.shares, tuple(plans), tuple(paths), table, 0)
+    job = SharedJob(template, vehicle, options, sharing.shares, tuple(plans), tuple(paths), table, 0)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     between = crossings_between(clocked(job), wheels, task.company.painted)
     return replace(job, wet_between=between)
 
 
 def clocked(job: SharedJob) -> list[Clocked]:
-    """The plans with the times that the timetable has for them."""
+    """Return the plans with the timetable's times."""
     return [
         Clocked(each, partial(clock_s, path, late))
         for each, path, late in zip(job.plans, job.paths, job.table.delays, strict=True)
@@ -252,7 +253,13 @@ def clocked(job: SharedJob) -> list[Clocked]:
 
 
 def clock_s(path: TimedPath, delays: tuple[Delay, ...], arc_m: Floats) -> Floats:
-    """When a robot with these delays is at arc lengths (n,) of its path, if all goes as planned."""
+    """Return the times, s, at which a robot with these delays passes arc lengths (n,) of its path.
+
+    Args:
+        path: The robot's path.
+        delays: Its delays in the timetable.
+        arc_m: (n,) arc lengths.
+    """
     from_m = np.array([each.from_m for each in delays])
     late_s = np.array([0.0, *(each.seconds for each in delays)])
     return np.asarray(np.interp(arc_m, path.arc_m, path.time_s) + late_s[np.searchsorted(from_m, arc_m, side="left")])

@@ -1,4 +1,4 @@
-"""Several emulated robots on one field in one process, in step, each as far as the traffic rules let it."""
+"""Several emulated robots on one field in one process, in step, each as far as the traffic rules allow."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from touchline.core.stopwatch import Stopwatch
 from touchline.fleet.body_contacts import PRESSED
 from touchline.fleet.traffic.gates import authorities_m
+from touchline.jobs.shared.assignment import assignments
 from touchline.jobs.shared.body_gap import BodyGap
-from touchline.jobs.shared.claimed_stretch import tell_stretches
-from touchline.jobs.shared.errand import errands
+from touchline.jobs.shared.claimed_stretch import publish_stretches
 from touchline.jobs.shared.joint_ground import JointGround
 from touchline.jobs.shared.joint_paint import JointPaint
-from touchline.jobs.shared.judged import judged
-from touchline.jobs.shared.left_work import LeftWork
-from touchline.jobs.shared.remains import Standing
-from touchline.jobs.shared.rest import Mate, none_left, painted_before, rest_of
+from touchline.jobs.shared.remaining_work import RemainingWork
+from touchline.jobs.shared.replanning import FieldRobot, no_remaining_work, painted_before, replan_rest
 from touchline.jobs.shared.shared_job import SharedJob
 from touchline.jobs.shared.team_member import SLICE_TICKS, Listener, TeamMember
 from touchline.jobs.shared.team_order import OrderTaken, TeamOrder
+from touchline.jobs.shared.unfinished_lines import Standing
+from touchline.jobs.shared.work_evaluation import evaluate_work
 from touchline.jobs.single.simulation import Outcome
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.errors import PlanningError
@@ -32,9 +32,9 @@ from touchline.services.planner.sequencing.wet import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 
 PATIENCE_S: Final = 180.0
-"""If none has come further for so long, somebody would have to do something."""
-TOLD_EVERY: Final = 100
-"""Slices between two looks at how far they are."""
+"""Sim time without progress after which an operator would have to act."""
+REPORT_EVERY: Final = 100
+"""Slices between two progress reports."""
 OUT_OF_SERVICE: Final = "out of service"
 
 Progress = Callable[[float, str], None]
@@ -42,24 +42,24 @@ Floats = NDArray[np.float64]
 
 
 def names_of(robots: int) -> list[str]:
-    """Of the robots of a shared job."""
+    """Return the names of the robots of a shared job."""
     return [f"r{number + 1}" for number in range(robots)]
 
 
 @dataclass(frozen=True)
 class TeamOutcome:
-    """What has come of it.
+    """Outcome of a simulated shared job.
 
     Attributes:
-        robots: Of each robot, its tasks alone.
-        work: The paint of all together, or the ground that they have covered.
-        total_time_s: Until the last one was done, sim time.
-        apart_m: How near to each other bodies came.
-        waited_s: How long each robot stood because another one was in its way.
+        robots: Outcome of each robot, its assignments only.
+        work: Paint of all together, or the ground that they have covered.
+        total_time_s: Sim time until the last one was done.
+        apart_m: Smallest distance of bodies.
+        waited_s: Time for which each robot stood because another one was in its way.
         reason: Why it failed; "" if it did not.
-        wall_time_s: Reports included.
-        left_out: What could not be reached beside robots that stand there.
-        orders: That were given, and what has come of each.
+        wall_time_s: Wall clock, reports included.
+        left_out: Work that could not be reached beside standing robots.
+        orders: Orders and their outcomes.
     """
 
     robots: tuple[tuple[Outcome, ...], ...]
@@ -69,7 +69,7 @@ class TeamOutcome:
     waited_s: tuple[float, ...]
     reason: str
     wall_time_s: float
-    left_out: LeftWork
+    left_out: RemainingWork
     orders: tuple[OrderTaken, ...] = ()
 
 
@@ -82,15 +82,15 @@ def simulate_shared(
     hashed: bool = False,
     listener: Listener | None = None,
 ) -> TeamOutcome:
-    """Carry out a shared job once, as fast as it goes.
+    """Simulate a shared job once, as fast as possible.
 
     Args:
-        job: What they paint or cover.
-        setups: Of each robot: its world and its computer; the vehicle is the job's.
-        orders: What an operator orders meanwhile.
-        progress: Told the fraction done, and who is where.
-        hashed: Whether the reports shall have the hashes of the sessions; where anybody listens they have.
-        listener: Told all that robots tell, by their names, if anybody listens.
+        job: The job.
+        setups: World and computer of each robot; the vehicle is the job's.
+        orders: Scheduled orders of an operator.
+        progress: Called with the fraction done, and where the robots are.
+        hashed: Whether the reports contain session hashes; with a listener they always do.
+        listener: Called with all telemetry of the robots, by name.
 
     Raises:
         CommandRefused: A robot does not take its plan.
@@ -109,7 +109,7 @@ def simulate_shared(
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
         tuple(tuple(member.outcomes) for member in run.members),
-        judged(job, run.planned, works),
+        evaluate_work(job, run.planned, works),
         max(member.ended_s for member in run.members),
         run.gap.closest_m,
         tuple(member.waited_s for member in run.members),
@@ -121,29 +121,29 @@ def simulate_shared(
 
 
 class _SharedRun:
-    """The robots and what they are doing.
+    """Robots and their progress.
 
     Attributes:
         members: All robots.
-        crew: Those of the job in hand, in its order.
-        job: That one.
-        gap: Between bodies.
-        left_out: What could not be reached.
+        crew: Those of the present job, in its order.
+        job: The present job.
+        gap: Distance between bodies.
+        left_out: Work that could not be reached.
     """
 
     def __init__(self, job: SharedJob, members: list[TeamMember], progress: Progress) -> None:
-        """Every robot at its start."""
+        """Place every robot at its start."""
         self.members, self.gap, self._progress = members, BodyGap(job.vehicle), progress
-        self.left_out, self._driven = none_left(job), list[Trajectory]()
+        self.left_out, self._driven = no_remaining_work(job), list[Trajectory]()
         self._slices = 0
         self._gathering = list[OrderTaken]()
-        self._nothing_left, self._problem = False, ""
+        self._nothing_remains, self._problem = False, ""
         self._painted, self._begun_s = NO_LINES, 0.0
         self._begin(job, members, Taking.CARRIED)
 
     @property
     def planned(self) -> list[Trajectory]:
-        """What all were to drive: what was given up as far as it was driven, and what came instead."""
+        """Return all planned trajectories: aborted ones as far as they were driven, and their replacements."""
         return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
     @property
@@ -152,14 +152,14 @@ class _SharedRun:
 
     def _begin(self, job: SharedJob, crew: Sequence[TeamMember], taking: Taking) -> None:
         self.job, self.crew, self._begun_s = job, list(crew), self._now_s
-        for member, errand in zip(crew, errands(job), strict=True):
-            member.take(errand, taking)
+        for member, assignment in zip(crew, assignments(job), strict=True):
+            member.take(assignment, taking)
         self._authorize()
         for member in crew:
             member.order(member.emulator.start)
 
     def _authorize(self) -> None:
-        """Tell each robot that is under way how far it may drive."""
+        """Set how far each driving robot may go."""
         until_m = authorities_m(self.job.table.gates, [member.progress_m for member in self.crew])
         for member, arc_m in zip(self.crew, until_m, strict=True):
             if member.under_way or member.onboard.state == TraversalStatus.READY:
@@ -167,15 +167,15 @@ class _SharedRun:
         self._claim()
 
     def _claim(self) -> None:
-        """Tell whoever listens of each robot which stretch of its path the others keep off."""
+        """Publish for each robot the stretch of its path that the others keep off."""
         heard = [member for member in self.members if member.listener is not None]
         crew = {member.name for member in self.crew}
         for member in heard:
             member.claim(on_the_job=member.name in crew)
-        tell_stretches([member.stretch for member in heard], self._now_s)
+        publish_stretches([member.stretch for member in heard], self._now_s)
 
     def drive(self, orders: list[OrderTaken]) -> str:
-        """Run until all are done or none comes any further; why it failed, or ""."""
+        """Run until all are done or none progresses; return why it failed, or ""."""
         moved_at, reached_m = 0, -1.0
         while orders or any(member.emulator.active for member in self.members):
             while orders and orders[0].order.at_s <= self._now_s:
@@ -189,28 +189,28 @@ class _SharedRun:
             self._slices += 1
             if self._gathering and all(member.waits for member in self.crew if not member.dead):
                 self._hand_over()
-            if self._slices % TOLD_EVERY == 0:
-                now_m = self._tell()
+            if self._slices % REPORT_EVERY == 0:
+                now_m = self._report()
                 if orders or now_m != reached_m:
                     moved_at, reached_m = self._slices, now_m
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
                 self._give_up()
                 break
-        if self._nothing_left:
+        if self._nothing_remains:
             return ""
         failed = [member for member in self.crew if member.onboard.state != TraversalStatus.DONE]
         reasons = [f"robot {member.name}: {member.onboard.status.reason}" for member in failed]
         return "; ".join([self._problem, *reasons] if self._problem else reasons)
 
-    def _tell(self) -> float:
-        """Tell how far they are; all that they have driven on this job, m."""
+    def _report(self) -> float:
+        """Report progress; return the distance driven by all on this job, m."""
         now_m = sum(min(member.furthest_m, path.end_m) for member, path in zip(self.crew, self.job.paths, strict=True))
         at = ", ".join(f"{member.name} {member.onboard.status.segment_id}" for member in self.crew if member.under_way)
         self._progress(now_m / sum(path.end_m for path in self.job.paths), at)
         return now_m
 
     def _obey(self, taken: OrderTaken) -> None:
-        """Carry out an order that is due, and note what has come of it; a take-over goes on by and by."""
+        """Carry out an order that is due, and note its outcome; a take-over takes several steps."""
         order = taken.order
         member = self.members[order.robot]
         if order.kind == "take-over":
@@ -218,12 +218,12 @@ class _SharedRun:
         elif order.kind == "remove":
             taken.done = member.dead and not member.gone
             member.gone = member.dead
-            taken.outcome = "carried away" if taken.done else f"nothing: {member.name} does not stand there failed"
+            taken.outcome = "carried away" if taken.done else f"nothing: {member.name} has not failed there"
         elif order.kind == "fail":
             taken.done, member.dead = not member.dead, True
             if taken.done:
                 member.order(partial(member.emulator.estop, OUT_OF_SERVICE))
-            taken.outcome = "it stands where it is" if taken.done else "nothing: it has failed before"
+            taken.outcome = "it is out of service" if taken.done else "nothing: it has failed before"
         elif order.kind == "pause":
             taken.done = member.onboard.state == TraversalStatus.RUNNING
             if taken.done:
@@ -237,7 +237,7 @@ class _SharedRun:
 
     def _gather(self, taken: OrderTaken, member: TeamMember) -> None:
         if not member.dead:
-            taken.outcome = f"nothing: {member.name} has not failed, and does its share itself"
+            taken.outcome = f"nothing: {member.name} has not failed and does its own share"
             return
         taken.outcome = "not carried out: the others did not come to rest"
         self._gathering.append(taken)
@@ -246,7 +246,7 @@ class _SharedRun:
                 each.stop_between_swaths()
 
     def _hand_over(self) -> None:
-        """Give up what is under way where everybody stands, and begin on the rest once they are at rest."""
+        """Abort every robot where it stands; start the rest once they are at rest."""
         for member in self.crew:
             if member.under_way and not member.dead:
                 member.give_up("others take over")
@@ -258,25 +258,25 @@ class _SharedRun:
             taken.outcome, taken.done = outcome, done
 
     def _begin_on_the_rest(self) -> tuple[str, bool]:
-        """What has come of it, and whether there is nothing left that nobody does."""
-        told = [each for member in self.crew for each in member.told]
-        left = self.left_out.joined(self.job, told)
+        """Return the outcome, and whether all remaining work has a robot."""
+        statuses = [each for member in self.crew for each in member.assignment_statuses]
+        remaining = self.left_out.joined(self.job, statuses)
         for member in self.members:
             if not member.dead:
                 member.stand_by(self._slices * SLICE_TICKS)
-        self._nothing_left = not left
-        if not left:
-            return "nothing is left to be done", True
+        self._nothing_remains = not remaining
+        if not remaining:
+            return "no work remains", True
         beliefs = [member.onboard.painted for member in self.crew]
         painted = painted_before(self.job, beliefs, self._painted, self._now_s - self._begun_s)
-        mates = [Mate(Standing(each.name, each.pose), not each.dead) for each in self.members if not each.gone]
+        robots = [FieldRobot(Standing(each.name, each.pose), not each.dead) for each in self.members if not each.gone]
         try:
-            rest = rest_of(self.job, left, mates, painted, self._progress)
+            rest = replan_rest(self.job, remaining, robots, painted, self._progress)
         except PlanningError as error:
             self._problem = f"the rest cannot be done: {error}"
             return self._problem, False
         self._painted, self._problem, self.left_out = painted, "", rest.left_out
-        self._driven += [each.driven for each in told]
+        self._driven += [each.driven for each in statuses]
         self._begin(rest.job, [each for each in self.members if each.name in rest.crew], Taking.HERE)
         return str(rest), True
 
@@ -284,4 +284,4 @@ class _SharedRun:
         for member in self.members:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
-                member.give_up(f"given up by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+                member.give_up(f"aborted by the simulation after {PATIENCE_S:.0f} s without progress: {why}")

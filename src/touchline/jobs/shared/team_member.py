@@ -1,4 +1,4 @@
-"""A robot of a team in one process: its emulator, what it is to do, and what it has reported."""
+"""Robot of a simulated shared job: its emulator, assignment and reported progress."""
 
 import math
 from collections.abc import Callable
@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.jobs.shared.assignment import Assignment, AssignmentStatus
 from touchline.jobs.shared.claimed_stretch import NOTHING, ClaimedStretch
-from touchline.jobs.shared.errand import Errand, ErrandStatus
 from touchline.jobs.shared.joint_paint import Work
 from touchline.jobs.single.simulation import Outcome
 from touchline.onboard import Onboard
@@ -26,7 +26,7 @@ from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
 
 SLICE_TICKS: Final = 10
-"""Robots report, and learn how far they may drive, ten times a second."""
+"""Robots report, and get their authority, ten times a second."""
 
 Floats = NDArray[np.float64]
 Listener = Callable[[str, list[Payload]], None]
@@ -37,25 +37,25 @@ class TeamMember:
     """One robot.
 
     Attributes:
-        name: For people.
-        emulator, onboard: It.
-        task: What it is doing, once it has been given something.
+        name: Name for people.
+        emulator, onboard: Its emulator and onboard computer.
+        task: Its assignment, if any.
         dead: Whether it is out of service, where it stands.
         gone: Whether it was carried away since.
-        until_m: No further than this, whatever the traffic rules say.
-        furthest_m: That it has reported.
-        waited_s: So long it was held.
-        ended_s: When it was last under way, sim time.
-        works, outcomes: Of tasks that are over.
-        telemetry: What it tells, if that is to be hashed or recorded.
-        listener: Told all that it tells, by its name, if anybody listens.
-        stretch: Of its path, that it has for itself.
+        until_m: Upper bound of its authority, whatever the traffic rules allow.
+        furthest_m: Largest reported arc length.
+        waited_s: Time for which it was held.
+        ended_s: When it was last driving, sim time.
+        works, outcomes: Results of finished assignments.
+        telemetry: Its telemetry, if that is hashed or recorded.
+        listener: Called with all telemetry, by its name.
+        stretch: Stretch of its path that it has for itself.
     """
 
     name: str
     emulator: Emulator
     onboard: Onboard
-    task: Errand | None = None
+    task: Assignment | None = None
     dead: bool = False
     gone: bool = False
     until_m: float = math.inf
@@ -68,17 +68,17 @@ class TeamMember:
     listener: Listener | None = None
 
     def __post_init__(self) -> None:
-        """With what runs it; it tells who it is."""
+        """Create its runner and publish its setup."""
         self._authority_m = math.inf
-        self.stretch = ClaimedStretch(self._tell_claimed)
+        self.stretch = ClaimedStretch(self._publish_claimed)
         if self.telemetry is not None:
-            self._tell([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
+            self._publish([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self._runner = FastRunner(self.emulator)
         self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
 
     @classmethod
     def of(cls, name: str, setup: Setup, *, hashed: bool = False, listener: Listener | None = None) -> "TeamMember":
-        """A robot that has nothing to do yet."""
+        """Create a robot without an assignment."""
         onboard = Onboard(setup.vehicle, setup.onboard)
         emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
         telemetry = Telemetry(emulator) if hashed or listener is not None else None
@@ -86,32 +86,32 @@ class TeamMember:
 
     @property
     def under_way(self) -> bool:
-        """Whether it is on its trajectory, driving or not."""
+        """True if it is on its trajectory, driving or not."""
         return self.onboard.state in UNDER_WAY
 
     @property
     def progress_m(self) -> float:
-        """How far it has reported to be; infinite once it is done."""
+        """Reported arc length; infinite once it is done."""
         return math.inf if self.onboard.state == TraversalStatus.DONE else self.furthest_m
 
     @property
-    def told(self) -> list[ErrandStatus]:
-        """How far it is with its task, if it has one."""
-        return [] if self.task is None else [ErrandStatus(self.task, self.onboard.painted, self.progress_m)]
+    def assignment_statuses(self) -> list[AssignmentStatus]:
+        """Status of its assignment, if it has one."""
+        return [] if self.task is None else [AssignmentStatus(self.task, self.onboard.painted, self.progress_m)]
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Where it believes to be: x (m), y (m), heading (rad)."""
+        """Believed pose: x (m), y (m), heading (rad)."""
         return self.onboard.estimate[:3]
 
     @property
     def waits(self) -> bool:
-        """Whether it stands, held or paused, or has nothing to do."""
+        """True if it stands, held or paused, or has nothing to do."""
         running = self.onboard.state == TraversalStatus.RUNNING
         return (self.onboard.held or not running) and abs(self.onboard.estimate.speed_mps) < RESTING_MPS
 
-    def take(self, task: Errand, taking: Taking) -> None:
-        """Take something to do; what it has done until then is kept.
+    def take(self, task: Assignment, taking: Taking) -> None:
+        """Take an assignment; finished work is kept.
 
         Raises:
             CommandRefused: It does not take the plan.
@@ -119,34 +119,34 @@ class TeamMember:
         self.conclude()
         self.emulator.load(task.plan.trajectory, task.share, taking=taking)
         if self.telemetry is not None:
-            self._tell(self.telemetry.awake())
-            self._tell(self.telemetry.loaded(task.plan.trajectory, task.share))
+            self._publish(self.telemetry.awake())
+            self._publish(self.telemetry.loaded(task.plan.trajectory, task.share))
         self.task, self.until_m, self.furthest_m, self._authority_m = task, math.inf, 0.0, math.inf
         if self.listener is not None:
             self.stretch.take(task.plan.trajectory.path.segments, self.emulator.vehicle)
 
     def authorize(self, until_m: float) -> None:
-        """Let it drive so far along its path, and no further than `until_m` of its own; what is new is told."""
+        """Let it drive up to an arc length, at most its own `until_m`; a change is published."""
         authority_m = min(until_m, self.until_m)
         if authority_m != self._authority_m:
             self.emulator.authorize(authority_m)
             self._authority_m = authority_m
 
     def order(self, command: Callable[[], None]) -> None:
-        """Carry out a command of its emulator; what that changes is told."""
+        """Carry out a command of its emulator and publish the changes."""
         command()
         if self.telemetry is not None:
-            self._tell(self.telemetry.news())
+            self._publish(self.telemetry.news())
 
-    def _tell(self, told: list[Payload]) -> None:
+    def _publish(self, payloads: list[Payload]) -> None:
         if self.listener is not None:
-            self.listener(self.name, told)
+            self.listener(self.name, payloads)
 
-    def _tell_claimed(self, path: NavPath) -> None:
-        self._tell([(topics.CLAIMED, encode(path))])
+    def _publish_claimed(self, path: NavPath) -> None:
+        self._publish([(topics.CLAIMED, encode(path))])
 
     def claim(self, *, on_the_job: bool) -> None:
-        """While it is on its path, it has that for itself from where it has passed to how far it may drive."""
+        """Claim its path from where it has passed to how far it may drive, while it is on it."""
         ended = self.onboard.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
         if self.task is None or ended or not on_the_job:
             self.stretch.claim(*NOTHING)
@@ -154,7 +154,7 @@ class TeamMember:
             self.stretch.claim(self.furthest_m, min(self._authority_m, self.task.path.end_m))
 
     def conclude(self) -> None:
-        """Put what was done aside."""
+        """Put finished work aside."""
         if self.task is None:
             return
         self.works.append(Work(self.emulator.ledger, self.emulator.track))
@@ -164,18 +164,18 @@ class TeamMember:
         self.task = None
 
     def stop_between_swaths(self) -> None:
-        """Stop at the next place where nothing is painted; paused, it is given up where it stands."""
+        """Stop at the next place where nothing is painted; a paused robot aborts where it stands."""
         if self.onboard.state == TraversalStatus.PAUSED:
             self.give_up("others take over")
         elif self.task is not None and self.under_way:
             self.until_m = self.furthest_m if self.onboard.held else self.task.next_hold_m(self.furthest_m)
 
     def give_up(self, why: str) -> None:
-        """End what is under way, where it is."""
+        """End the present assignment where the robot is."""
         self.order(partial(self.emulator.abort, why))
 
     def run_slice(self) -> Floats:
-        """Let a slice pass; (SLICE_TICKS, 3) its true poses. A robot that is done stands where it is."""
+        """Run one slice; return (SLICE_TICKS, 3) true poses. A robot that is done stands still."""
         emulator, telemetry, rows = self.emulator, self.telemetry, self._rows
         poses: Floats = np.empty((SLICE_TICKS, 3))
         done = 0
@@ -193,7 +193,7 @@ class TeamMember:
         if telemetry is not None and self.listener is None:
             telemetry.only_hashed()
         elif telemetry is not None:
-            self._tell(telemetry.told())
+            self._publish(telemetry.told())
         poses[done:] = emulator.world.pose
         if self.under_way:
             self.furthest_m = max(self.furthest_m, self.onboard.status.arc_length_m)
@@ -206,4 +206,4 @@ class TeamMember:
         while self.emulator.tick_count < tick:
             self.emulator.tick()
             if self.telemetry is not None:
-                self._tell(self.telemetry.after_tick())
+                self._publish(self.telemetry.after_tick())

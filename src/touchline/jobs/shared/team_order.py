@@ -1,4 +1,4 @@
-"""What an operator orders a team while it works, what befalls its robots, and what has come of that."""
+"""Scheduled orders to a team and failures of its robots, with their outcomes."""
 
 from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple, get_args
@@ -8,13 +8,13 @@ ORDER_KINDS: Final[tuple[OrderKind, ...]] = get_args(OrderKind)
 
 
 class TeamOrder(NamedTuple):
-    """What an operator orders, or what happens, while they work.
+    """An order or an incident during the work.
 
     Attributes:
-        at_s: When, in sim time.
-        robot: Which, by number from 0.
-        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others do what is left of all
-            shares, that of this one which has failed among them; "remove": one that has failed is carried away.
+        at_s: Sim time.
+        robot: Number of the robot, from 0.
+        kind: "pause", "resume"; "fail": it stops at once and for good; "take-over": the others take over all remaining
+            work, that of this failed robot included; "remove": a failed robot is carried away.
     """
 
     at_s: float
@@ -24,20 +24,20 @@ class TeamOrder(NamedTuple):
 
 @dataclass
 class OrderTaken:
-    """An order, and what has come of it.
+    """An order and its outcome.
 
     Attributes:
-        order: It.
-        outcome: For people; what is said first of one that was given.
-        done: Whether it has had the effect that it should.
+        order: The order.
+        outcome: Text; the first one counts.
+        done: Whether it had its effect.
     """
 
     order: TeamOrder
-    outcome: str = "not carried out: the job was given up before"
+    outcome: str = "not carried out: the job was aborted before"
     done: bool = False
 
     def figures(self) -> dict[str, Any]:
-        """As a JSON object."""
+        """Return it as a JSON object."""
         order = self.order
         return {
             "at_s": order.at_s,

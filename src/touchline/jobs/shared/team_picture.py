@@ -1,4 +1,4 @@
-"""A picture of what several robots have done together: each in a colour of its own, with the way it had planned."""
+"""Picture of the work of several robots: each in its own colour, with its planned path."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,41 +25,41 @@ COLOURS: Final = ("#ffffff", "#ffd54a", "#7fd7ff", "#ff9e80", "#c5a3ff", "#b9f6c
 
 @dataclass(frozen=True)
 class DrawnRobot:
-    """What is drawn of a robot.
+    """Drawn items of a robot.
 
     Attributes:
-        name: As the legend has it.
-        strokes: Of its tool.
-        way: (n, 2) planned, m, if that is known.
+        name: Name in the legend.
+        strokes: Strokes of its tool.
+        path: (n, 2) planned path, m, map frame, if known.
     """
 
     name: str
     strokes: Sequence[PaintMarks]
-    way: NDArray[np.float64] | None = None
+    path: NDArray[np.float64] | None = None
 
 
 def draw_team(job: SharedJob, strokes: Sequence[Sequence[PaintMarks]], path: Path, caption: str) -> None:
-    """Draw the work of each robot, and its planned way, to ``path`` (.svg or .png).
+    """Draw the work of each robot, and its planned path, to ``path`` (.svg or .png).
 
     Args:
-        job: As it was planned at first.
-        strokes: Of the tool of each robot.
-        path: Where to.
-        caption: The figures that say most.
+        job: The job as first planned.
+        strokes: Strokes of each robot's tool.
+        path: File to write.
+        caption: The main figures.
 
     Raises:
         SpecError: The file cannot be written.
         ValueError: The file's ending names no known format.
     """
     robots = [
-        DrawnRobot(f"r{number}, {job.table.ends_s[number - 1]:.0f} s", painted, way.middles)
-        for number, (way, painted) in enumerate(zip(job.paths, strokes, strict=True), start=1)
+        DrawnRobot(f"r{number}, {job.table.ends_s[number - 1]:.0f} s", painted, timed.middles)
+        for number, (timed, painted) in enumerate(zip(job.paths, strokes, strict=True), start=1)
     ]
     _draw(robots, [job.template], path, caption, covers=bool(job.template.areas))
 
 
 def draw_recorded(recorded: Mapping[str, Sequence[RecordedPaint]], path: Path) -> None:
-    """Draw what several robots have done in one recording, each all of its traversals; raises as `draw_team`."""
+    """Draw the work of several robots in one recording, all traversals of each; raises as `draw_team`."""
     robots = [DrawnRobot(name, [stroke for each in own for stroke in each.strokes]) for name, own in recorded.items()]
     shares = [own[0].template for own in recorded.values()]
     covers = any(each.covers for own in recorded.values() for each in own)
@@ -76,9 +76,9 @@ def _draw(robots: Sequence[DrawnRobot], shares: Sequence[Template], path: Path, 
     axes.set_ylabel("y (m)")
     for number, robot in enumerate(robots):
         colour = COLOURS[number % len(COLOURS)]
-        if robot.way is not None:
-            axes.plot(*robot.way.T, color=colour, linewidth=0.5, alpha=0.5)
-            axes.plot(*robot.way[0], marker="o", markersize=5, color=colour, markeredgecolor=EDGE)
+        if robot.path is not None:
+            axes.plot(*robot.path.T, color=colour, linewidth=0.5, alpha=0.5)
+            axes.plot(*robot.path[0], marker="o", markersize=5, color=colour, markeredgecolor=EDGE)
         axes.plot([], [], color=colour, linewidth=6.0 if covers else 2.2, label=robot.name)
         if covers:
             fill_ground(axes, _swept(robot.strokes), f"{colour}80", robot.name)
@@ -95,7 +95,7 @@ def _draw(robots: Sequence[DrawnRobot], shares: Sequence[Template], path: Path, 
 
 
 def _swept(strokes: Iterable[PaintMarks]) -> "BaseGeometry":
-    """What a covering tool has been over."""
+    """Return the ground that a covering tool has been over."""
     from touchline.services.robot_sim.accounting.swept_ground import swept_ground
     from touchline.services.robot_sim.paint.ledger import PaintStroke
 

@@ -1,4 +1,4 @@
-"""The figures of a shared job, as a JSON object: of all robots together, and of each."""
+"""Figures of a shared job, as a JSON object: of all robots together, and of each."""
 
 import math
 from collections.abc import Sequence
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 
 def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
-    """What has come of a shared job.
+    """Return the figures of a simulated shared job.
 
     Args:
-        job: As it was planned.
-        outcome: Of it.
-        names: Of the robots.
+        job: The job as first planned.
+        outcome: Its outcome.
+        names: Names of the robots.
     """
     kind, done = _kind(job)
-    judged = outcome.work.figures()
-    reason = outcome.reason or ("" if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}")
+    figures = outcome.work.figures()
+    reason = outcome.reason or ("" if figures["accepted"] else f"the {done} is not accepted: {figures['verdict']}")
     return {
         "success": not reason,
         "reason": reason,
@@ -40,7 +40,7 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
             "closest_bodies_m": outcome.apart_m,
             **outcome.left_out.figures,
         },
-        kind: judged,
+        kind: figures,
         "orders": [order.figures() for order in outcome.orders],
         "robots": {name: _robot_figures(job, outcome, number) for number, name in enumerate(names)},
         "hash": _hashes(outcome, names),
@@ -48,17 +48,17 @@ def team_figures(job: SharedJob, outcome: TeamOutcome, names: Sequence[str]) -> 
 
 
 def _kind(job: SharedJob) -> tuple[str, str]:
-    """The name of the figures of what is done, and of that itself."""
+    """Return the key of the work's figures, and the word for the work."""
     return ("area", "work") if job.template.areas else ("paint", "paint")
 
 
 def _plan_figures(job: SharedJob, work: JointPaint | JointGround) -> dict[str, Any]:
-    """Of the plan; what of areas is covered by what all were to drive in the end."""
+    """Return the plan's figures; the coverage is that of the final plans."""
     return {**job.figures(), **({"coverage_pct": work.planned_pct} if isinstance(work, JointGround) else {})}
 
 
 def _hashes(outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
-    """Of each robot's session, and of each that followed on it where others' work was taken over; and of all."""
+    """Return the hashes of each robot's sessions, several after a take-over, and of all."""
     found = {
         f"{name} ({number})" if number > 1 else name: done.report.session_hash
         for name, own in zip(names, outcome.robots, strict=True)
@@ -68,7 +68,7 @@ def _hashes(outcome: TeamOutcome, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[str, Any]:
-    """Of one robot: its share alone."""
+    """Return the figures of one robot and its share."""
     own, *after = outcome.robots[number]
     return {
         "reason": own.reason,
@@ -90,32 +90,32 @@ def _robot_figures(job: SharedJob, outcome: TeamOutcome, number: int) -> dict[st
 
 
 def _share_figures(share: Template) -> dict[str, Any]:
-    """What a robot is to do: lines, or parts of areas."""
+    """Return a robot's share: lines, or parts of areas."""
     if share.areas:
         return {"areas_m2": {area.id: area.polygon.area for area in share.areas}}
     return {"segments": [segment.id for segment in share.segments]}
 
 
 def _work_figures(own: Outcome) -> dict[str, Any]:
-    """What one robot has done of its share."""
+    """Return the work that one robot has done of its share."""
     if own.area is not None:
         return {"area": area_report_figures(own.area, own.report)}
     return {"paint": paint_figures(own.report)}
 
 
 def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGround) -> dict[str, Any]:
-    """What has come of a shared job over the bus.
+    """Return the figures of a shared job over the bus.
 
     Args:
-        job: As it was planned at first.
-        run: That has carried it out.
-        work: Of all robots.
+        job: The job as first planned.
+        run: The finished run.
+        work: Evaluated work of all robots.
     """
     kind, done = _kind(job)
-    judged = work.figures()
+    figures = work.figures()
     lacks = (run.recording or {}).get("problem", "")
     recorded = f"the recording is not complete: {lacks}" if lacks else ""
-    reason = recorded if judged["accepted"] else f"the {done} is not accepted: {judged['verdict']}"
+    reason = recorded if figures["accepted"] else f"the {done} is not accepted: {figures['verdict']}"
     return {
         "success": not reason,
         "reason": reason,
@@ -126,7 +126,7 @@ def bus_figures(job: SharedJob, run: "SharedBusRun", work: JointPaint | JointGro
             "closest_bodies_m": run.gap.closest_m if math.isfinite(run.gap.closest_m) else None,
             **run.left_out.figures,
         },
-        kind: judged,
+        kind: figures,
         "orders": run.orders,
         "recording": run.recording,
         "robots": {

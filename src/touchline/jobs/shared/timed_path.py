@@ -1,4 +1,4 @@
-"""The path of a trajectory as the traffic rules want it: where the body is when, and where it may wait."""
+"""Path of a trajectory for the traffic rules: the body's place over time, and where it may wait."""
 
 import math
 from itertools import pairwise
@@ -17,21 +17,21 @@ from touchline.schemas.vehicles import Vehicle
 Floats = NDArray[np.float64]
 
 HOLD_EVERY_M: Final = 1.0
-"""Places to wait at on a way between two swaths."""
+"""Spacing of waiting places on a transition between two swaths."""
 COVER_HOLD_EVERY_M: Final = 2.0
-"""Places to wait at on a way of a tool that covers."""
+"""Spacing of waiting places for a tool that covers."""
 SETTLE_S: Final = 0.5
-"""Paint begins no sooner after a wait than when the robot has been as fast as planned for so long."""
-TOLD_LATE_M: Final = 0.5
-"""A robot may be so much further on its path than where it was when it last told, and than where it believes to be."""
+"""Least time at planned speed between a wait and paint."""
+REPORT_LAG_M: Final = 0.5
+"""Allowance for a robot's progress since its last report, and for its position error."""
 SPIN_STEP_RAD: Final = 0.25
 
 
 def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
-    """The path of a loaded trajectory for the traffic rules.
+    """Return the path of a loaded trajectory for the traffic rules.
 
-    A tool that paints goes back, at most from where the robot has come to rest to before where its paint stopped, as
-    far as a process that was started anew does; one that covers goes on where it stands.
+    A painting robot may drive back from where it came to rest to before where its paint stopped, as far as a restarted
+    process does; a covering one continues where it stands.
     """
     arc_m, poses = _poses(plan)
     middle, radius_m = body_disc(vehicle)
@@ -46,14 +46,14 @@ def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
         times_s(plan, arc_m),
         radius_m,
         _holds(plan, vehicle),
-        brakes_m + TOLD_LATE_M,
-        TOLD_LATE_M if vehicle.tool.covers else brakes_m + RESUMED_RUN_UP_M,
+        brakes_m + REPORT_LAG_M,
+        REPORT_LAG_M if vehicle.tool.covers else brakes_m + RESUMED_RUN_UP_M,
         stop_s,
     )
 
 
 def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
-    """The smallest disc that holds the body: its middle in the body's frame (m), and its radius (m)."""
+    """Return the smallest disc that holds the body: its middle in the body's frame (m), and its radius (m)."""
     import shapely
 
     corners = shapely.MultiPoint(vehicle.body.footprint_m)
@@ -62,7 +62,7 @@ def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
 
 
 def times_s(plan: LoadedTrajectory, arc_m: Floats) -> Floats:
-    """When the robot is at these arc lengths (n,) by the plan, turns on the spot at them done."""
+    """Return the planned times at arc lengths (n,), after turns on the spot there."""
     station, speed = plan.speeds.T
     i = np.clip(np.searchsorted(station, arc_m, side="right") - 1, 0, len(station) - 2)
     ahead = arc_m - station[i]
@@ -75,7 +75,7 @@ def times_s(plan: LoadedTrajectory, arc_m: Floats) -> Floats:
 
 
 def _poses(plan: LoadedTrajectory) -> tuple[Floats, Floats]:
-    """Arc lengths (n,), and x, y (m) and heading (rad) there (n, 3), no more than `STEP_M` apart."""
+    """Return arc lengths (n,), and x, y (m) and heading (rad) there (n, 3), no more than `STEP_M` apart."""
     arcs, poses = list[Floats](), list[Floats]()
     turned = {plan.legs[leg].first: turn for leg, turn in ((k, plan.legs[k].turn_rad) for k in plan.turns)}
     for index, row in enumerate(plan.path):
@@ -91,9 +91,9 @@ def _poses(plan: LoadedTrajectory) -> tuple[Floats, Floats]:
 
 
 def _holds(plan: LoadedTrajectory, vehicle: Vehicle) -> Floats:
-    """Where the robot may wait: at the start, and between swaths, with room to brake and to be fast enough again.
+    """Return where the robot may wait: at the start, and between swaths, with room to brake and to regain speed.
 
-    A tool that covers works as well after a stop: with it, anywhere.
+    A covering tool works as well after a stop: with it, anywhere.
     """
     if vehicle.tool.covers:
         return np.arange(0.0, plan.total_length_m, COVER_HOLD_EVERY_M)
@@ -108,7 +108,7 @@ def _holds(plan: LoadedTrajectory, vehicle: Vehicle) -> Floats:
 
 
 def dry_stretches(plan: LoadedTrajectory) -> list[tuple[float, float]]:
-    """The stretches of arc length (m) on which the plan does not paint, before, between and behind the swaths."""
+    """Return the stretches (m) on which the plan does not paint, before, between and behind the swaths."""
     sprays = [bool(mask & Actuation.VALVE) for mask in plan.actuation]
     switches = [0.0, *plan.switch_m, plan.total_length_m]
     states = [False, *sprays]

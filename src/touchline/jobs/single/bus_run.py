@@ -11,9 +11,9 @@ from typing import Any
 from touchline.bus import Bus, CallError, Inbox
 from touchline.bus.counters import Counters
 from touchline.jobs.recording.recording_end import end_recording, lacking
-from touchline.jobs.single.patience import Patience
 from touchline.jobs.single.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
-from touchline.jobs.single.stale_reports import SaidOfJob
+from touchline.jobs.single.stale_reports import JobMessageFilter
+from touchline.jobs.single.stall_detector import StallDetector
 from touchline.jobs.watcher import JobFailed, Watcher
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError, TouchlineError
@@ -47,15 +47,15 @@ _FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTO
 
 @dataclass(frozen=True)
 class JobOptions:
-    """What to work on and how.
+    """Subject and settings of a job.
 
     Attributes:
         template_json: The template's text.
-        plan: How to plan it.
-        speed: Sim seconds per wall second; negative for as fast as it goes.
+        plan: Planning options.
+        speed: Sim seconds per wall second; negative for as fast as possible.
         record: File to record to, if any.
-        scenario_hash: Of what decides the session; passed on to the report.
-        vehicle: The robot's, whose tank and battery are full at the start.
+        scenario_hash: Hash of all inputs of the session, for the report.
+        vehicle: The robot's vehicle; tank and battery are full at the start.
     """
 
     template_json: str
@@ -68,18 +68,18 @@ class JobOptions:
 
 @dataclass
 class BusRun:
-    """A job in progress on ``bus``, told to ``watcher``."""
+    """A job in progress on ``bus``, reported to ``watcher``."""
 
     bus: Bus
     options: JobOptions
     watcher: Watcher
     started_at: float = field(default=0.0, init=False)
-    """Wall clock (monotonic) at which the robot set off."""
+    """Wall clock (monotonic) of the start."""
     report: TraversalReport = field(default=TraversalReport(), init=False)
-    """Of the traversal, once the job is done."""
+    """Report of the traversal, once the job is done."""
     area: AreaReport | None = field(default=None, init=False)
-    """Of the areas, once the job is done, if a covering tool has worked on some."""
-    _of_job: SaidOfJob = field(default_factory=SaidOfJob, init=False)
+    """Report of the areas, once the job is done, if a covering tool has worked on some."""
+    _of_job: JobMessageFilter = field(default_factory=JobMessageFilter, init=False)
 
     def run(self) -> dict[str, Any]:
         """Do the whole job.
@@ -155,7 +155,7 @@ class BusRun:
         while not any(self._of_job.status(status) for status in _statuses(latest)):
             self.watcher.check()
             if time.monotonic() > deadline:
-                raise JobFailed("the robot has taken the plan, but does not say that it is ready")
+                raise JobFailed("the robot has taken the plan, but does not report that it is ready")
             time.sleep(0.005)
         speed = SetSpeedRequest(request_id=_new_id(), factor=self.options.speed)
         paced = self._ask(topics.SET_SPEED, speed)
@@ -167,7 +167,7 @@ class BusRun:
         self.started_at = time.monotonic()
 
     def _follow(self, inbox: Inbox, latest: Inbox, pauses: Inbox) -> tuple[TraversalStatus, TraversalReport]:
-        status, pause, patience, moved_to = TraversalStatus(), PauseStatus(), Patience(), -1.0
+        status, pause, patience, moved_to = TraversalStatus(), PauseStatus(), StallDetector(), -1.0
         while True:
             self.watcher.check()
             for _, message in inbox.messages():
@@ -193,13 +193,15 @@ class BusRun:
         self.watcher.stage("Finishing the recording")
         report = end_recording(self.bus, partial(self.watcher.event, Event.WARN), self.watcher.check)
         figures: dict[str, Any] = {"path": str(self.options.record), "complete": False}
-        if report is not None and Path(report.path).name == self.options.record.name:  # of a next part it says little
+        if (
+            report is not None and Path(report.path).name == self.options.record.name
+        ):  # it says little about a next part
             figures |= {"messages": report.messages, "bytes": report.bytes, "lost": report.lost}
         problem = lacking(report, self.options.record)
         return figures | ({"problem": problem} if problem else {"complete": True})
 
     def _give_up(self, recording: Path | None) -> None:
-        """Leave the robot stopped and the recording whole; what cannot be asked any more is left."""
+        """Stop the robot and close the recording; services that do not answer any more are skipped."""
         self.watcher.stage("Stopping")
         try:
             self.bus.call(topics.ABORT, CommandRequest(request_id=_new_id()), timeout_s=2.0)
@@ -234,7 +236,7 @@ class BusRun:
         }
 
     def _bus_figures(self) -> dict[str, int]:
-        """Messages published, received and lost, over all processes, as each tells them."""
+        """Return messages published, received and lost, summed over the diagnostics of all processes."""
         counters = [self.bus.counters]
         for node in (topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE):
             try:
@@ -261,7 +263,7 @@ class BusRun:
 
 
 def _statuses(latest: Inbox) -> Iterator[TraversalStatus]:
-    """Those that wait: one at most."""
+    """Yield waiting statuses, one at most."""
     return (message for _, message in latest.messages() if isinstance(message, TraversalStatus))
 
 

@@ -1,4 +1,4 @@
-"""A picture of the areas that a covering tool has been over: what it covered, covered twice, and missed."""
+"""Picture of the areas that a covering tool has been over: covered once, covered twice, and missed."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -30,12 +30,18 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 FIGURE_SIZE_IN = (12.0, 7.6)
-#: No more patches than so many get a number of their own beside them.
+#: Most patches that are labelled.
 MOST_NAMED = 40
 
 
 def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
     """Draw what ``strokes`` of a covering tool have made of the template's areas to ``path`` (.svg or .png).
+
+    Args:
+        template: The template, with areas.
+        strokes: Strokes of the tool.
+        path: File to write.
+        caption: The main figures.
 
     Raises:
         SpecError: The file cannot be written.
@@ -75,9 +81,9 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
 
 
 def covered_caption(area: AreaReport) -> str:
-    """The figures of a report that say most."""
+    """Return a report's main figures as a caption."""
     return (
-        f"covered {area.coverage_pct:.2f} % of the field, {area.of_reachable_pct:.2f} % of what can be reached, "
+        f"covered {area.coverage_pct:.2f} % of the field, {area.of_reachable_pct:.2f} % of the reachable area, "
         f"{area.of_planned_pct:.2f} % of the plan; missed {area.missed_m2:.1f} m², twice {area.overlap_m2:.0f} m²; "
         f"body {100 * area.body_outside_m:.0f} cm outside"
     )
@@ -90,7 +96,7 @@ def _shape(polygon: Polygon) -> "BaseGeometry":
 
 
 def _name_patches(axes: "Axes", missed: "BaseGeometry") -> None:
-    """The size of each larger patch beside it, of the largest ones if they are many."""
+    """Label each larger patch with its size, at most `MOST_NAMED` of them."""
     for patch in patches(missed)[:MOST_NAMED]:
         text, place = f"{patch.area_m2:.2f} m²", (patch.x_m, patch.y_m)
         axes.annotate(text, place, (3, 3), textcoords="offset points", color=MISSED, fontsize="x-small")

@@ -1,6 +1,6 @@
-"""A picture of what was painted: true strokes at their true width, coloured by distance from the template.
+"""Picture of the paint: true strokes at their true width, coloured by distance from the template.
 
-Wet paint that wheels and casters have carried away is shown where they printed it, as faint as it is there.
+Wet paint carried by wheels and casters is shown where they printed it, as faint as it is there.
 """
 
 from collections.abc import Iterable, Mapping
@@ -24,9 +24,9 @@ Floats = npt.NDArray[np.float64]
 
 GRASS, EDGE = "#3f6b3a", "#1f3a1c"
 FIGURE_SIZE_IN = (12.0, 7.6)
-#: The colour scale ends here; what is farther off is drawn in its last colour.
+#: End of the colour scale; larger errors have its last colour.
 LARGEST_ERROR_MM = 30.0
-#: Lines are a thousandth as wide as a pitch: drawn true to scale they would vanish, so never thinner than this.
+#: Least drawn width: lines are a thousandth as wide as a pitch and would vanish at true scale.
 MIN_WIDTH_PT = 1.6
 
 
@@ -34,6 +34,13 @@ def draw_painted(
     template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "", smears: Iterable[Smear] = ()
 ) -> None:
     """Draw ``strokes`` and ``smears`` to ``path`` (.svg or .png).
+
+    Args:
+        template: The template, with lines.
+        strokes: True paint.
+        path: File to write.
+        caption: The main figures.
+        smears: Paint printed by wheels and casters.
 
     Raises:
         SpecError: The file cannot be written.
@@ -58,7 +65,7 @@ def draw_painted(
             continue
         width_pt = max(MIN_WIDTH_PT, _points_per_metre(axes) * stroke.width_m)
         if stroke.segment_id not in curves:
-            # Of an area the template has the edges, not the swaths: there is nothing to tell distances from.
+            # Of an area the template has the edges, not the swaths: there is nothing to measure distances from.
             axes.plot(*points.T, color="#ffffff", linewidth=width_pt, solid_capstyle="butt")
             continue
         pieces = np.stack((points[:-1], points[1:]), axis=1)
@@ -75,7 +82,7 @@ def draw_painted(
 
 
 def painted_caption(paint: Mapping[str, Any]) -> str:
-    """The figures of a report that say most."""
+    """Return a report's main figures as a caption."""
     return (
         f"covered {paint['coverage_pct']:.2f} % of the length, {paint['area_coverage_pct']:.2f} % of the area, "
         f"off by {1e3 * paint['lateral_error_m']['p95']:.1f} mm (p95), "
@@ -118,7 +125,7 @@ def _frame(axes: "Axes", curves: list[Curve]) -> None:
 
 
 def _paint_colours() -> "Colormap":
-    """White where the paint is right, by way of yellow to red where it is not."""
+    """Return a colour map: white where the paint is right, through yellow to red where it is not."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("paint", ["#ffffff", "#ffe36e", "#ff8c1a", "#e0202a"])

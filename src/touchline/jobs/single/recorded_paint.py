@@ -1,4 +1,4 @@
-"""Reads strokes, smears and reports of traversals from a recording."""
+"""Strokes, smears and reports of traversals, read from a recording."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from touchline.schemas.topics import Topic
 if TYPE_CHECKING:
     from touchline.recordings.recorded import Recorded
 
-#: Points of strokes that are drawn: a day of painting.
+#: Largest number of points drawn: a day of painting.
 MOST_POINTS = 10_000_000
 FARTHEST_M = 2 * MAX_COORDINATE_M
 WIDEST_M = 10.0
@@ -26,7 +26,7 @@ WIDEST_M = 10.0
 
 @dataclass(frozen=True)
 class RecordedPaint:
-    """A traversal's paint, or what a covering tool ``covers``; a recording that ends before its reports has none."""
+    """Paint of a traversal, or ground of a tool that ``covers``; a recording cut off before its reports has none."""
 
     template: Template
     strokes: list[PaintMarks]
@@ -36,7 +36,7 @@ class RecordedPaint:
 
 
 def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
-    """The last traversal in the recording at ``path``, batches of marks joined to strokes again.
+    """Read the last traversal in the recording at ``path``; batches of marks are joined to strokes again.
 
     Args:
         path: The recording.
@@ -44,9 +44,9 @@ def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
 
     Raises:
         RecordingError: The file cannot be read.
-        SpecError: No template of the robot is recorded in it, its paint is nowhere or too much to be drawn, or it must
-            be said which robot is meant.
-        PayloadError: A message in it is none of its topic.
+        SpecError: It holds no template of the robot, no paint or too much to be drawn, or several robots and none is
+            named.
+        PayloadError: A message in it does not fit its topic.
     """
     painted = read_all_painted(path, robot)
     if len(painted) > 1:
@@ -57,9 +57,9 @@ def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
 
 
 def read_all_painted(path: Path, robot: str | None = None) -> dict[str, list[RecordedPaint]]:
-    """All traversals in the recording at ``path``, by the namespaces of their robots, or those of one robot.
+    """Read all traversals in the recording at ``path``, by namespace, of all robots or of one.
 
-    Raises as `read_painted`, but for several robots.
+    Raises as `read_painted`, except for several robots.
     """
     from touchline.recordings.channels import namespace_at, topic_at
     from touchline.recordings.reader import RecordingReader
@@ -99,7 +99,7 @@ _OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.AREA, topics.AREA_REPO
 
 @dataclass
 class _Traversal:
-    """One of a robot."""
+    """Messages of a traversal that is being read."""
 
     template_json: str = ""
     batches: list[PaintMarks] = field(default_factory=list)
@@ -108,7 +108,7 @@ class _Traversal:
     covers: bool = False
 
     def take(self, topic: Topic | None, message: "Recorded", path: Path) -> int:
-        """Note a message; returns how many points it has."""
+        """Take a message; return its number of points."""
         from touchline.recordings.decoding import as_message
 
         if topic is topics.TEMPLATE:
@@ -126,7 +126,11 @@ class _Traversal:
 
 
 def _checked(marks: PaintMarks, path: Path) -> PaintMarks:
-    """``marks``, if they can be drawn."""
+    """Return ``marks`` if they can be drawn.
+
+    Raises:
+        SpecError: They cannot.
+    """
     drawable = (
         len(marks.x_m) == len(marks.y_m)
         and all(bool((np.abs(axis) <= FARTHEST_M).all()) for axis in (marks.x_m, marks.y_m))
@@ -136,14 +140,14 @@ def _checked(marks: PaintMarks, path: Path) -> PaintMarks:
         raise SpecError(
             str(path),
             topics.PAINT.name,
-            "has marks that no robot made",
+            "has impossible marks",
             f"give a recording of strokes within {FARTHEST_M:g} m, at most {WIDEST_M:g} m wide",
         )
     return marks
 
 
 def joined(batches: Sequence[PaintMarks]) -> list[PaintMarks]:
-    """Batches that go on where the one before ended, as one."""
+    """Join batches that continue where the one before ended."""
     runs: list[list[PaintMarks]] = []
     for batch in batches:
         last = runs[-1][-1] if runs else None

@@ -1,4 +1,4 @@
-"""The figures of a plan and of a run, as JSON objects."""
+"""Figures of a plan and of a run, as JSON objects."""
 
 import math
 from collections.abc import Sequence
@@ -15,10 +15,9 @@ from touchline.schemas.messages import (
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
-    """The plan report: lengths, times, counts, largest values and gaps of what is sent to the robot.
+    """Return the plan report: lengths, times, counts, largest values and gaps of the planned trajectory.
 
-    A curvature that steps has no finite sharpness, and none that JSON could hold: it is ``None``, as are the actuators'
-    rates.
+    A stepping curvature has no finite sharpness, and JSON no infinity: it is ``None``, as are the actuators' rates.
     """
     return {
         "length_m": {
@@ -61,7 +60,7 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
 
 
 def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]:
-    """How a plan covers its areas, all together."""
+    """Return a plan's coverage of its areas, all together."""
     area_m2, covered_m2 = sum(each.area_m2 for each in areas), sum(each.covered_m2 for each in areas)
     reachable_m2 = sum(each.reachable_m2 for each in areas)
     reached_m2 = sum(0.01 * each.reachable_pct * each.reachable_m2 for each in areas)
@@ -85,7 +84,7 @@ def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]
 
 
 def left_out_figures(stretches: Sequence[LeftOutStretch]) -> dict[str, Any]:
-    """What of its lines a plan leaves out, as something is in their way."""
+    """Return the parts of lines that a plan leaves out as obstructed."""
     return {
         "total_m": math.fsum(each.length_m for each in stretches),
         "stretches": [
@@ -103,7 +102,7 @@ def left_out_figures(stretches: Sequence[LeftOutStretch]) -> dict[str, Any]:
 
 
 def paint_figures(report: TraversalReport) -> dict[str, Any]:
-    """What was painted, against the template."""
+    """Return the paint's figures against the template."""
     return {
         "coverage_pct": report.coverage_pct,
         "area_coverage_pct": report.area_coverage_pct,
@@ -123,15 +122,20 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
 
 
 def failing(report: TraversalReport, area: AreaReport | None = None) -> str:
-    """Why a traversal that got to its end is no success; "" if it is one."""
+    """Return why a finished traversal is no success; "" if it is one."""
     what = "paint" if area is None else "work"
     return "" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}"
 
 
 def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanReport) -> dict[str, Any]:
-    """What the robot's reports say: of areas, if a covering tool has worked on some, or else of paint.
+    """Return the robot's report: of areas, if a covering tool has worked on some, or else of paint.
 
     Where the plan leaves out some of the lines, the figures are of the rest, and the share of all lines stands beside.
+
+    Args:
+        report: Report of the traversal.
+        area: Report of its areas, if a covering tool has worked on some.
+        plan: Report of its plan.
     """
     if area is None:
         figures = paint_report(report)
@@ -145,7 +149,7 @@ def work_report(report: TraversalReport, area: AreaReport | None, plan: PlanRepo
 
 
 def area_report_figures(area: AreaReport, report: TraversalReport) -> dict[str, Any]:
-    """Everything that is said about areas and the body, with whether that is accepted."""
+    """Return all figures of areas and body, with the verdict."""
     return {
         **area_figures(area),
         "accepted": report.paint_accepted,
@@ -155,7 +159,7 @@ def area_report_figures(area: AreaReport, report: TraversalReport) -> dict[str, 
 
 
 def area_figures(area: AreaReport) -> dict[str, Any]:
-    """The main figures of areas that a covering tool has worked on."""
+    """Return the main figures of areas that a covering tool has worked on."""
     return {
         "area_m2": area.area_m2,
         "covered_m2": area.covered_m2,
@@ -173,7 +177,7 @@ def area_figures(area: AreaReport) -> dict[str, Any]:
 
 
 def paint_report(report: TraversalReport) -> dict[str, Any]:
-    """Everything that the robot's report says about paint, as a whole and line by line, and about the estimate."""
+    """Return all figures of paint, as a whole and line by line, and of the estimate."""
     return {
         "paint": paint_figures(report),
         "segments": [segment_figures(segment) for segment in report.segments],
@@ -182,7 +186,7 @@ def paint_report(report: TraversalReport) -> dict[str, Any]:
 
 
 def segment_figures(segment: SegmentPaint) -> dict[str, Any]:
-    """One line of the template, as it was painted."""
+    """Return the figures of one painted line."""
     return {
         "id": segment.id,
         "length_m": segment.length_m,
@@ -198,7 +202,7 @@ def segment_figures(segment: SegmentPaint) -> dict[str, Any]:
 
 
 def traversal_figures(report: TraversalReport, wall_time_s: float) -> dict[str, Any]:
-    """How long the drive took, in sim time and by the clock on the wall."""
+    """Return the duration of the drive, in sim time and wall clock."""
     return {
         "total_time_s": report.total_time_s,
         "wall_time_s": wall_time_s,
@@ -208,12 +212,12 @@ def traversal_figures(report: TraversalReport, wall_time_s: float) -> dict[str, 
 
 
 def hash_figures(scenario: str, report: TraversalReport) -> dict[str, Any]:
-    """Scenario hash and session hash (``None`` if it was not computed)."""
+    """Return scenario hash and session hash (``None`` if it was not computed)."""
     return {"scenario": scenario, "session": report.session_hash or None}
 
 
 def estimator_figures(report: TraversalReport) -> dict[str, Any]:
-    """How far the estimated pose was from the true one."""
+    """Return the error of the estimated pose."""
     return {"position_rmse_m": report.position_rmse_m, "heading_rmse_rad": report.heading_rmse_rad}
 
 

@@ -30,15 +30,15 @@ from touchline.services.robot_sim.telemetry import Telemetry
 
 Progress = Callable[[float, str], None]
 
-#: Ticks between two looks at how far the robot has come.
+#: Ticks between two progress reports.
 _SLICE_TICKS = 1000
-#: Slices without any progress after which a robot is taken to wait for an operator who is not there.
+#: Slices without progress after which a robot is taken to wait for an operator who is not there.
 _PATIENCE_SLICES = 18
 
 
 @dataclass(frozen=True)
 class Job:
-    """A planned job: everything but the scenario and the computer's configuration.
+    """Planned job: everything except the scenario and the computer's configuration.
 
     Attributes:
         trajectory: The plan.
@@ -77,12 +77,12 @@ class Outcome:
 
     Attributes:
         report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
-        area: The report of its areas, if a covering tool has worked on some.
-        reason: Why it ended as it did, if that needs words.
-        wall_time_s: Of the drive, the report included.
+        area: Report of its areas, if a covering tool has worked on some.
+        reason: Why it ended early, or empty.
+        wall_time_s: Wall-clock time of the drive, report included.
         recording: Path, messages and bytes of the recording, if there is one.
-        strokes: The paint, if that is wanted.
-        scenario_hash: Of its cause.
+        strokes: The paint, if requested.
+        scenario_hash: Hash of its inputs.
     """
 
     report: TraversalReport
@@ -94,7 +94,7 @@ class Outcome:
     scenario_hash: str = ""
 
     def figures(self, job: Job) -> dict[str, Any]:
-        """The report as ``touchline run`` gives it."""
+        """Return the report as ``touchline run`` gives it."""
         return {
             "success": self.report.success,
             "reason": self.reason or failing(self.report, self.area),
@@ -108,10 +108,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Products:
-    """What comes of a run besides its report.
+    """Requested products of a run besides its report.
 
     Attributes:
-        hashed: Whether to work out the session hash; a recorded run always has one.
+        hashed: Whether to compute the session hash; a recorded run always has one.
         record: MCAP file to write.
         strokes: Whether the outcome holds the paint itself.
     """
@@ -125,13 +125,13 @@ _REPORT_ALONE = Products()
 
 
 class GivenDrive(NamedTuple):
-    """What an emulated robot is to drive.
+    """Trajectory for an emulated robot, and its context.
 
     Attributes:
         trajectory: The plan.
-        template: By which its paint is judged, if it has one.
+        template: Template against which its paint is evaluated, if any.
         taking: How the robot gets to the start.
-        cause: What the plan was made from, for the recording.
+        cause: Inputs of the plan, for the recording.
     """
 
     trajectory: Trajectory
@@ -147,16 +147,16 @@ def simulate(
     products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
-    """Paint ``job`` once, as fast as it goes.
+    """Simulate ``job`` once, as fast as possible.
 
     Telemetry is made only to be hashed or recorded; that changes no figure.
 
     Args:
-        job: What to paint.
-        scenario: What may go differently.
-        config: What the robot's computer is told; by default the shipped robot's.
-        products: What it is to give besides the report.
-        progress: Told the fraction done and where the robot is, every few seconds of sim time.
+        job: The planned job.
+        scenario: World, noise and faults.
+        config: Configuration of the onboard computer; by default the shipped robot's.
+        products: Products besides the report.
+        progress: Called with the fraction done and where the robot is, every few seconds of sim time.
 
     Raises:
         CommandRefused: The robot does not take the plan.
@@ -174,13 +174,13 @@ def carry_out(
     products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
-    """Have an emulated robot drive a trajectory to its end, as fast as it goes.
+    """Have an emulated robot drive a trajectory to its end, as fast as possible.
 
     Args:
         emulator: The robot, at rest.
-        drive: What it drives.
-        products: What is to be given besides the report.
-        progress: As of `simulate`.
+        drive: The trajectory.
+        products: Products besides the report.
+        progress: As for `simulate`.
 
     Raises:
         CommandRefused: The robot does not take the plan.
@@ -204,7 +204,7 @@ def carry_out(
             emulator.start()
             listener.hear("", telemetry.news())
 
-            def tell() -> None:
+            def publish() -> None:
                 if products.record is None:
                     telemetry.only_hashed()
                 else:
@@ -215,8 +215,8 @@ def carry_out(
                 while emulator.tick_count < last and emulator.active:
                     telemetry.hold(runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows))
                     if telemetry.full:
-                        tell()
-                tell()
+                        publish()
+                publish()
 
             reason = _drive(emulator, run_slice, progress)
             reports = telemetry.final or telemetry.reports()
@@ -231,7 +231,7 @@ def carry_out(
 
 
 def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
-    """Run to the end; a robot that waits for an operator for minutes is told to give up. Returns the reason."""
+    """Run to the end and return the reason; abort a robot that waits for an operator for minutes."""
     reached, patience = -1.0, _PATIENCE_SLICES
     while emulator.active:
         run_slice()
@@ -243,5 +243,5 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
         if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
             waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
             why = status.reason or "it did not move on"
-            emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
+            emulator.abort(f"aborted by the simulation after {waited_s} s without progress: {why}")
     return emulator.onboard.status.reason

@@ -1,6 +1,6 @@
-"""Tells what a robot says of the job that it was given last from what it said before.
+"""Filter for status messages and reports of an earlier job.
 
-Messages that are kept for late joiners, and those that are under way, arrive after the robot has taken another job.
+Messages that are kept for late joiners, and those in transit, arrive after the robot has taken another job.
 """
 
 import math
@@ -8,32 +8,32 @@ import math
 from touchline.schemas.messages import AreaReport, TraversalReport, TraversalStatus
 
 
-class SaidOfJob:
-    """Which messages are about the job; none before the robot has said that it is ready.
+class JobMessageFilter:
+    """Accepts messages about the present job; none before the robot has reported that it is ready.
 
     Attributes:
-        since_s: Sim time at which it did; infinite as long as it has not.
+        since_s: Sim time of that report; infinite before it.
     """
 
     def __init__(self) -> None:
-        """No job yet."""
+        """Start without a job."""
         self.since_s = math.inf
 
     def forget(self) -> None:
-        """It is about to be given another one."""
+        """Reset before another job."""
         self.since_s = math.inf
 
     @property
     def begun(self) -> bool:
-        """Whether it has said that it is ready."""
+        """True if the robot has reported that it is ready."""
         return math.isfinite(self.since_s)
 
     def status(self, status: TraversalStatus) -> bool:
-        """Whether a status is; they arrive in the order in which they were sent."""
+        """Return whether a status belongs to the job; statuses arrive in the order of sending."""
         if not self.begun and status.state == TraversalStatus.READY:
             self.since_s = status.header.stamp.seconds
         return self.begun
 
     def report(self, report: TraversalReport | AreaReport) -> bool:
-        """Whether a report is."""
+        """Return whether a report belongs to the job."""
         return report.header.stamp.seconds > self.since_s

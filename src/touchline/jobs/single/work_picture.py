@@ -1,4 +1,4 @@
-"""A picture of what a traversal has left behind: paint, or areas that were covered."""
+"""Picture of the work of a traversal: paint, or covered areas."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,14 +13,14 @@ from touchline.schemas.template import Template
 def draw_work(
     template: Template, strokes: Iterable[PaintMarks], path: Path, report: TraversalReport, area: AreaReport | None
 ) -> None:
-    """Draw ``strokes`` to ``path`` (.svg or .png), with the figures that say most.
+    """Draw ``strokes`` to ``path`` (.svg or .png), with the main figures.
 
     Args:
-        template: What was to be done.
-        strokes: Of the tool.
-        path: Where to.
-        report: Of the traversal.
-        area: Of its areas, if a covering tool has worked on some.
+        template: The template of the traversal.
+        strokes: Strokes of the tool.
+        path: File to write.
+        report: Report of the traversal.
+        area: Report of its areas, if a covering tool has worked on some.
 
     Raises:
         SpecError: The file cannot be written.
@@ -33,7 +33,7 @@ def draw_work(
 
 
 def draw_unfinished(template: Template, strokes: Iterable[PaintMarks], path: Path, *, covers: bool) -> None:
-    """Draw ``strokes`` of a traversal of which there is no report yet; ``covers``: the tool does not paint.
+    """Draw ``strokes`` of a traversal without a report yet; ``covers``: the tool does not paint.
 
     Raises:
         SpecError: The file cannot be written.

@@ -36,8 +36,8 @@ class SweepCase:
     """One combination.
 
     Attributes:
-        setting: The values that tell it from the others.
-        work: The template to work on, where to drive, or the team that drives.
+        setting: The values that distinguish it.
+        work: The template, goal or team.
         scenario: Its seed is the first of the sweep's.
     """
 
@@ -49,7 +49,7 @@ class SweepCase:
 
 
 def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
-    """``name=value,value,…`` each, as values by name; numbers, true and false are read as such.
+    """Parse ``name=value,value,…`` texts to values by name; numbers, true and false are converted.
 
     Raises:
         SpecError: A text has another form, or a name comes twice.
@@ -72,14 +72,14 @@ def cases(
     settings: Mapping[str, Sequence[Any]],
     config: OnboardConfig | None = None,
 ) -> list[SweepCase]:
-    """Every combination of ``settings``, the last name's values changing fastest.
+    """Return every combination of ``settings``, the last name's values changing fastest.
 
     Args:
-        work: The template to be worked on where the settings name none, or where to drive.
-        scenario: As it is where the settings do not change it.
-        options: Of plans, likewise.
+        work: Default template, or the goal.
+        scenario: Default scenario.
+        options: Default planning options.
         settings: Values by name.
-        config: Of the robot's computer, likewise; by default the shipped robot's.
+        config: Default configuration of the onboard computer; None: the shipped robot's.
 
     Raises:
         SpecError: A name is not a field, or a value not allowed.
@@ -90,10 +90,11 @@ def cases(
 
 
 def team_cases(teams: Sequence[TeamScenario], *, random_faults: bool) -> list[SweepCase]:
-    """A case for each team, told by its number of robots; with random faults each seed has its own."""
-    told = {RANDOM_FAULTS: True} if random_faults else {}
+    """Return a case for each team, distinguished by its number of robots; with random faults each seed has its own."""
+    fields = {RANDOM_FAULTS: True} if random_faults else {}
     return [
-        SweepCase({"robots": len(team.names), **told}, team, team.world, team.onboard, PlanOptions()) for team in teams
+        SweepCase({"robots": len(team.names), **fields}, team, team.world, team.onboard, PlanOptions())
+        for team in teams
     ]
 
 
@@ -125,15 +126,15 @@ def _work(work: str | PoseGoal, setting: Setting, aimed: Mapping[str, Any]) -> s
     if isinstance(work, str):
         for name in aimed:
             remedy = "give --goal X,Y[,HEADING] in place of a template"
-            raise SpecError("command line", f"--set {GOAL_PREFIX}{name}", "is of a goal, and there is none", remedy)
+            raise SpecError("command line", f"--set {GOAL_PREFIX}{name}", "needs a goal, and there is none", remedy)
         return str(setting.get(TEMPLATE, work))
     if TEMPLATE in setting:
-        raise SpecError("command line", f"--set {TEMPLATE}", "is given beside --goal", "leave one of both out")
+        raise SpecError("command line", f"--set {TEMPLATE}", "is given beside --goal", "give one of them")
     return _changed(work, GOAL_PREFIX, aimed, PoseGoal.model_fields, "a field of a goal")
 
 
 def _changed(base: M, prefix: str, values: Mapping[str, Any], known: Collection[str], what: str) -> M:
-    """The message with these values; `known` are the names that they may have, and `what` people call them."""
+    """Return the message with these values; `known` are the allowed names, `what` describes the message."""
     for name in sorted(set(values).difference(known)):
         names = ", ".join(f"{prefix}{field}" for field in known)
         raise SpecError("command line", f"--set {prefix}{name}", f"is not {what}", f"use {names}")
@@ -144,7 +145,7 @@ def _changed(base: M, prefix: str, values: Mapping[str, Any], known: Collection[
 
 
 def _put(fields: dict[str, Any], name: str, place: str, value: Any, owner: str) -> None:
-    """Set the field at the dotted `place` to a value; `name` is what the setting calls it."""
+    """Set the field at the dotted `place` to a value; `name` is the setting's own name for it."""
     *path, last = place.split(".")
     for part in path:
         inner = fields.get(part)

@@ -1,4 +1,4 @@
-"""A goal that a robot drives to in every run of a sweep, and the figures of such a run."""
+"""Goal of every run of a sweep, and the figures of a run."""
 
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from touchline.schemas.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class GoalJob:
-    """A goal: everything but the scenario and the computer's configuration."""
+    """Goal with everything except the scenario and the computer's configuration."""
 
     goal: PoseGoal
     vehicle: Vehicle
@@ -23,7 +23,7 @@ class GoalJob:
 
     @classmethod
     def prepare(cls, goal: PoseGoal, options: PlanOptions, vehicle: Vehicle, start: Pose2) -> Self:
-        """The job, once there is a plan from `start`; each run plans from where its robot believes to be.
+        """Check that a plan from `start` exists; each run plans anew from where its robot believes to be.
 
         Raises:
             PlanningError: There is none.
@@ -32,18 +32,18 @@ class GoalJob:
         return cls(goal, vehicle, options)
 
     def drive(self, scenario: Scenario, config: OnboardConfig) -> GoalDrive:
-        """One run.
+        """Simulate one run.
 
         Raises:
-            PlanningError: There is no way from where the robot believes to be.
-            CommandRefused: It does not find out where it stands.
+            PlanningError: There is no path from where the robot believes to be.
+            CommandRefused: The robot is not localized in time.
         """
         setup = Setup(vehicle=self.vehicle, onboard=config, scenario=scenario)
         return drive_to_goal(setup, self.goal, self.options, Products())
 
 
 def arrival_run_figures(done: GoalDrive) -> dict[str, float]:
-    """How far off the goal the robot came to rest in truth; without the heading's error, 0 to π, if any will do."""
+    """Return the true error at rest; without the heading error, 0 to π, if any heading will do."""
     turned_rad = abs(done.true.turned_rad(done.goal))
     return {
         "off_m": done.true.off_m(done.goal),

@@ -26,9 +26,9 @@ MORE_IS_BETTER: Final = (
 
 
 def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str, Any]:
-    """The sweep's report as a JSON object: a summary per combination, then every run.
+    """Return the sweep's report as a JSON object: a summary per combination, then every run.
 
-    The order in which runs finished leaves no trace.
+    It does not depend on the order in which runs finished.
     """
     ordered = sorted(runs, key=lambda run: (run.case, run.seed))
     return {
@@ -50,8 +50,10 @@ def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str,
 
 
 def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
-    told = [run for run in runs if run.figures]
-    names = dict.fromkeys(name for run in told for name in run.figures)  # when all arrived is told only if they have
+    finished = [run for run in runs if run.figures]
+    names = dict.fromkeys(
+        name for run in finished for name in run.figures
+    )  # the time of arrival exists only for runs that arrived
     work: dict[str, Any] = {"template": case.work}
     if isinstance(case.work, TeamScenario):
         work = {"team": case.work.name, "task": case.work.task.kind}
@@ -62,12 +64,12 @@ def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
         **work,
         "runs": len(runs),
         "failed_seeds": [run.seed for run in runs if not run.success],
-        "figures": {name: statistics(name, [run for run in told if name in run.figures]) for name in names},
+        "figures": {name: statistics(name, [run for run in finished if name in run.figures]) for name in names},
     }
 
 
 def _within_pct(runs: Sequence[SweepRun]) -> float:
-    """The share of runs in which the robot arrived, and in truth within 2 cm and 2°, %."""
+    """Return the share of runs that arrived, and in truth within 2 cm and 2°, percent."""
     near = [
         run
         for run in runs
@@ -77,7 +79,7 @@ def _within_pct(runs: Sequence[SweepRun]) -> float:
 
 
 def statistics(name: str, runs: Sequence[SweepRun]) -> dict[str, float | int]:
-    """Mean, p95 and worst of one figure over runs; the percentile counts from the good side."""
+    """Return mean, p95 and worst of one figure over runs; the percentile counts from the good side."""
     values = np.array([run.figures[name] for run in runs])
     badness = -values if name in MORE_IS_BETTER else values
     worst = int(np.argmax(badness))
@@ -90,10 +92,10 @@ def statistics(name: str, runs: Sequence[SweepRun]) -> dict[str, float | int]:
 
 
 def write_csv(report: dict[str, Any], path: Path) -> None:
-    """A line per run: settings, seed, figures.
+    """Write a line per run: settings, seed, figures.
 
     Raises:
-        SpecError: It cannot be written.
+        SpecError: The file cannot be written.
     """
     rows = [{**run["set"], **{name: value for name, value in run.items() if name != "set"}} for run in report["runs"]]
     names = list(dict.fromkeys(name for row in rows for name in row))

@@ -21,7 +21,7 @@ SweepJob = Job | GoalJob | TeamJob
 
 @dataclass(frozen=True)
 class Task:
-    """A run to be done; ``case`` and ``job`` are indices."""
+    """Run to do; ``case`` and ``job`` are indices."""
 
     case: int
     job: int
@@ -31,7 +31,7 @@ class Task:
 
 @dataclass(frozen=True)
 class SweepRun:
-    """A run that was done; ``figures`` is empty if it could not be, for the ``reason`` given."""
+    """Finished run; ``figures`` is empty if it failed, for the ``reason`` given."""
 
     case: int
     seed: int
@@ -49,11 +49,17 @@ def prepare(
 ) -> tuple[list[SweepJob], list[Task]]:
     """Plan every template once for each set of options, and list the runs: ``seeds`` of each case, with one vehicle.
 
-    To a goal each run has a plan of its own, as its robot believes to stand elsewhere; whether there is one is tried.
+    To a goal each run plans for itself, as its robot believes to stand elsewhere; here only its feasibility is checked.
+
+    Args:
+        cases: The combinations.
+        seeds: Number of runs of each.
+        vehicle: Vehicle of all runs; None: the shipped one.
+        progress: Called with the fraction done and the present stage.
 
     Raises:
-        SpecError: A template is none.
-        PlanningError: One cannot be planned so.
+        SpecError: A template is invalid.
+        PlanningError: A template cannot be planned.
     """
     jobs: dict[str, SweepJob] = {}
     vehicle = vehicle or Vehicle()
@@ -92,7 +98,7 @@ def perform(jobs: list[SweepJob], task: Task) -> SweepRun:
 
 
 def lost_run(task: Task, why: str) -> SweepRun:
-    """A run whose process died: it failed, and the others go on."""
+    """Return the failed run of a task whose process died."""
     return SweepRun(task.case, task.scenario.seed, False, why, {})
 
 
@@ -117,7 +123,7 @@ def _worked(job: Job, task: Task) -> SweepRun:
 
 
 def run_figures(report: TraversalReport, area: AreaReport | None = None) -> dict[str, float]:
-    """The main figures of a run, by the names of its reports."""
+    """Return the main figures of a run, named as in its reports."""
     return {
         **(_paint_figures(report) if area is None else _area_figures(area)),
         "lateral_error_mean_m": report.lateral_error_mean_m,
@@ -128,7 +134,7 @@ def run_figures(report: TraversalReport, area: AreaReport | None = None) -> dict
 
 
 def drive_figures(report: TraversalReport) -> dict[str, float]:
-    """Those that every drive has, whatever it is for."""
+    """Return the figures that every drive has."""
     return {
         "position_rmse_m": report.position_rmse_m,
         "heading_rmse_rad": report.heading_rmse_rad,

@@ -1,4 +1,4 @@
-"""A team that drives in every run of a sweep, and the figures of such a run."""
+"""Team of every run of a sweep, and the figures of a run."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from touchline.schemas.team import TeamScenario
 
 @dataclass(frozen=True)
 class TeamJob:
-    """A team, whatever its world's seed.
+    """Team, whatever its world's seed.
 
     Attributes:
         team: The team.
-        random_faults: Whether each seed has a timeline of faults of its own.
+        random_faults: Whether each seed has its own timeline of faults.
     """
 
     team: TeamScenario
     random_faults: bool = False
 
     def drive(self, world: Scenario) -> dict[str, Any]:
-        """The figures of a run in a world.
+        """Simulate a run in a world and return its figures.
 
         Raises:
             TouchlineError: The team cannot drive.
@@ -39,7 +39,7 @@ class TeamJob:
 
 
 def swept_figures(figures: dict[str, Any]) -> dict[str, float]:
-    """The numbers of a run that are told of all runs of a sweep."""
+    """Return the numbers of a run that a sweep summarises."""
     deployed, goals = figures.get("deploy", {}), figures.get("goals", {})
     counted = ("contacts", "contacts_of_obedient", "closest_m", "driven_mean_m", "beyond_walls_robot_s")
     found = {name: figures[name] for name in counted}

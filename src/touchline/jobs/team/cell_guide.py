@@ -1,18 +1,18 @@
-"""A team guided by cells: its coordinator, and the radio between that and the robots."""
+"""Guidance of a team by cells: its coordinator, and the radio to the robots."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 
-from touchline.fleet.answers import answers, header_at
 from touchline.fleet.cells import SegmentsMeet
 from touchline.fleet.coordination import Coordination
 from touchline.fleet.exchange import Exchange
 from touchline.fleet.free_area import FreeArea
-from touchline.fleet.task_books import TaskBooks
+from touchline.fleet.guidance_messages import header_at, stamped_guidance
+from touchline.fleet.task_statistics import TaskStatistics
 from touchline.fleet.tasks import TeamTask
-from touchline.fleet.team_status import team_news
+from touchline.fleet.team_status import team_messages
 from touchline.jobs.team.team_guide import BelievedApart
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas import topics
@@ -23,107 +23,107 @@ from touchline.schemas.team import TeamScenario
 from touchline.services.robot_sim.packing import Payload
 
 TeamListener = Callable[[str, list[Payload]], None]
-"""Told who says what: a robot, or under the team's own name its coordinator."""
+"""Called with the sender, a robot or the team's namespace for the coordinator, and its messages."""
 
 
 class CellGuide:
-    """See `TeamGuide`."""
+    """Guide of a team by cells."""
 
     def __init__(
         self, team: TeamScenario, area: FreeArea, robots: Mapping[str, TeamRobot], listener: TeamListener | None = None
     ) -> None:
-        """All robots are to be guided from now on.
+        """Start to guide all robots.
 
         Args:
-            team: What they do.
-            area: Where.
+            team: The team.
+            area: The area.
             robots: By name.
-            listener: Told what is told to whom, and of the team, if anybody listens.
+            listener: Called with all messages, of robots and of the team.
 
         Raises:
-            CommandRefused: Such a robot cannot be guided.
+            CommandRefused: A robot of this kind cannot be guided.
         """
         self._robots = robots
         self._coordination = Coordination(team, area)
         self._exchange = Exchange(team, self._coordination)
         self.believed, self.problem = BelievedApart(), ""
         self._area, self._kind, self._listener = area, team.task.kind, listener
-        self._books, self._updates, self._ended = TaskBooks(self._coordination, self._kind), 0, False
+        self._statistics, self._updates, self._ended = TaskStatistics(self._coordination, self._kind), 0, False
         for robot in robots.values():
             robot.begin_guided()
 
     @property
     def step_ticks(self) -> int:
-        """See `TeamGuide`."""
+        """Ticks until the next exchange, as of `TeamGuide`."""
         return self._exchange.step_ticks
 
     @property
     def task(self) -> TeamTask | None:
-        """See `TeamGuide`."""
+        """The team's task, as of `TeamGuide`."""
         return self._coordination.task
 
     @property
     def waits_for(self) -> tuple[str, ...]:
-        """See `TeamGuide`."""
+        """Return robots that are not localized, as of `TeamGuide`."""
         return self._coordination.waits_for
 
     def talk(self, tick: int, awake: Collection[str]) -> bool:
-        """See `TeamGuide`."""
+        """Exchange messages with the robots, as of `TeamGuide`."""
         robots = {name: robot for name, robot in self._robots.items() if name in awake}
-        said = {name: each.emulator.onboard.whereabouts for name, each in robots.items()}
+        whereabouts = {name: each.emulator.onboard.whereabouts for name, each in robots.items()}
         try:
-            told = self._exchange.at(tick, {name: each for name, each in said.items() if each is not None})
+            guidance = self._exchange.at(tick, {name: each for name, each in whereabouts.items() if each is not None})
         except SegmentsMeet as error:
-            told = {}
+            guidance = {}
             self._pause_all(str(error))
         hearing = {} if self.finished(tick) else robots  # they are to brake then, as over the bus
-        for name, messages in told.items():
-            for message in answers(messages, tick) if name in hearing else ():
+        for name, messages in guidance.items():
+            for message in stamped_guidance(messages, tick) if name in hearing else ():
                 hearing[name].take_guidance(message)
-        self._books.count(len(said), sum(map(len, told.values())))
-        self._tell(tick, told, awake)
+        self._statistics.count(len(whereabouts), sum(map(len, guidance.values())))
+        self._publish(tick, guidance, awake)
         hub = self._coordination.hub
         if hub is None or not self._exchange.updated:
             return False
         believed = self.believed
         believed.nearest_segments_m = min(believed.nearest_segments_m, hub.nearest_segments_m)
-        believed.outside_cell_m = max(believed.outside_cell_m, *hub.strays_m.values())
+        believed.outside_cell_m = max(believed.outside_cell_m, *hub.outside_cells_m.values())
         return True
 
-    def _tell(self, tick: int, told: Mapping[str, list[Guidance]], awake: Collection[str]) -> None:
-        """Keep the books, and let who listens hear what the coordinator tells over the bus."""
+    def _publish(self, tick: int, guidance: Mapping[str, list[Guidance]], awake: Collection[str]) -> None:
+        """Publish the coordinator's messages as over the bus."""
         updated, now_s = self._exchange.updated, tick / 100.0
         self._updates += updated
         if updated:
-            self._books.update(now_s)
+            self._statistics.update(now_s)
         if (hear := self._listener) is None:
             return
         finished = self._coordination.finished(now_s)
         for name in () if finished else sorted(awake):
-            hear(name, [(topics.GUIDANCE, encode(each)) for each in answers(told.get(name, ()), tick)])
+            hear(name, [(topics.GUIDANCE, encode(each)) for each in stamped_guidance(guidance.get(name, ()), tick)])
         if not updated:
             return
         known: dict[str, str | int] = {"task": self._kind, "updates": self._updates, "robots": len(self._robots)}
         known |= {"problem": self.problem} if self.problem else {}
-        cells, status = team_news(self._coordination, self._area, tick, known)
+        cells, status = team_messages(self._coordination, self._area, tick, known)
         news: list[Payload] = [(topics.TEAM_CELLS, encode(cells)), (topics.TEAM_STATUS, encode(status))]
         if finished and not self._ended:
             self._ended = True
-            if (report := self._books.report(finished=True)) is not None:
+            if (report := self._statistics.report(finished=True)) is not None:
                 news.append((topics.TEAM_REPORT, encode(report.model_copy(update={"header": header_at(tick)}))))
         hear(topics.TEAM_NAMESPACE, news)
 
     def _pause_all(self, problem: str) -> None:
-        """As the coordinator does over the bus when a robot is where it may not be."""
+        """Pause all robots, as the coordinator does over the bus when a robot is where it may not be."""
         self.problem = problem
         for robot in self._robots.values():
             with suppress(CommandRefused):
                 robot.emulator.pause()
 
     def finished(self, tick: int) -> bool:
-        """See `TeamGuide`."""
+        """Return whether the run is over, as of `TeamGuide`."""
         return self._coordination.finished(tick / 100.0)
 
-    def hindrance(self, name: str) -> str:
-        """See `TeamGuide`."""
-        return self._books.hindrance(name)
+    def blockage(self, name: str) -> str:
+        """Return why a robot does not arrive, as of `TeamGuide`."""
+        return self._statistics.blockage(name)

@@ -1,6 +1,6 @@
-"""A team as in the study: each robot on its own Dubins path to its next goal, whoever is in the way.
+"""Team as in the study: each robot on its own Dubins path to its next goal, without collision avoidance.
 
-A robot takes its next goal when it has come near to the last, without a stop if its computer takes the path under way;
+A robot takes its next goal when it is near to the last, without a stop if its computer takes the path while driving;
 to spread, that is the centroid of its Voronoi cell. If it is there already, it comes to rest and stays until its goal
 has moved away. Speeds are by the study's law.
 """
@@ -39,25 +39,26 @@ Place = tuple[float, float]
 RADIUS_M: Final = 0.3
 LAW: Final = Law4(gain_1ps=1.0)
 BRAKING_M: Final = 0.06
-"""So near to its goal a robot that has no other brakes: from 0.2 m/s it comes to rest within 2 cm of it."""
+"""Braking distance at a goal without successor: from 0.2 m/s it comes to rest within 2 cm of it."""
 LOOKING_TICKS: Final = 10
-"""How often robots are looked at: the study's control rate."""
+"""Ticks between looks at robots: the study's control rate."""
 KEEP_S: Final = 0.6
-"""For so long a robot that takes another path under way keeps to the last one: its computer asks for 0.3 s, and evens
-out what is just behind that, too."""
+"""Time for which a robot that takes another path while driving keeps to the last one: its computer asks for 0.3 s, and
+evens out what is just behind that, too.
+"""
 LEAVING_M: Final = 0.07
-"""So far before its end a path is left for another one: within ARRIVED_M of the goal."""
+"""Distance before its end at which a path is left for another one: within ARRIVED_M of the goal."""
 OVER_M: Final = 0.01
-"""So near to its end it is not left any more: the robot comes to rest first."""
+"""Distance from its end below which a path is not left: the robot comes to rest first."""
 
 
 class Departure(NamedTuple):
-    """Where a robot's next path begins: where it stands, or on its last path.
+    """Start of a robot's next path: where it stands, or on its last path.
 
     Attributes:
-        pose: There.
-        speed_mps: With which it comes there.
-        kept: What it drives until then, if it does not stand.
+        pose: The pose there.
+        speed_mps: The speed there.
+        kept: What it drives until then, unless it stands.
     """
 
     pose: PathPose
@@ -66,30 +67,30 @@ class Departure(NamedTuple):
 
     @classmethod
     def under_way(cls, leaving: LeavingTrajectory) -> Self:
-        """Of a robot that drives."""
+        """Create the departure of a driving robot."""
         leg = RunningLeg.of(leaving)
         kept, _ = leg.kept(leaving)
         pose, _, speed_mps = leg.end_of(kept)
         return cls(pose, speed_mps, kept)
 
     def is_off(self, goal: Place) -> bool:
-        """Whether a goal (m) is not reached there."""
+        """Return whether a goal (m) is not reached there."""
         return abs(complex(*goal) - self.pose.point) > ARRIVED_M
 
 
 class StudyDriver:
-    """Plans paths of the study for one kind of robot."""
+    """Planner of the study's paths for one kind of robot."""
 
     def __init__(self, vehicle: Vehicle, *, free: bool) -> None:
-        """To goals without a heading.
+        """Plan to goals without a heading.
 
         Args:
-            vehicle: That drives.
+            vehicle: The vehicle.
             free: Whether the heading is free; else it is the bearing.
 
         Raises:
             PlanningError: The vehicle cannot turn so tightly.
-            SpecError: It is not so fast.
+            SpecError: It is too slow.
         """
         fastest_mps = vehicle.drive.transit_speed_mps
         if fastest_mps < FAST_MPS:
@@ -100,10 +101,10 @@ class StudyDriver:
         self._method = DUBINS_FREE if free else BEARING
 
     def trajectory(self, departure: Departure, goal: Place) -> Trajectory:
-        """The way to a goal (m) that is not reached yet; it ends at rest.
+        """Plan to a goal (m) that is not reached yet; the path ends at rest.
 
         Raises:
-            PlanningError: There is none.
+            PlanningError: There is no path.
         """
         limits = self._traveller.limits
         path = self._method.between(departure.pose, PathPose(*goal, math.nan), self._traveller).path
@@ -118,21 +119,21 @@ class StudyDriver:
 
 
 def _until(path: PiecePath, end_m: float) -> PiecePath:
-    """A path up to an arc length."""
+    """Return a path up to an arc length."""
     last = path.index_at(end_m)
     piece = path.pieces[last]._replace(length_m=end_m - path.stations[last])
     return PiecePath(path.start, (*path.pieces[:last], piece))
 
 
 class PathGuide:
-    """See `TeamGuide`."""
+    """Guide of a team along the study's paths."""
 
     def __init__(self, team: TeamScenario, area: FreeArea, robots: Mapping[str, TeamRobot]) -> None:
-        """Robots stand.
+        """Guide robots that stand.
 
         Raises:
             PlanningError: Such a robot cannot turn like this.
-            SpecError: It is not so fast.
+            SpecError: It is too slow.
         """
         self._robots = robots
         self._driver = StudyDriver(team.vehicle, free=team.path == "free")
@@ -144,25 +145,25 @@ class PathGuide:
 
     @property
     def step_ticks(self) -> int:
-        """See `TeamGuide`."""
+        """Ticks until the next exchange, as of `TeamGuide`."""
         return LOOKING_TICKS
 
     @property
     def task(self) -> TeamTask | None:
-        """See `TeamGuide`."""
+        """The team's task, as of `TeamGuide`."""
         return self._task
 
     @property
     def waits_for(self) -> tuple[str, ...]:
-        """See `TeamGuide`."""
+        """Return robots that are not localized, as of `TeamGuide`."""
         return tuple(name for name, robot in self._robots.items() if not robot.emulator.onboard.aligned)
 
     def _places(self) -> dict[str, Place]:
-        """Where each robot believes to be (m)."""
+        """Return where each robot believes to be (m)."""
         return {name: _pose(robot)[:2] for name, robot in self._robots.items()}
 
     def finished(self, tick: int) -> bool:
-        """See `TeamGuide`."""
+        """Return whether the run is over, as of `TeamGuide`."""
         if self._task is None:
             return False
         late = tick - self._begun_tick >= 100.0 * self._team.duration_s - 0.5
@@ -171,12 +172,12 @@ class PathGuide:
         last = self._task.last
         return all(math.dist(at, last.get(name, at)) <= ARRIVED_M for name, at in self._places().items())
 
-    def hindrance(self, name: str) -> str:
-        """See `TeamGuide`."""
+    def blockage(self, name: str) -> str:
+        """Return why a robot does not arrive, as of `TeamGuide`."""
         return ""
 
     def talk(self, tick: int, awake: Collection[str]) -> bool:
-        """See `TeamGuide`."""
+        """Send robots to their next goals, as of `TeamGuide`."""
         if tick % round(100 * self._team.update_s) == 0 and self._task is None and not self.waits_for:
             self._task, self._begun_tick = task_of(self._team.task, self._area, self._places()), tick
         if self._task is None:
@@ -185,7 +186,7 @@ class PathGuide:
         return (tick - self._begun_tick) % round(100 * self._team.update_s) == 0
 
     def _send_on(self, awake: Collection[str]) -> None:
-        """Give who has come near to the end of its path the next one."""
+        """Give robots near the end of their paths the next one."""
         found = {name: self._departure(name) for name in awake}
         departures = {name: each for name, each in found.items() if each is not None}
         if not departures:
@@ -196,7 +197,7 @@ class PathGuide:
                 self._send_off(name, self._driver.trajectory(departure, goals[name]))
 
     def _departure(self, name: str) -> Departure | None:
-        """Where a robot can take another path, if it stands or has come near to the end of the last."""
+        """Return where a robot can take another path, if it stands or is near the end of the last."""
         emulator = self._robots[name].emulator
         if emulator.onboard.state != TraversalStatus.RUNNING:
             return None if emulator.active else Departure(_pose(self._robots[name]))
@@ -207,7 +208,7 @@ class PathGuide:
         return Departure.under_way(LeavingTrajectory(trajectory=self._driven[name], arc_length_m=at_m, keep_s=KEEP_S))
 
     def _goals(self, departures: Mapping[str, Departure]) -> dict[str, Place]:
-        """Where each robot shall go, from where some depart and the others believe to be (m)."""
+        """Return each robot's goal, from where some depart and the others believe to be (m)."""
         assert self._task is not None, "it has begun"
         task, names = self._task, list(self._robots)
         poses = [departures[name].pose if name in departures else _pose(self._robots[name]) for name in names]
@@ -222,12 +223,12 @@ class PathGuide:
         try:
             emulator.load(trajectory, taking=Taking.UNDER_WAY if under_way else Taking.HERE)
         except CommandRefused:
-            return  # its computer wants it to stand first, or to know where it is, or has stopped it for good
+            return  # its computer wants it to stand first, or is not localized, or has stopped it for good
         self._driven[name] = trajectory
         if not under_way:
             emulator.start()
 
 
 def _pose(robot: TeamRobot) -> PathPose:
-    """Where a robot believes to be."""
+    """Return where a robot believes to be."""
     return PathPose(*robot.emulator.onboard.estimate[:3])

@@ -1,4 +1,4 @@
-"""Timelines of faults of a team, drawn by a seed: what goes wrong in a field in a bad week, all at once."""
+"""Random timelines of team faults by seed: everything that goes wrong in a bad week, at once."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.team import LOSSY_LEASE_S, Freeze, TeamLinks, TeamScenario
 
-_AILING: Final = 0.4
-"""Share of the robots that have something."""
+_FAULTY: Final = 0.4
+"""Share of the robots with a fault."""
 _LOSSY: Final = 0.5
 """Share of the timelines in which half of all messages are lost, and the others late."""
 _STARTS_S: Final = (2.0, 20.0)
-"""When faults begin, while the team drives."""
+"""Start times of faults, while the team drives."""
 
 
 def with_random_faults(team: TeamScenario, seed: int) -> TeamScenario:
-    """The team with faults of some robots: lost poses, a blocked wheel, a pressed bumper, a frozen or dead computer.
+    """Return the team with faults of some robots: lost poses, blocked wheels, dead computers, and so on.
 
     Args:
-        team: Without faults of its own.
-        seed: Of the timeline.
+        team: A team without faults.
+        seed: Seed of the timeline.
     """
     rng = np.random.default_rng(seed)
     names = list(team.names)
-    count = max(1, round(_AILING * len(names)))
+    count = max(1, round(_FAULTY * len(names)))
     faults: dict[str, tuple[Fault, ...]] = {}
     frozen: dict[str, tuple[Freeze, ...]] = {}
     for name in rng.choice(names, count, replace=False).tolist():

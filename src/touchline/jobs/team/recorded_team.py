@@ -1,4 +1,4 @@
-"""A team as it was recorded: where its robots truly were, who has touched whom, and a picture of their ways."""
+"""Recorded team: true places of its robots, contacts, and a picture of their paths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.fleet.body_contacts import BodyContacts, body_radius_m
-from touchline.fleet.starts import free_area
+from touchline.fleet.start_poses import free_area
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import SpecError
@@ -22,17 +22,17 @@ from touchline.schemas.team import TeamScenario
 Floats = NDArray[np.float64]
 
 _PERIOD_NS: Final = 20_000_000
-"""Between two true poses."""
+"""Period of true poses."""
 
 
 @dataclass(frozen=True)
 class RecordedTeam:
-    """What a recording holds of a team.
+    """Contents of a team's recording.
 
     Attributes:
         team: The scenario.
-        names: Of the robots, sorted.
-        places: (k, n, 2) where they truly were at 50 Hz of sim time (m), while all were recorded.
+        names: Names of the robots, sorted.
+        places: (k, n, 2) true places at 50 Hz of sim time (m, map frame), while all were recorded.
     """
 
     team: TeamScenario
@@ -40,7 +40,7 @@ class RecordedTeam:
     places: Floats
 
     def contacts(self) -> BodyContacts:
-        """Who has touched whom, at 50 Hz."""
+        """Return the contacts of bodies, at 50 Hz."""
         found = BodyContacts(len(self.names), body_radius_m(self.team.vehicle), free_area(self.team))
         if len(self.places):
             found.look(self.places)
@@ -48,12 +48,12 @@ class RecordedTeam:
 
 
 def read_team(path: Path) -> RecordedTeam:
-    """The team in a recording.
+    """Read the team in a recording.
 
     Raises:
         RecordingError: The file cannot be read.
         SpecError: No team is recorded in it.
-        PayloadError: A message in it is none of its topic.
+        PayloadError: A message in it does not fit its topic.
     """
     from touchline.recordings.channels import namespace_at, topic_at
     from touchline.recordings.reader import RecordingReader
@@ -65,8 +65,8 @@ def read_team(path: Path) -> RecordedTeam:
         if topic is topics.TEAM_SETUP:
             team = parse(TeamScenario, decode(String, message.payload).data, path.name, recorded=True)
         elif topic is topics.TRUTH:
-            told = decode(Odometry, message.payload)
-            at, stamp = told.pose.pose.position, told.header.stamp
+            odometry = decode(Odometry, message.payload)
+            at, stamp = odometry.pose.pose.position, odometry.header.stamp
             step = (stamp.sec * 1_000_000_000 + stamp.nanosec) // _PERIOD_NS
             places[namespace_at(message.topic)][step] = (at.x, at.y)
     if team is None:
@@ -78,7 +78,7 @@ def read_team(path: Path) -> RecordedTeam:
 
 
 def is_team(path: Path) -> bool:
-    """Whether a recording is one of a team.
+    """Return whether a recording is of a team.
 
     Raises:
         RecordingError: The file cannot be read.
@@ -94,10 +94,10 @@ def is_team(path: Path) -> bool:
 
 
 def draw_team(recorded: RecordedTeam, path: Path, robot: str | None = None) -> None:
-    """Draw the ways of all robots, or of one, their bodies at the end, and the area, to an SVG or PNG file.
+    """Draw the paths of all robots, or of one, their bodies at the end, and the area, to an SVG or PNG file.
 
     Raises:
-        SpecError: It cannot be written, or there is no such robot.
+        SpecError: The file cannot be written, or there is no such robot.
     """
     import matplotlib as mpl
 
@@ -105,7 +105,7 @@ def draw_team(recorded: RecordedTeam, path: Path, robot: str | None = None) -> N
     from matplotlib import pyplot as plt
     from matplotlib.patches import Circle, Polygon
 
-    from touchline.fleet.starts import free_area
+    from touchline.fleet.start_poses import free_area
     from touchline.recordings.writing import writing
 
     if robot is not None and robot not in recorded.names:
@@ -117,12 +117,12 @@ def draw_team(recorded: RecordedTeam, path: Path, robot: str | None = None) -> N
         axes.add_patch(Polygon(np.array(ring.coords), color="0.85"))
     radius_m = body_radius_m(recorded.team.vehicle)
     for number, name in enumerate(recorded.names):
-        way = recorded.places[:, number]
-        if robot not in (None, name) or not len(way):
+        path_m = recorded.places[:, number]
+        if robot not in (None, name) or not len(path_m):
             continue
-        (line,) = axes.plot(way[:, 0], way[:, 1], linewidth=0.8)
-        axes.add_patch(Circle(tuple(way[-1]), radius_m, color=line.get_color(), alpha=0.6))
-        axes.annotate(name, tuple(way[-1]), ha="center", va="center", fontsize=6)
+        (line,) = axes.plot(path_m[:, 0], path_m[:, 1], linewidth=0.8)
+        axes.add_patch(Circle(tuple(path_m[-1]), radius_m, color=line.get_color(), alpha=0.6))
+        axes.annotate(name, tuple(path_m[-1]), ha="center", va="center", fontsize=6)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_xlabel("x, m")

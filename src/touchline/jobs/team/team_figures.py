@@ -1,4 +1,4 @@
-"""The figures of a team's run."""
+"""Figures of a team's run."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from touchline.fleet.tasks import Deploy, GoalLists
 from touchline.jobs.team.team_run import TeamRun
 
 NEAR_END: Final = 1.05
-"""A team counts as spread once H stays within 5 % of what it is in the end."""
+"""A team counts as spread once H stays within 5 % of its final value."""
 
 
 def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
-    """All of them, as JSON; SI units.
+    """Return all figures as a JSON object; SI units.
 
     Args:
-        run: That has ended.
-        wall_time_s: How long it took.
+        run: The finished run.
+        wall_time_s: Its wall-clock duration.
     """
     trace, contacts, sim_s = run.trace, run.contacts, run.ticks / 100.0
     task = {"deploy": _deployed(run)} if isinstance(run.task, Deploy) else {}
@@ -30,7 +30,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
         task["goals"] = {
             "arrived": int(run.arrived.sum()),
             "all_arrived_s": trace.ended_s if run.arrived.all() else None,
-            "hindrances": run.hindrances(),
+            "hindrances": run.blockages(),
         }
     stopped = _stopped(run)
     return {
@@ -64,7 +64,7 @@ def team_figures(run: TeamRun, wall_time_s: float) -> dict[str, Any]:
 
 
 def _deployed(run: TeamRun) -> dict[str, Any]:
-    """How well a team is spread, and how fast."""
+    """Return how well a team is spread, and how fast."""
     cost = np.array(run.trace.cost)
     late = np.flatnonzero(cost > NEAR_END * cost[-1])
     spread_s = run.trace.times_s[min(int(late[-1]) + 1, len(cost) - 1)] if len(late) else 0.0
@@ -85,19 +85,19 @@ def _deployed(run: TeamRun) -> dict[str, Any]:
 
 
 def _stopped(run: TeamRun) -> dict[str, str]:
-    """Who does not drive any more, and why, by name."""
+    """Return robots that have stopped, with the reason, by name."""
     found = {name: robot.stopped for name, robot in run.robots.items()}
     return {name: reason for name, reason in found.items() if reason}
 
 
 def _between_obedient(run: TeamRun) -> list[tuple[str, str]]:
-    """Contacts of two robots whose wheels did what they were told."""
+    """Return contacts of two robots whose wheels followed their commands."""
     named = [(run.names[one], run.names[other]) for one, other in run.contacts.pairs]
     return [pair for pair in named if not run.disobedient.intersection(pair)]
 
 
 def _why_not(run: TeamRun) -> str:
-    """Why a run has failed: a contact, a robot that has stopped though nothing ails it, or one that did not arrive."""
+    """Return why a run has failed: a contact, a healthy robot that stopped, or one that did not arrive."""
     if run.team.avoid != "cells":
         return ""
     if touched := _between_obedient(run):
@@ -106,23 +106,23 @@ def _why_not(run: TeamRun) -> str:
         return f"{len(walls)} contacts with walls, first of {walls[0]}"
     if run.guide.problem and not run.disobedient:
         return run.guide.problem
-    ailing = {*run.team.faults, *run.team.frozen}
+    faulty = {*run.team.faults, *run.team.frozen}
     for name, reason in _stopped(run).items():
-        if name not in ailing and not run.guide.problem:
+        if name not in faulty and not run.guide.problem:
             return f"{name} has stopped: {reason}"
     if isinstance(run.task, GoalLists):
-        lost = [name for name, reason in run.hindrances().items() if not (ailing and reason)]
+        lost = [name for name, reason in run.blockages().items() if not (faulty and reason)]
         if lost:
             return f"{len(lost)} robots have not arrived: {', '.join(lost[:5])}"
     return ""
 
 
 def hash_of(robots: Mapping[str, str]) -> dict[str, Any]:
-    """The sessions' hashes, by name, and one of them all, whatever the order in which robots are listed."""
+    """Return the sessions' hashes, by name, and one of them all, independent of the order of robots."""
     lines = "".join(f"{name} {digest}\n" for name, digest in sorted(robots.items()))
     return {"session": hashlib.sha256(lines.encode()).hexdigest()[:16] if lines else "", "robots": dict(robots)}
 
 
 def _number(value: float) -> float | None:
-    """A number that JSON can hold."""
+    """Return a number that JSON can hold."""
     return value if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""What tells the robots of a team where to drive; by cells that keep them apart, or as in the study."""
+"""Interface of a team's guidance: by cells that keep robots apart, or as in the study."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from touchline.fleet.tasks import TeamTask
 
 @dataclass
 class BelievedApart:
-    """How well robots keep apart, as they believe; infinite where nothing keeps them.
+    """Separation of robots by their own estimates; infinite without cells.
 
     Attributes:
-        nearest_segments_m: The least distance of two stopping segments at an update.
-        outside_cell_m: How far a stopping segment was outside the cell that its robot kept to, at most.
+        nearest_segments_m: Smallest distance of two stopping segments at an update.
+        outside_cell_m: Largest distance of a stopping segment outside its robot's cell.
     """
 
     nearest_segments_m: float = math.inf
@@ -27,7 +27,7 @@ class TeamGuide(Protocol):
     """Guides robots in lockstep with them.
 
     Attributes:
-        believed: So far.
+        believed: Separation so far.
         problem: Why it has stopped all robots, if it has.
     """
 
@@ -36,38 +36,38 @@ class TeamGuide(Protocol):
 
     @property
     def step_ticks(self) -> int:
-        """For so long robots may drive on before they are talked to again."""
+        """Ticks for which robots may drive on until the next exchange."""
         ...
 
     @property
     def task(self) -> TeamTask | None:
-        """What the team does, once all know where they are."""
+        """The team's task, once all robots are localized."""
         ...
 
     @property
     def waits_for(self) -> tuple[str, ...]:
-        """Who does not know where it is, while the team has not begun."""
+        """Return robots that are not localized, while the team has not begun."""
         ...
 
     def talk(self, tick: int, awake: Collection[str]) -> bool:
-        """Hear robots and tell them what to do.
+        """Exchange messages with the robots.
 
         Args:
             tick: Now.
-            awake: Robots whose computers do not stand still.
+            awake: Robots whose computers run.
 
         Returns:
-            Whether goals were thought over.
+            Whether goals were updated.
 
         Raises:
-            PlanningError: There is no way to a goal.
+            PlanningError: There is no path to a goal.
         """
         ...
 
     def finished(self, tick: int) -> bool:
-        """Whether the team has had its time, or all believe to be at their last goals."""
+        """Return whether the team's time is up, or all believe to be at their last goals."""
         ...
 
-    def hindrance(self, name: str) -> str:
-        """Why a robot does not get to its goal, as far as is known."""
+    def blockage(self, name: str) -> str:
+        """Return why a robot does not reach its goal, as far as is known."""
         ...

@@ -1,4 +1,4 @@
-"""A team over the bus: record, set the pace, give the coordinator its task, follow to the end, report."""
+"""A team over the bus: records, sets the pace, gives the coordinator its task, follows to the end, reports."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any, Final
 
 from touchline.bus import Bus, Inbox
 from touchline.fleet.body_contacts import BodyContacts, body_radius_m
-from touchline.fleet.laggards import NOT_WAITED_FOR
-from touchline.fleet.starts import free_area
-from touchline.fleet.told_contacts import ToldContacts
+from touchline.fleet.late_robots import NOT_WAITED_FOR
+from touchline.fleet.reported_contacts import ReportedContacts
+from touchline.fleet.start_poses import free_area
 from touchline.jobs.recording.team_recording import begin_team_recording, end_team_recording
+from touchline.jobs.team.contact_order import ContactsInOrder
 from touchline.jobs.team.team_figures import hash_of
-from touchline.jobs.team.ways_in_order import WaysInOrder
 from touchline.jobs.watcher import JobFailed, Watcher
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -25,10 +25,10 @@ from touchline.schemas.team import TeamScenario
 _COORDINATOR_S: Final = 120.0
 _CALL_S: Final = 10.0
 _BEGIN_S: Final = 120.0
-"""All robots are asked one by one."""
+"""Timeout, s: all robots are asked one by one."""
 _STALLED_S: Final = 20.0
 _LATCHED: Final = "emergency-stopped"
-"""Code of the event of a robot that has latched: it ends no traversal, so there will be no report."""
+"""Event code of a latched robot: its traversal does not end, so there will be no report."""
 
 
 @dataclass
@@ -36,10 +36,10 @@ class TeamOnBus:
     """A team's run in progress.
 
     Attributes:
-        buses: Of the robots, by name.
-        team: What it does.
-        watcher: Told how it goes.
-        speed: Sim seconds per wall second; negative for as fast as it goes.
+        buses: Buses of the robots, by name.
+        team: The team.
+        watcher: Observer of the run.
+        speed: Sim seconds per wall second; negative for as fast as possible.
         record: File to record to, if any.
     """
 
@@ -55,12 +55,12 @@ class TeamOnBus:
     _warnings: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        """Nobody has touched anybody."""
-        self._told = ToldContacts(self.buses, body_radius_m(self.team.vehicle), free_area(self.team))
-        self._ways = WaysInOrder(self._told, len(self.buses))
+        """Create the counter of contacts."""
+        self._told = ReportedContacts(self.buses, body_radius_m(self.team.vehicle), free_area(self.team))
+        self._ways = ContactsInOrder(self._told, len(self.buses))
 
     def run(self) -> dict[str, Any]:
-        """Do all of it.
+        """Do the whole run.
 
         Returns:
             The run's report.
@@ -89,7 +89,7 @@ class TeamOnBus:
         return self._figures(wall_s, recorded, first)
 
     def _wait_for(self, setup: Inbox) -> None:
-        """Until the coordinator serves: then it tells what team it has."""
+        """Wait until the coordinator serves: then it publishes its team."""
         self.watcher.stage("Starting")
         deadline = time.monotonic() + _COORDINATOR_S
         while not setup.drain():
@@ -111,7 +111,7 @@ class TeamOnBus:
             raise JobFailed(response.message)
 
     def _follow(self, inboxes: list[Inbox], statuses: Inbox, events: Inbox) -> None:
-        """Until every robot has reported."""
+        """Wait until every robot has reported."""
         updates, moved_at = -1, time.monotonic()
         while not set(self.buses) <= set(self._reports) | set(self._stopped):
             self.watcher.check()
@@ -129,7 +129,7 @@ class TeamOnBus:
                     self._report = message
             if self._status.updates != updates:
                 updates, moved_at = self._status.updates, time.monotonic()
-                self._tell()
+                self._report_progress()
             elif time.monotonic() - moved_at > _STALLED_S:
                 missing = [name for name in self.buses if name not in self._reports and name not in self._stopped]
                 raise JobFailed(f"nothing has happened for {_STALLED_S:.0f} s; {', '.join(missing[:5])} drive no more")
@@ -146,13 +146,13 @@ class TeamOnBus:
                     self._stopped[name] = message.text
                 self.watcher.event(message.severity, f"{name}: {message.text}")
 
-    def _tell(self) -> None:
+    def _report_progress(self) -> None:
         status, done = self._status, self._status.updates * self.team.update_s / self.team.duration_s
         text = status.problem or f"{status.robots} robots, {status.arrived} arrived, {status.stuck} stuck"
         self.watcher.progress(min(done, 1.0), text)
 
     def _figures(self, wall_s: float, recording: dict[str, Any] | None, bus: Bus) -> dict[str, Any]:
-        self._ways.look(all_told=True)
+        self._ways.look(complete=True)
         contacts = self._told.contacts
         sim_s = max((report.total_time_s for report in self._reports.values()), default=0.0)
         stopped = self._stopped

@@ -1,4 +1,4 @@
-"""One emulated robot of a team, a stretch of ticks at a time, with its true places in every tick."""
+"""Emulated robot of a team, run for several ticks at a time, with its true places in every tick."""
 
 from __future__ import annotations
 
@@ -26,63 +26,63 @@ _STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalSta
 
 
 class TeamRobot:
-    """See the module.
+    """Emulated robot of a team.
 
     Attributes:
         emulator: The robot.
-        telemetry: What it tells, if that is to be hashed or recorded.
-        stopped: Why it did not drive any more in the end, if so.
+        telemetry: Its telemetry, if that is hashed or recorded.
+        stopped: Why it stopped before the end, if it did.
     """
 
     def __init__(self, setup: Setup, *, hashed: bool, listener: Listener | None = None) -> None:
-        """It stands at its scenario's start.
+        """Place it at its scenario's start.
 
         Args:
             setup: The robot, its computer and its world.
-            hashed: Whether the hash of its session is to be worked out.
-            listener: Told all that it tells, if anybody listens.
+            hashed: Whether to compute the hash of its session.
+            listener: Called with all its telemetry.
         """
         self.emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
         self.telemetry = Telemetry(self.emulator) if hashed or listener is not None else None
         self._listener = listener
         if self.telemetry is not None:
-            self._tell([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
+            self._publish([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self.stopped = ""
         self._runner = FastRunner(self.emulator)
         self._rows = np.zeros((0, tick_log.COLUMNS))
 
     def begin_guided(self) -> None:
-        """Be guided from now on.
+        """Start to be guided.
 
         Raises:
-            CommandRefused: Such a robot cannot be.
+            CommandRefused: Such a robot cannot be guided.
         """
         self._tell_held()
         self.emulator.begin_guided()
         if self.telemetry is not None:
-            self._tell(self.telemetry.begin([]))
+            self._publish(self.telemetry.begin([]))
 
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; it is one of the robot's orders, if anybody listens to these."""
-        (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(told)
+    def take_guidance(self, payloads: Guidance) -> None:
+        """Take guidance from the coordinator; with a listener it counts among the robot's orders."""
+        (self.emulator.onboard if self._listener is None else self.emulator).take_guidance(payloads)
 
     def touch(self) -> None:
-        """Have its bumper pressed from the next tick on, as over the bus."""
+        """Trigger its bumper from the next tick on, as over the bus."""
         self._tell_held()
         self.emulator.inject_fault(PRESSED)
         if self.telemetry is not None:
-            self._tell(self.telemetry.news())
+            self._publish(self.telemetry.news())
 
     def end(self) -> None:
-        """Brake, and be guided no more."""
+        """Brake and end guidance."""
         self._tell_held()
         status = self.emulator.onboard.status
         if status.state in _STOPPED:
             self.stopped = status.reason or "stopped"
-        with suppress(CommandRefused):  # one that is emergency-stopped stays so
+        with suppress(CommandRefused):  # an emergency-stopped one stays so
             self.emulator.abort()
         if self.telemetry is not None:
-            self._tell(self.telemetry.news())
+            self._publish(self.telemetry.news())
 
     def _tell_held(self) -> None:
         if self.telemetry is None:
@@ -92,13 +92,13 @@ class TeamRobot:
         else:
             self._listener(self.telemetry.told())
 
-    def _tell(self, told: list[Payload]) -> None:
+    def _publish(self, payloads: list[Payload]) -> None:
         if self._listener is not None:
-            self._listener(told)
+            self._listener(payloads)
 
     @property
     def session_hash(self) -> str:
-        """Of the session, as the robot reports it, or of what was told so far if it has not ended; empty if unknown."""
+        """Return the session's hash, as the robot reports it, or up to now if it has not ended; empty if unknown."""
         if self.telemetry is None:
             return ""
         self._tell_held()
@@ -106,23 +106,23 @@ class TeamRobot:
         return final.traversal.session_hash if final is not None else self.telemetry.digest.hexdigest()
 
     def drive(self, ticks: int, places: Floats) -> None:
-        """Let ticks pass.
+        """Run some ticks.
 
         Args:
             ticks: How many.
-            places: (ticks, 2) filled with where the robot truly is at the end of each (m).
+            places: (ticks, 2) filled with its true place at the end of each (m, map frame).
         """
         if len(self._rows) < ticks:
             self._rows = np.zeros((ticks, tick_log.COLUMNS))
         done = 0
         while done < ticks:
             done += self._step(ticks - done, places[done:])
-            # The report is made where the traversal has ended, though the robot be told on.
+            # The report is made where the traversal has ended, even if guidance goes on.
             if self.emulator.settled or self._is_due(heard=done == ticks):
                 self._tell_held()
 
     def _is_due(self, *, heard: bool) -> bool:
-        """Whether what is held is to be told: at once to who listens, else when no more can be held."""
+        """Return whether held telemetry is to be sent: at once to a listener, else when no more can be held."""
         return self.telemetry is not None and (self.telemetry.full or (heard and self._listener is not None))
 
     def _step(self, most: int, places: Floats) -> int:

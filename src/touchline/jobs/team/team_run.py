@@ -1,4 +1,4 @@
-"""A team of emulated robots and its coordinator in lockstep, in one process, as fast as it goes."""
+"""Emulated robots of a team and its coordinator in lockstep, in one process, as fast as possible."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from touchline.fleet.body_contacts import BodyContacts, body_radius_m
 from touchline.fleet.coordination import LOST_S
 from touchline.fleet.density import Density
 from touchline.fleet.lloyd import EVEN, deployment
-from touchline.fleet.starts import free_area, starts
+from touchline.fleet.start_poses import free_area, start_poses
 from touchline.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.jobs.team.cell_guide import CellGuide, TeamListener
 from touchline.jobs.team.path_guide import PathGuide
@@ -35,24 +35,24 @@ Progress = Callable[[float, str], None]
 
 _OF_WHEELS: Final = ("wheel-blocked", "wheel-slip", "motor-weak", "encoder-dropout")
 _TAKEN: Final = 3.0
-"""Who stands within so many radii that are kept free of a robot's goal has taken it."""
+"""A robot that stands within so many clearance radii of another's goal has taken it."""
 BELIEVED_M: Final = 0.02
-"""By how much a robot that believes to have arrived may be mistaken."""
+"""Position error allowed to a robot that believes to have arrived."""
 
 
 @dataclass
 class TeamTrace:
-    """What was measured of a team, against the truth where not said otherwise.
+    """Measurements of a team, against the truth unless stated.
 
     Attributes:
-        times_s: (k,) of the updates, from the first cells on.
-        places: (k, n, 2) of the robots then (m).
-        cost: (k,) H of these places, by the task's density or even (m⁴).
-        driven_m: (n,) how far each has driven.
+        times_s: (k,) times of the updates, from the first cells on.
+        places: (k, n, 2) places of the robots then (m, map frame).
+        cost: (k,) H of these places, by the task's density or a uniform one (m⁴).
+        driven_m: (n,) distance driven by each.
         beyond_walls_s: Robot-seconds in which a body reached beyond a wall.
-        contacts: (k,) so far.
-        touched: When which robots have come to touch another: sim time from the first update on (s), and their numbers.
-        ended_s: After the first cells, when the task was done, or its time was up.
+        contacts: (k,) number so far.
+        touched: New contacts: sim time from the first update on (s), and the robots' numbers.
+        ended_s: Time from the first cells to the end of the task, or of its time.
     """
 
     times_s: list[float] = field(default_factory=list)
@@ -66,42 +66,42 @@ class TeamTrace:
 
 
 class TeamRun:
-    """See the module.
+    """Run of a team in one process.
 
     Attributes:
         team: The scenario.
-        area: Where.
-        names: Of the robots, sorted.
+        area: The area.
+        names: Names of the robots, sorted.
         robots: By name.
-        starts: Where each stands at the start, by name.
-        guide: That tells them where to drive.
-        contacts: Of the bodies.
-        trace: What was measured.
-        ticks: So far.
+        starts: Start of each robot, by name.
+        guide: Guidance of the robots.
+        contacts: Contacts of the bodies.
+        trace: Measurements.
+        ticks: Ticks so far.
     """
 
     def __init__(
         self, team: TeamScenario, *, hashed: bool = False, listener: TeamListener | None = None, threads: int = 1
     ) -> None:
-        """Everybody at its start.
+        """Place every robot at its start.
 
         Args:
             team: The scenario.
-            hashed: Whether the hashes of the sessions are to be worked out.
-            listener: Told all that would be told over the bus, if anybody listens.
-            threads: That drive robots, each some of them, unless anybody listens; kernels run side by side.
+            hashed: Whether to compute the hashes of the sessions.
+            listener: Called with all messages that would go over the bus.
+            threads: Threads that drive robots side by side, one if there is a listener.
 
         Raises:
-            SpecError: The scenario cannot be, such as too small an area.
+            SpecError: The scenario is impossible, such as too small an area.
             CommandRefused: Such a robot cannot be guided.
-            PlanningError: It cannot drive the study's paths, if these are wanted.
+            PlanningError: It cannot drive the study's paths, if these are requested.
         """
         self.team, self.area, self.names = team, free_area(team), team.names
-        self.starts: dict[str, Pose2] = starts(team, self.area)
+        self.starts: dict[str, Pose2] = start_poses(team, self.area)
         setups = {name: team.setup(name, self.starts[name]) for name in self.names}
         if listener is not None:
-            told = String(data=team.model_dump_json())
-            listener(topics.TEAM_NAMESPACE, [(topics.TEAM_SETUP, encode(told))])
+            setup = String(data=team.model_dump_json())
+            listener(topics.TEAM_NAMESPACE, [(topics.TEAM_SETUP, encode(setup))])
         heard = {name: partial(listener, name) if listener is not None else None for name in self.names}
         self.robots = {name: TeamRobot(setup, hashed=hashed, listener=heard[name]) for name, setup in setups.items()}
         self.body_radius_m = body_radius_m(team.vehicle)
@@ -111,7 +111,7 @@ class TeamRun:
         self.contacts = BodyContacts(len(self.names), self.body_radius_m, self.area)
         self.trace = TeamTrace(driven_m=np.zeros(len(self.names)))
         self.ticks = self._first_tick = 0
-        several = min(threads, len(self.names)) if listener is None else 1  # who listens hears one robot after another
+        several = min(threads, len(self.names)) if listener is None else 1  # a listener hears one robot after another
         self._shares = [range(first, len(self.names), several) for first in range(several)]
         self.guide: TeamGuide
         if team.avoid == "cells":
@@ -121,16 +121,16 @@ class TeamRun:
 
     @property
     def task(self) -> TeamTask:
-        """What the team does, once it has begun."""
+        """The team's task, once it has begun."""
         assert self.guide.task is not None, "the robots know where they are"
         return self.guide.task
 
     def run(self, progress: Progress = lambda done, doing: None) -> None:
-        """From the start to the end.
+        """Run from the start to the end.
 
         Raises:
-            CommandRefused: A robot does not find out where it stands.
-            PlanningError: There is no way to a goal.
+            CommandRefused: A robot is not localized in time.
+            PlanningError: There is no path to a goal.
         """
         with ThreadPoolExecutor(len(self._shares)) as threads:
             self._run(threads, progress)
@@ -153,24 +153,22 @@ class TeamRun:
         self._drive(threads, SETTLE_TICKS)
 
     def _talk(self) -> None:
-        """The guide hears and tells robots; what is so then is noted, if it has thought their goals over."""
+        """Let the guide exchange messages with the robots; measure if it has updated goals."""
         if self.guide.talk(self.ticks, [name for name in self.names if not self._is_frozen(name)]):
             self._note()
 
     def _is_frozen(self, name: str) -> bool:
-        """Whether a robot's computer stands still now."""
+        """Return whether a robot's computer hangs now."""
         now_s = self.ticks / 100.0
         spells = self.team.frozen.get(name, ())
         return any(each.start_s <= now_s < each.start_s + (each.duration_s or math.inf) for each in spells)
 
     def _check_not_lost(self) -> None:
         if self.ticks > 100 * LOST_S and (lost := self.guide.waits_for):
-            raise CommandRefused(
-                f"{lost[0]} does not find out where it stands within {LOST_S:g} s: give a world with a position fix"
-            )
+            raise CommandRefused(f"{lost[0]} is not localized within {LOST_S:g} s: give a world with a position fix")
 
     def _drive(self, threads: Executor, ticks: int) -> None:
-        """Let ticks pass for all; who touches another has its bumper pressed from then on, unless nobody cares."""
+        """Run some ticks of all robots; those in contact have their bumpers triggered, unless contacts are ignored."""
         before = self.places()
         places = np.repeat(before[None], ticks, axis=0)
         list(threads.map(lambda share: self._drive_some(share, places), self._shares))
@@ -188,13 +186,13 @@ class TeamRun:
             self.robots[self.names[k]].touch()
 
     def _drive_some(self, share: Iterable[int], places: Floats) -> None:
-        """Between two exchanges robots have nothing to do with each other: they may drive in any order."""
+        """Run some robots: between two exchanges they are independent, so the order does not matter."""
         for k in share:
             if not self._is_frozen(self.names[k]):
                 self.robots[self.names[k]].drive(len(places), places[:, k])
 
     def places(self) -> Floats:
-        """(n, 2) where the robots truly are (m)."""
+        """Return (n, 2) true places of the robots (m, map frame)."""
         return np.array([self.robots[name].emulator.world.pose[:2] for name in self.names])
 
     def _note(self) -> None:
@@ -208,7 +206,7 @@ class TeamRun:
 
     @property
     def arrived(self) -> NDArray[np.bool_]:
-        """(n,) who truly is at its last goal."""
+        """Return (n,) whether each robot is truly at its last goal."""
         goals = self.task.last if isinstance(self.task, GoalLists) else {}
         wanted = np.array([goals.get(name, tuple(at)) for name, at in zip(self.names, self.places(), strict=True)])
         found: NDArray[np.bool_] = np.hypot(*(self.places() - wanted).T) <= ARRIVED_M + BELIEVED_M
@@ -216,20 +214,20 @@ class TeamRun:
 
     @property
     def disobedient(self) -> frozenset[str]:
-        """Robots whose wheels do not do what they are told at times: nobody can promise where they go."""
-        told = {name: self.team.faults.get(name, ()) for name in self.names}
-        return frozenset(name for name, faults in told.items() if any(each.kind in _OF_WHEELS for each in faults))
+        """Robots whose wheels at times do not follow their commands: nobody can promise where they go."""
+        faults_of = {name: self.team.faults.get(name, ()) for name in self.names}
+        return frozenset(name for name, faults in faults_of.items() if any(each.kind in _OF_WHEELS for each in faults))
 
-    def hindrances(self) -> dict[str, str]:
-        """Why robots that have not arrived have not, by name; empty text if nobody knows."""
+    def blockages(self) -> dict[str, str]:
+        """Return why robots that have not arrived have not, by name; empty text if unknown."""
         lacking = (name for name, there in zip(self.names, self.arrived, strict=True) if not there)
-        return {name: self.robots[name].stopped or self._hindered(name) for name in lacking}
+        return {name: self.robots[name].stopped or self._blocked(name) for name in lacking}
 
-    def _hindered(self, name: str) -> str:
+    def _blocked(self, name: str) -> str:
         if self._is_frozen(name):
-            return "its computer stands still"
-        if told := self.guide.hindrance(name):
-            return told
+            return "its computer hangs"
+        if blockage := self.guide.blockage(name):
+            return blockage
         goals = self.task.last if isinstance(self.task, GoalLists) else {}
         goal = np.array(goals.get(name, (math.nan, math.nan)))
         for other, place in zip(self.names, self.places(), strict=True):
@@ -239,10 +237,10 @@ class TeamRun:
 
     @property
     def density(self) -> Density:
-        """φ of the task, or an even one."""
+        """Return φ of the task, or a uniform one."""
         return self.task.density if isinstance(self.task, Deploy) else EVEN
 
     @property
     def hashes(self) -> dict[str, str]:
-        """Of each robot's session, if they are worked out, by name."""
+        """Return the hash of each robot's session, if they are computed, by name."""
         return {name: robot.session_hash for name, robot in self.robots.items() if robot.session_hash}

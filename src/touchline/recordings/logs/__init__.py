@@ -1,1 +1,1 @@
-"""Logs of other robots and receivers: what is in them, as tables, and as the sensors of a robot of ours."""
+"""Logs of other robots and receivers, read as tables and as the sensors of a robot of ours."""

@@ -1,4 +1,4 @@
-"""Runs of stamps between which a clock was set, told apart from messages that were merely overtaken by others.
+"""Segmentation of stamps where a clock was set, as opposed to messages that were merely overtaken by others.
 
 Where stamps step back, the messages before and behind the step overlap in time. A clock that was set back passes
 through the overlap twice: it holds twice as many messages as the stream's rate allows, however short it is. Messages
@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from touchline.recordings.logs.log_table import Floats
 
 AHEAD_S: Final = 6 * 3600.0
-"""A step further ahead than this is of a clock that was set."""
-_FEW: Final = 2  # so many messages alone do not tell a clock that was set
+"""A larger step ahead means that the clock was set."""
+_FEW: Final = 2  # fewer messages do not prove that a clock was set
 _SHORT: Final = 5  # overlaps of no more messages are measured by the usual step, not by the mean
-_STRAY_S, _STRAY_PERIODS = 1.0, 20.0  # a few messages that are further off than both are strays
+_STRAY_S, _STRAY_PERIODS = 1.0, 20.0  # a few messages further off than both are strays
 _EXCESS: Final = 0.5  # of the smaller side of an overlap
 _REGULAR: Final = 0.1  # of the period: steps of a regular stream differ by no more
 _NEAR: Final = 20  # messages round about that tell whether a stream is regular
-_DISORDER: Final = 0.1  # of the steps go back: then blocks of messages are looked at, not each of them
-_SET_AT_MOST, _FEW_RUNS = 0.1, 4  # of the messages: what seems to be set more often is in no order
+_DISORDER: Final = 0.1  # share of backward steps above which blocks of messages are looked at, not each of them
+_SET_AT_MOST, _FEW_RUNS = 0.1, 4  # limits of plausible settings of a clock: beyond them the stamps are in no order
 _BLOCK: Final = 16
 _LEAST_BLOCKS: Final = 8
 _SCANNED: Final = 100
@@ -33,7 +33,7 @@ Indices = NDArray[np.int64]
 
 
 def clock_runs(time_s: Floats) -> tuple[list[Indices], Indices]:
-    """Indices of the runs of one clock, in the order of the log, and of single messages that belong to none.
+    """Return indices of the runs of one clock, in the order of the log, and of single messages that belong to none.
 
     Args:
         time_s: (n,) finite stamps in the order of the log.
@@ -51,12 +51,12 @@ def clock_runs(time_s: Floats) -> tuple[list[Indices], Indices]:
 
 
 def _disorder(time_s: Floats) -> float:
-    """Which part of the steps goes back."""
+    """Return the share of steps that go back."""
     return float((np.diff(time_s) < 0.0).mean()) if len(time_s) > 1 else 0.0
 
 
 def _found(time_s: Floats) -> tuple[list[Indices], Indices]:
-    """Runs and strays; all in one run if the stamps are in no order, so that every message would be in another."""
+    """Return runs and strays; one run if the stamps are in no order, so that every message would be in another."""
     runs, strays = _Search(time_s).found()
     if len(runs) + len(strays) > max(_SET_AT_MOST * len(time_s), _FEW_RUNS):
         return [np.arange(len(time_s))], np.zeros(0, np.int64)
@@ -65,12 +65,12 @@ def _found(time_s: Floats) -> tuple[list[Indices], Indices]:
 
 @dataclass
 class _Search:
-    """Goes through stamps once.
+    """Single pass through the stamps.
 
     Attributes:
         time_s: (n,) stamps.
         kept: Indices in the current run.
-        highest: Of each of them, the largest stamp up to it.
+        highest: For each of them, the largest stamp up to it.
     """
 
     time_s: Floats
@@ -90,7 +90,7 @@ class _Search:
         return [np.array(run, dtype=np.int64) for run in self.runs], np.array(sorted(self.strays), dtype=np.int64)
 
     def _taken(self, at: int) -> int:
-        """Takes the message there; returns the next one to look at."""
+        """Take the message at an index; return the next index to look at."""
         stamp = float(self.time_s[at])
         if not self.kept:
             self._keep(at)
@@ -119,13 +119,13 @@ class _Search:
         return at + 1
 
     def _end_of_late(self, at: int, latest: float, most: int) -> int:
-        """Behind the messages from here on that are between this one and the latest before."""
+        """Return the index after the messages from here on that are between this one and the latest before."""
         some = self.time_s[at : at + most]
         beyond = np.flatnonzero((some > latest) | (some < some[0]))
         return at + int(beyond[0]) if len(beyond) else at + len(some)
 
     def _set_back(self, before: list[int], at: int, end: int) -> bool:
-        """Whether the overlap of the messages before a step back and behind it is passed through twice."""
+        """Return whether the overlap before and after a step back is passed through twice."""
         behind = self.time_s[at:end]
         few = min(len(before), len(behind))
         if few < _FEW:
@@ -135,7 +135,7 @@ class _Search:
         return held - ((high_s - low_s) / self._period_near(before, at, end) + 1.0) >= _EXCESS * few
 
     def _period_near(self, before: list[int], at: int, end: int) -> float:
-        """Time from one message to the next near an overlap, were there no disorder."""
+        """Return the period near an overlap, as it were without disorder."""
         first = before[0]
         sides = np.concatenate([np.diff(np.sort(self.time_s[before])), np.diff(np.sort(self.time_s[at:end]))])
         near = [np.sort(side) for side in (self.time_s[max(first - _NEAR, 0) : first], self.time_s[end : end + _NEAR])]
@@ -146,7 +146,7 @@ class _Search:
         return min((period_s for period_s in found if period_s > 0.0), default=self._period_s)
 
     def _goes_on_regularly(self, first: int, at: int, end: int) -> bool:
-        """Whether the stream has one step back and is regular before and behind it, which no late message leaves it."""
+        """Return whether the stream has one step back and is regular around it, which no late message allows."""
         around = np.diff(self.time_s[max(first - _NEAR, 0) : end + _NEAR])
         others = np.delete(around, at - 1 - max(first - _NEAR, 0))
         if len(others) < _NEAR:
@@ -160,11 +160,11 @@ class _Search:
         self.highest.append(max(stamp, self.highest[-1]) if self.highest else stamp)
 
     def _drop(self, early: list[int], first: int) -> None:
-        """Leaves a few messages out that are far ahead of all that follows, the first of them the first-th kept."""
+        """Drop a few messages that are far ahead of all that follows, the first of them the first-th kept."""
         self.strays += early
         again = [i for i in self.kept[first:] if i not in early]
         del self.kept[first:], self.highest[first:]
-        if not self.kept and self.runs:  # a step ahead to them seemed to be of a clock that was set
+        if not self.kept and self.runs:  # a step ahead to them looked like a setting of the clock
             again = self.runs.pop() + again
         for i in again:
             self._keep(i)
@@ -174,7 +174,7 @@ class _Search:
         self.kept, self.highest = [], []
 
     def _join(self) -> None:
-        """Runs of a few messages far off are strays if the run behind them goes on where the one before them ended."""
+        """Treat short runs far off as strays if the run behind them continues the one before them."""
         at = 1
         while at < len(self.runs) - 1:
             before, between, behind = self.runs[at - 1 : at + 2]

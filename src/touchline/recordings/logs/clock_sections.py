@@ -1,4 +1,4 @@
-"""Sections of a log between which a clock was set: its streams are used over the same one, whatever their rates."""
+"""Sections of a log between settings of its clock: all streams use the same one, whatever their rates."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from touchline.recordings.logs.log_table import LogContent
 
 
 def of_one_clock(content: LogContent) -> LogContent:
-    """The streams of a log over the section that holds most of them, and a line that says so."""
+    """Return the streams in the section that holds most of them, and a line that reports it."""
     places = {name: table.place for name, table in content.tables.items() if table.place is not None}
     cuts: set[int] = set()
     most = 0
@@ -28,12 +28,12 @@ def of_one_clock(content: LogContent) -> LogContent:
     chosen = int(np.argmax(sum(_shares(section, len(edges) + 1) for section in sections.values())))
     used = sum(int((section == chosen).sum()) for section in sections.values())
     others = sum(map(len, sections.values())) - used
-    told = f"the clock was set {most:,} times: {others:,} messages outside of the longest run are left out"
+    note = f"the clock was set {most:,} times: {others:,} messages outside of the longest run are left out"
     cut = {name: content.tables[name].rows(section == chosen) for name, section in sections.items()}
-    return LogContent({**content.tables, **cut}, [*content.problems, told])
+    return LogContent({**content.tables, **cut}, [*content.problems, note])
 
 
 def _shares(section: NDArray[np.int64], count: int) -> NDArray[np.float64]:
-    """(count,) the share of a stream's messages in each section."""
+    """Return (count,) the share of a stream's messages in each section."""
     shares: NDArray[np.float64] = np.bincount(section, minlength=count) / max(len(section), 1)
     return shares

@@ -1,4 +1,4 @@
-"""Usual names of columns, and units that are written behind them: ``lat``, ``Longitude [deg]``, ``speed (km/h)``."""
+"""Usual names of columns with their units: ``lat``, ``Longitude [deg]``, ``speed (km/h)``."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _UNITS: Final[Mapping[str, float]] = {
     "m/s²": 1.0,
     "g": 9.80665,
 }
-"""Factors to metres, seconds and radians, and degrees for places."""
+"""Factors to metres, seconds and radians; to degrees for coordinates."""
 _WRITTEN: Final[Mapping[str, str]] = {
     "latitude_deg": "lat latitude lat_deg gps_lat gps_latitude position_lat field_latitude",
     "longitude_deg": "lon lng long longitude lon_deg long_deg gps_lon gps_lng gps_longitude position_long",
@@ -57,14 +57,14 @@ _UNIT: Final = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
 
 
 def plain_name(name: str) -> tuple[str, str]:
-    """A column's name in lower case with underscores, and the unit in brackets behind it: ``("longitude", "deg")``."""
+    """Return a column's name in lower case with underscores, and its unit in brackets: ``("longitude", "deg")``."""
     unit = _UNIT.search(name)
     bare = name[: unit.start()] if unit else name
     return re.sub(r"[^a-z0-9]+", "_", bare.lower()).strip("_"), unit[1].strip().lower() if unit else ""
 
 
 def with_usual_names(columns: Mapping[str, Floats]) -> dict[str, Floats]:
-    """The columns, and those of usual names under the quantity's name, too, in its unit."""
+    """Return the columns, those of usual names under the quantity's name, too, in its unit."""
     found = dict(columns)
     for name, values in columns.items():
         bare, unit = plain_name(name)
@@ -79,7 +79,7 @@ def with_usual_names(columns: Mapping[str, Floats]) -> dict[str, Floats]:
 
 
 def mistaken_degrees(columns: Mapping[str, Floats]) -> str:
-    """Why a latitude or longitude can be none, with what to give in a mapping; empty if it can be."""
+    """Return why a latitude or longitude is impossible, with the mapping that helps; empty if it is possible."""
     for quantity, most in (("latitude_deg", 90.0), ("longitude_deg", 360.0)):
         values = columns.get(quantity, np.zeros(0))
         size = float(np.median(np.abs(values[np.isfinite(values)]))) if np.isfinite(values).any() else 0.0

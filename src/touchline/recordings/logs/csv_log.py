@@ -28,7 +28,7 @@ _UTF16: Final = (b"\xff\xfe", b"\xfe\xff")
 
 
 class CsvLog:
-    """One file, which is one stream under the name of the file without its ending."""
+    """Reader of one file: one stream, named as the file without its ending."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -48,7 +48,7 @@ class CsvLog:
 
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
-        """Whether the file is a table: a text in whose first lines are names, a time among them, and separators."""
+        """Return whether the file is a table: text with separators and a line of names, a time among them."""
         if path.suffix.lower() not in (".csv", ".tsv", ".txt", ""):
             return False
         if b"\0" in begin and not begin.startswith(_UTF16):
@@ -61,14 +61,14 @@ class CsvLog:
         return self._path.stem
 
     def streams(self) -> list[LogStream]:
-        """See `LogReader`."""
+        """Return the stream, as of `LogReader`."""
         table = self.read([self._stream]).tables[self._stream]
         times = table.time_s[np.isfinite(table.time_s)]
         span = (float(times.min()), float(times.max())) if len(times) else (math.nan, math.nan)
         return [LogStream(self._stream, "csv", len(table.time_s), *span, note=plain(", ".join(self._names), 200))]
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """See `LogReader`."""
+        """Read the table, as of `LogReader`."""
         found = LogContent()
         if self._stream not in streams:
             return found
@@ -119,7 +119,7 @@ class CsvLog:
                 raise LogError(f"{self._path}: line {line} cannot be read ({error}); correct or delete it") from error
 
     def _number(self, cell: str) -> float:
-        """The number in a cell, with a decimal comma where commas separate no columns; NaN if it is none."""
+        """Return the number in a cell, with a decimal comma where commas separate no columns; NaN if it is none."""
         try:
             return float(cell)
         except ValueError:
@@ -137,14 +137,14 @@ class CsvLog:
 
 
 def _lines(text: TextIO) -> Iterator[str]:
-    """The first ones."""
+    """Yield the first lines."""
     return islice(iter(lambda: text.readline(_LONGEST_LINE), ""), _SEARCHED_LINES)
 
 
 def _header(lines: list[str]) -> tuple[int, str, list[str], list[str]] | None:
-    """Of the line of names: lines up to its end, separator, names, and which of them have the time; None without one.
+    """Find the line of names: lines up to its end, separator, names, and the names of time columns; None without one.
 
-    Comments before it are passed over, but it may be one itself.
+    Comments before it are skipped, but it may be one itself.
     """
     for number, line in enumerate(lines, 1):
         delimiter = max(_SEPARATORS, key=line.count)

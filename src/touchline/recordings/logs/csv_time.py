@@ -1,4 +1,4 @@
-"""Times of tables: numbers in a unit, ISO 8601, a date and a time of day, GPS week and time of the week."""
+"""Times in tables: numbers in a unit, ISO 8601, a date and a time of day, GPS week and time of the week."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ _GPS_EPOCH_S: Final = 315_964_800.0  # 6 January 1980
 _DAY_S: Final = 86_400.0
 _COARSE: Final = 10.0  # whole numbers that step by more are hardly seconds
 _EPOCHS: Final = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
-"""From what size on numbers are ns, µs and ms since 1970; a time in seconds that is as large is of the year 5138."""
+"""Sizes from which numbers are ns, µs and ms since 1970; a time in seconds as large would be in the year 5138."""
 _DOTTED: Final = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})")
 _SLASHED: Final = re.compile(r"(\d{4})/(\d\d?)/(\d\d?)")
 REMEDY: Final = "name one of them time_s, time_ms, time_us or time_ns for numbers, or time for ISO 8601"
 
 
 class TimeError(ValueError):
-    """A time that cannot be read; says of which column, and what to give."""
+    """Unreadable time; the message names the column and the remedy."""
 
 
 def time_columns(names: Sequence[str]) -> list[str]:
-    """The columns that together have the time: one, date and time of day, or GPS week and time of the week."""
+    """Return the columns that together hold the time: one, date and time of day, or GPS week and time of the week."""
     plain_names = {plain_name(name)[0]: name for name in names}
     weeks = [plain_names[each] for each in _WEEKS if each in plain_names]
     tows = [plain_names[each] for each in _TOWS if each in plain_names]
@@ -67,7 +67,7 @@ def time_columns(names: Sequence[str]) -> list[str]:
 
 
 def _unit_s(name: str) -> float | None:
-    """Seconds that a column's unit has; 0 if its name does not tell, None if it is no time."""
+    """Return the seconds of a column's unit; 0 if its name does not say, None if it is no time."""
     bare, unit = plain_name(name)
     if bare in _OTHERS:
         return _OTHERS[bare]
@@ -78,15 +78,15 @@ def _unit_s(name: str) -> float | None:
 
 
 def times_of(names: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[Floats]) -> Floats:
-    """(n,) seconds; NaN where a row has no time.
+    """Return (n,) seconds; NaN where a row has no time.
 
     Args:
-        names: Of the columns, as `time_columns` finds them.
+        names: Columns, as `time_columns` finds them.
         cells: (n,) texts of each.
-        numbers: (n,) of each; NaN where a text is none.
+        numbers: (n,) numbers of each; NaN where a text is none.
 
     Raises:
-        TimeError: A column is no time, or its unit is not known.
+        TimeError: A column is no time, or its unit is unknown.
     """
     bare = [plain_name(name)[0] for name in names]
     if bare[0] in _WEEKS:
@@ -106,7 +106,7 @@ def times_of(names: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequ
 
 
 def _unit_of(name: str, numbers: Floats) -> float:
-    """Seconds that the unit of a column has whose name does not tell, by the size of its numbers."""
+    """Return the seconds of the unit of a column whose name does not say, by the size of its numbers."""
     known = numbers[np.isfinite(numbers)]
     size = float(np.median(np.abs(known)))
     for least, unit_s in _EPOCHS:
@@ -117,14 +117,14 @@ def _unit_of(name: str, numbers: Floats) -> float:
     whole = bool((known == np.round(known)).all())
     if whole and len(steps) and float(np.median(steps)) >= _COARSE:
         raise TimeError(
-            f"the column {name!r} steps by {float(np.median(steps)):g} in a unit that is not said; "
+            f"the column {name!r} steps by {float(np.median(steps)):g} in an unknown unit; "
             "name it time_ms or time_us if that is its unit, time_s if it is seconds"
         )
     return 1.0
 
 
 def _calendar_s(text: str) -> float:
-    """Seconds since 1970, or since midnight of a time of day; NaN if it is none. Without a zone it is UTC."""
+    """Return seconds since 1970, or since midnight of a time of day; NaN if it is none. Without a zone it is UTC."""
     given = _SLASHED.sub(r"\1-\2-\3", _DOTTED.sub(r"\3-\2-\1", text.strip().strip('"')))
     given = re.sub(r"\s*(UTC|GMT)$", "Z", given).replace(",", ".")
     given = re.sub(r"(?<![\d.])(\d)(?![\d.])", r"0\1", given)

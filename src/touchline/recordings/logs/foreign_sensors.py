@@ -1,4 +1,4 @@
-"""The sensors of a foreign log by its mapping: fixes, yaw rate and specific force, wheels, reference track."""
+"""Sensors of a foreign log by its mapping: fixes, yaw rate and specific force, wheels, reference track."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from touchline.schemas.scenario import Origin
 
 FIXED, FLOAT, SINGLE, NONE = (FIX_KINDS.index(kind) for kind in ("fixed", "float", "single", "none"))
 UNKNOWN_SIGMA_M = {FIXED: 0.01, FLOAT: 0.3, SINGLE: 2.5, NONE: 100.0}
-"""1 σ an axis of fixes of which the log tells none."""
+"""1 σ per axis of fixes without a reported one."""
 _GEODETIC = ("latitude_deg", "longitude_deg")
 _LOCAL = ("east_m", "north_m")
 _MOST_FRAME_M = 1e6
-_LEVER_M = 0.25  # at which a turn on the spot counts as motion
+_LEVER_M = 0.25  # distance at which a turn on the spot counts as motion
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class FixSeries:
     """Fixes in the order of their time of validity.
 
     Attributes:
-        time_s: (n,) of validity, by the log's clock.
+        time_s: (n,) time of validity, log's clock.
         place_m: (n, 3) east, north, up of the antenna, map frame.
-        sigma_m: (n,) reported, an axis.
-        fix: (n,) as in `GnssStatus`.
-        satellites: (n,) used.
-        age_s: (n,) of the corrections.
+        sigma_m: (n,) reported σ per axis.
+        fix: (n,) kind as in `GnssStatus`.
+        satellites: (n,) used satellites.
+        age_s: (n,) age of corrections.
     """
 
     time_s: Floats
@@ -52,9 +52,9 @@ class RateSeries:
     """Readings over time.
 
     Attributes:
-        time_s: (n,) by the log's clock, rising.
+        time_s: (n,) log's clock, increasing.
         values: (n, k).
-        cumulative: Whether they are totals, of which ticks get the differences, and not rates.
+        cumulative: Whether they are totals, whose differences the ticks get, and not rates.
     """
 
     time_s: Floats
@@ -64,13 +64,13 @@ class RateSeries:
 
 @dataclass(frozen=True)
 class TrackSeries:
-    """Where another instrument says that the robot was.
+    """Track of the robot by another instrument.
 
     Attributes:
-        time_s: (n,) rising.
+        time_s: (n,) increasing.
         place_m: (n, 3) east, north, up.
-        heading_rad: (n,) NaN where it tells none.
-        of_antenna: Whether it is the antenna that was there, and not the body's origin.
+        heading_rad: (n,) NaN where unknown.
+        of_antenna: Whether it is the antenna's track, and not the body origin's.
     """
 
     time_s: Floats
@@ -81,16 +81,16 @@ class TrackSeries:
 
 @dataclass
 class ForeignSensors:
-    """What a log says to the sensors of a robot; a part that it lacks is None.
+    """Log converted to the sensors of a robot; a part that it lacks is None.
 
     Attributes:
-        origin: Of the map frame.
+        origin: Origin of the map frame.
         turn: (n, 1) angle turned to the left [rad], total, or yaw rate [rad/s].
         force: (n, 3) specific force forward, to the left and up [m/s²].
         rates: (n, 3) angular rates about the same axes [rad/s].
         travel: (n, 2) distance [m] and turn [rad] by the wheels, total, or their rates.
         joints: (n, 2) angles of the left and right wheel [rad], total.
-        told: What was left out or assumed, a line each.
+        remarks: What was left out or assumed, a line each.
     """
 
     origin: Origin
@@ -101,33 +101,33 @@ class ForeignSensors:
     travel: RateSeries | None = None
     joints: RateSeries | None = None
     reference: TrackSeries | None = None
-    told: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
 
 def sensors_of(mapping: LogMapping, content: LogContent) -> ForeignSensors:
-    """The sensors of a log.
+    """Return the sensors of a log.
 
     Raises:
         SpecError: The mapping does not fit the log.
-        LogError: The log has nothing that the mapping asks for.
+        LogError: The log lacks what the mapping asks for.
     """
     if mapping.fixes is None and mapping.wheels is None and mapping.imu is None:
         raise SpecError("mapping", "fixes", "is missing, as are imu and wheels", "name the stream of one at least")
     found = ForeignSensors(mapping.origin or _first_place(mapping, content) or Origin())
     place = _placing(found.origin)
     if mapping.fixes is not None:
-        found.fixes = _fixes(mapping.fixes, content, place, found.told)
+        found.fixes = _fixes(mapping.fixes, content, place, found.remarks)
     if mapping.imu is not None:
         _take_imu(mapping.imu, content, found)
     if mapping.wheels is not None:
         _take_wheels(mapping.wheels, content, found)
     if mapping.reference is not None:
-        found.reference = _track(mapping.reference, content, place, found.told)
+        found.reference = _track(mapping.reference, content, place, found.remarks)
     return found
 
 
 def _first_place(mapping: LogMapping, content: LogContent) -> Origin | None:
-    """The first position on the earth that the log has."""
+    """Return the first geodetic position in the log."""
     for part, source in (("fixes", mapping.fixes), ("reference", mapping.reference)):
         if source is None:
             continue
@@ -146,7 +146,7 @@ def _first_place(mapping: LogMapping, content: LogContent) -> Origin | None:
 
 
 def _on_earth(latitude: Floats, longitude: Floats) -> NDArray[np.bool_]:
-    """Where there is a position; 0, 0 is what receivers without one say."""
+    """Return where there is a position; receivers without one report 0, 0."""
     there = np.isfinite(latitude) & np.isfinite(longitude) & (np.abs(latitude) <= 90) & (np.abs(longitude) <= 360)
     there &= (latitude != 0) | (longitude != 0)
     return there
@@ -159,7 +159,7 @@ def _placing(origin: Origin) -> Placing:
     frame = local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
 
     def place(quantities: Quantities) -> Floats:
-        """(n, 3) east, north, up; NaN where there is no position."""
+        """Return (n, 3) east, north, up; NaN where there is no position."""
         if quantities.require(_GEODETIC, _LOCAL) == _LOCAL:
             up_m = np.nan_to_num(quantities.get("up_m"))
             return np.column_stack([quantities.get("east_m"), quantities.get("north_m"), up_m])
@@ -175,12 +175,12 @@ def _placing(origin: Origin) -> Placing:
     return place
 
 
-def _fixes(source: FixSource, content: LogContent, place: Placing, told: list[str]) -> FixSeries:
+def _fixes(source: FixSource, content: LogContent, place: Placing, remarks: list[str]) -> FixSeries:
     quantities = Quantities("fixes", source, content)
     place_m = place(quantities)
     fix = np.nan_to_num(quantities.get("fix"), nan=SINGLE).astype(np.int64).clip(NONE, FIXED)
     if not quantities.known("fix") and source.taken_as is None:
-        told.append("fixes: the log does not say of what kind they are; they are taken as single ones")
+        remarks.append("fixes: their kind is not in the log; they are taken as single ones")
     there = np.isfinite(place_m).all(axis=1)
     fix[~there] = NONE
     if source.taken_as is not None:
@@ -189,13 +189,15 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, told: list[st
     unknown = ~np.isfinite(sigma_m) | (sigma_m <= 0)
     if (unknown & (fix != NONE)).any():
         count = int((unknown & (fix != NONE)).sum())
-        told.append(f"fixes: {count:,} tell no σ; by their kind it is taken as {_words(fix[unknown & (fix != NONE)])}")
+        remarks.append(
+            f"fixes: {count:,} report no σ; by their kind it is taken as {_words(fix[unknown & (fix != NONE)])}"
+        )
     sigma_m = np.where(unknown, [UNKNOWN_SIGMA_M[int(each)] for each in fix], sigma_m)
     kept, problems = in_order(quantities.time_s)
-    told += [f"fixes: {problem}" for problem in problems]
+    remarks += [f"fixes: {problem}" for problem in problems]
     lost = int((fix[kept] == NONE).sum())
     if lost:
-        told.append(f"fixes: {lost:,} of {len(kept):,} have no position")
+        remarks.append(f"fixes: {lost:,} of {len(kept):,} have no position")
     if lost == len(kept):
         raise LogError(f"{source.stream}: none of its {len(quantities.time_s):,} messages has a position and a time")
     return FixSeries(
@@ -209,7 +211,7 @@ def _fixes(source: FixSource, content: LogContent, place: Placing, told: list[st
 
 
 def _sigma(quantities: Quantities, source: FixSource) -> Floats:
-    """(n,) the larger of both axes."""
+    """Return (n,) the larger σ of both axes."""
     if source.sigma_m is not None:
         return np.full(len(quantities.time_s), source.sigma_m)
     if quantities.known("sigma_m"):
@@ -222,14 +224,14 @@ def _words(fix: NDArray[np.int64]) -> str:
 
 
 def _ordered(
-    part: str, quantities: Quantities, values: Floats, told: list[str], needed: int | None = None
+    part: str, quantities: Quantities, values: Floats, remarks: list[str], needed: int | None = None
 ) -> tuple[Floats, Floats]:
-    """Stamps and values in order, without those of which the first `needed` (all) are not finite."""
+    """Return stamps and values in order, without those of which the first `needed` (all) are not finite."""
     finite = np.asarray(np.isfinite(values[:, :needed]).all(axis=1))
     if not finite.all():
-        told.append(f"{part}: {int((~finite).sum()):,} of {len(finite):,} readings are no numbers, and are left out")
+        remarks.append(f"{part}: {int((~finite).sum()):,} of {len(finite):,} readings are no numbers, and are left out")
     kept, problems = in_order(np.where(finite, quantities.time_s, np.nan)[finite])
-    told += [f"{part}: {problem}" for problem in problems]
+    remarks += [f"{part}: {problem}" for problem in problems]
     if not len(kept):
         raise LogError(f"{quantities.table.stream}: has no reading with numbers and a time")
     return quantities.time_s[finite][kept], values[finite][kept]
@@ -241,7 +243,7 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
     force = tuple(f"accel_{axis}_mps2" for axis in "xyz")
     chosen = quantities.require(rates, ("turn_rad",), ("yaw_rate_radps",))
     values = np.column_stack([quantities.get(name) for name in chosen])
-    time_s, values = _ordered("imu", quantities, values, found.told)
+    time_s, values = _ordered("imu", quantities, values, found.remarks)
     if chosen == rates:
         found.rates = RateSeries(time_s, values @ _turned(source).T)
     elif chosen == ("turn_rad",):
@@ -250,12 +252,12 @@ def _take_imu(source: ImuSource, content: LogContent, found: ForeignSensors) -> 
         found.turn = RateSeries(time_s, values)
     if source.accelerometer and quantities.known(*force):
         values = np.column_stack([quantities.get(name) for name in force])
-        time_s, values = _ordered("imu", quantities, values, found.told)
+        time_s, values = _ordered("imu", quantities, values, found.remarks)
         found.force = RateSeries(time_s, values @ _turned(source).T)
 
 
 def _turned(source: ImuSource) -> Floats:
-    """(3, 3) from the sensor's axes to the body's."""
+    """Return the (3, 3) rotation from the sensor's axes to the body's."""
     rotation = np.zeros((3, 3))
     for i, axis in enumerate(source.axes):
         rotation[i, "xyz".index(axis[-1])] = -1.0 if axis.startswith("-") else 1.0
@@ -267,7 +269,7 @@ def _take_wheels(source: WheelSource, content: LogContent, found: ForeignSensors
     choices = ("left_rad", "right_rad"), ("distance_m", "turn_rad"), ("speed_mps", "yaw_rate_radps")
     chosen = quantities.require(*choices)
     values = np.column_stack([quantities.get(name) for name in chosen])
-    time_s, values = _ordered("wheels", quantities, values, found.told)
+    time_s, values = _ordered("wheels", quantities, values, found.remarks)
     if chosen == choices[0]:
         found.joints = RateSeries(time_s, values, cumulative=True)
         return
@@ -281,11 +283,11 @@ def _take_wheels(source: WheelSource, content: LogContent, found: ForeignSensors
         found.travel = RateSeries(time_s, values)
 
 
-def _track(source: TrackSource, content: LogContent, place: Placing, told: list[str]) -> TrackSeries:
+def _track(source: TrackSource, content: LogContent, place: Placing, remarks: list[str]) -> TrackSeries:
     quantities = Quantities("reference", source, content)
     place_m = place(quantities)
     heading = quantities.get("heading_rad")
-    time_s, values = _ordered("reference", quantities, np.column_stack([place_m, heading]), told, needed=3)
+    time_s, values = _ordered("reference", quantities, np.column_stack([place_m, heading]), remarks, needed=3)
     headings, there = values[:, 3], np.isfinite(values[:, 3])
     if there.any():
         headings = np.interp(time_s, time_s[there], np.unwrap(headings[there]))

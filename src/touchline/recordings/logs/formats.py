@@ -1,4 +1,4 @@
-"""Formats of logs that can be read, and which of them a file is of."""
+"""Formats of logs that can be read, and detection of a file's format."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ _PACKED: Final = {
     b"\x04\x22\x4d\x18": "lz4",
     b"7z\xbc\xaf": "7z",
 }
-"""By how the file begins."""
+"""Compression by the beginning of a file."""
 
 
 class LogReader(Protocol):
-    """Reads one log; made with its path, it raises `LogError` if it cannot be read."""
+    """Reader of one log; made with its path, it raises `LogError` if it cannot be read."""
 
     def streams(self) -> list[LogStream]:
-        """What is in it."""
+        """Return the streams of the log."""
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """The tables of these streams, as far as the log has them.
+        """Return the tables of these streams, as far as the log has them.
 
         Raises:
-            LogError: It cannot be read at all; what is damaged is passed over and told in the content's problems.
+            LogError: It cannot be read at all; damage is skipped and reported in the content's problems.
         """
 
 
@@ -41,10 +41,10 @@ class LogFormat(Protocol):
     """Class of the readers of one format."""
 
     def __call__(self, path: Path) -> LogReader:
-        """A reader of the log at a path."""
+        """Create a reader of the log at a path."""
 
     def recognises(self, path: Path, begin: bytes) -> bool:
-        """Whether the file that begins so (`begin` is empty for a folder) is of this format."""
+        """Return whether the file with this beginning (`begin` is empty for a folder) has this format."""
 
 
 LOG_FORMATS: Final[Registry[LogFormat]] = Registry("log format")
@@ -58,10 +58,10 @@ LOG_FORMATS.register("receiver", "NMEA, UBX and both in one stream", f"{_HERE}.r
 
 
 def open_log(path: Path) -> LogReader:
-    """A reader of the log at `path`.
+    """Return a reader of the log at `path`.
 
     Raises:
-        LogError: It cannot be read, or is of no known format.
+        LogError: It cannot be read, or has no known format.
     """
     try:
         begin = b""
@@ -91,12 +91,11 @@ def open_log(path: Path) -> LogReader:
 
 
 def read_logs(paths: Sequence[Path], streams: Collection[str] | None = None) -> tuple[list[LogStream], LogContent]:
-    """What several files that belong together hold: their streams, and the tables of those that are asked for.
+    """Read several files of one drive: their streams, and the tables of the requested ones.
 
     Args:
-        paths: Of the files.
-        streams: Names of streams to be read; all, as they are, if it is None. Of each log those named are cut to the
-            longest section in which no clock was set.
+        paths: The files.
+        streams: Names of streams to read, cut to the longest section in which no clock was set; None: all, uncut.
 
     Raises:
         LogError: One of them cannot be read, or two have a stream of the same name.

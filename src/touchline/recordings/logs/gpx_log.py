@@ -25,7 +25,7 @@ _LONGEST_TEXT: Final = 200
 
 
 class GpxLog:
-    """One file, which is one stream, ``track``: the points of all tracks in the order of the file."""
+    """Reader of one file: one stream, ``track``: the points of all tracks in the order of the file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -33,20 +33,20 @@ class GpxLog:
 
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
-        """Whether it has the root element of GPX, or its ending."""
+        """Return whether it has the root element of GPX, or its ending."""
         return b"<gpx" in begin or (
             path.suffix.lower() == ".gpx" and begin.lstrip(b"\xef\xbb\xbf \r\n").startswith(b"<")
         )
 
     def streams(self) -> list[LogStream]:
-        """See `LogReader`."""
+        """Return the stream, as of `LogReader`."""
         table = self._read().tables["track"]
         times = table.time_s[np.isfinite(table.time_s)]
         span = (float(times.min()), float(times.max())) if len(times) else (math.nan, math.nan)
         return [LogStream("track", table.kind, len(table.time_s), *span)]
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """See `LogReader`."""
+        """Read the track, as of `LogReader`."""
         return self._read() if "track" in streams else LogContent()
 
     def _read(self) -> LogContent:
@@ -60,13 +60,13 @@ class GpxLog:
             if not np.isfinite(columns["time_s"]).any():
                 raise LogError(f"{self._path}: its {len(rows):,} track points have no time; export the recorded track")
             table = LogTable("track", "gpx", columns.pop("time_s"), columns)
-            told = [f"{self._path.name}: the rest cannot be read: {problems}"] if problems else []
-            self._content = LogContent({"track": table}, told)
+            notes = [f"{self._path.name}: the rest cannot be read: {problems}"] if problems else []
+            self._content = LogContent({"track": table}, notes)
         return self._content
 
 
 class _Points:
-    """Takes the track points out of the parser's events."""
+    """Collector of track points from the parser's events."""
 
     def __init__(self) -> None:
         self.rows = array("d")
@@ -80,7 +80,7 @@ class _Points:
         self._parser.StartDoctypeDeclHandler = self._refuse
 
     def feed(self, path: Path) -> str:
-        """Read a file; returns why reading ended early, empty if it did not."""
+        """Read a file; return why reading ended early, empty if it did not."""
         try:
             with path.open("rb") as stream:
                 while block := stream.read(_BLOCK_BYTES):
@@ -132,7 +132,7 @@ def _number(text: str) -> float:
 
 
 def _seconds(text: str) -> float:
-    """Since 1970; NaN if it is no time. Without a zone it is UTC, as GPX demands."""
+    """Parse seconds since 1970; NaN if it is no time. Without a zone it is UTC, as GPX demands."""
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:

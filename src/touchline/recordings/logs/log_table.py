@@ -14,19 +14,19 @@ Floats = NDArray[np.float64]
 
 
 class LogError(TouchlineError):
-    """A log that cannot be read, or holds nothing that can be used; it says why and what would help."""
+    """Log that cannot be read or used; the message gives reason and remedy."""
 
 
 @dataclass(frozen=True)
 class LogStream:
-    """What a log says of one of its streams.
+    """Description of a log's stream.
 
     Attributes:
-        name: Of a topic, a kind of sentence, or a file.
+        name: A topic, a kind of sentence, or a file.
         kind: Its type: ``sensor_msgs/msg/Imu``, ``nmea/GGA``, ``csv``.
-        messages: How many there are.
-        first_s, last_s: By the log's clock; NaN if it has none.
-        note: What else there is to know, such as why it cannot be read.
+        messages: Number of messages.
+        first_s, last_s: Log's clock; NaN if it has none.
+        note: Remark, such as why it cannot be read.
     """
 
     name: str
@@ -45,12 +45,12 @@ class LogStream:
 
 @dataclass(frozen=True)
 class LogTable:
-    """The messages of a stream.
+    """Messages of a stream.
 
     Attributes:
         stream: Its name.
         kind: Its type.
-        time_s: (n,) stamps by the log's clock; neither sorted nor free of repetitions.
+        time_s: (n,) stamps, log's clock; neither sorted nor free of repetitions.
         columns: (n,) each, NaN where a message has no such number.
         place: (n,) each message's number among all of the log, if other streams are in the same log.
     """
@@ -62,7 +62,7 @@ class LogTable:
     place: NDArray[np.int64] | None = None
 
     def rows(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> LogTable:
-        """The table of some of the messages, by index or by a mask."""
+        """Return the table of some of the messages, by index or by a mask."""
         columns = {name: values[chosen] for name, values in self.columns.items()}
         place = None if self.place is None else self.place[chosen]
         return replace(self, time_s=self.time_s[chosen], columns=columns, place=place)
@@ -70,7 +70,7 @@ class LogTable:
 
 @dataclass
 class LogContent:
-    """What was read of a log.
+    """Contents read from a log.
 
     Attributes:
         tables: By the stream's name.

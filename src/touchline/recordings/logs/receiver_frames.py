@@ -1,6 +1,6 @@
 """Frames of NMEA, UBX and RTCM in one stream of bytes, each found by its own checksum.
 
-After damage the search goes on at the next byte, so that a wrong length costs no more than its own frame.
+After damage the search continues at the next byte, so that a wrong length costs no more than its own frame.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _CRC24: Final = 0x1864CFB
 
 
 class Frame(NamedTuple):
-    """A whole frame whose checksum is right."""
+    """Complete frame with a correct checksum."""
 
     protocol: str
     content: bytes
@@ -30,12 +30,12 @@ class Frame(NamedTuple):
 
 @dataclass
 class FrameCounts:
-    """What was passed over.
+    """Counts of skipped data.
 
     Attributes:
-        bad_checksums: Frames whose checksum is wrong.
+        bad_checksums: Frames with a wrong checksum.
         unchecked: Sentences without a checksum.
-        cut: Frames that the end of the log cuts off.
+        cut: Frames cut off by the end of the log.
         foreign_bytes: Bytes that belong to no frame.
     """
 
@@ -46,11 +46,11 @@ class FrameCounts:
 
 
 def frames(data: bytes, counts: FrameCounts, *, checked: bool = True) -> Iterator[Frame]:
-    """The frames of a stream, in order.
+    """Yield the frames of a stream, in order.
 
     Args:
         data: The stream.
-        counts: Of what is passed over; added to.
+        counts: Counts of skipped data, added to.
         checked: Whether sentences need a checksum; one that is there has to be right in any case. Those that lack it
             get it.
     """
@@ -81,7 +81,7 @@ def _with_checksum(sentence: bytes) -> bytes:
 
 
 def _nmea(data: bytes, at: int, counts: FrameCounts, *, checked: bool) -> int:
-    """Bytes of a sentence that begins here; 0 if there is none."""
+    """Return the length of a sentence that begins here; 0 if there is none."""
     end = data.find(b"\n", at, at + _LONGEST_SENTENCE)
     if end < 0:
         if len(data) - at < _LONGEST_SENTENCE and data[at + 1 : at + 3].isalpha():
@@ -96,17 +96,17 @@ def _nmea(data: bytes, at: int, counts: FrameCounts, *, checked: bool) -> int:
         counts.unchecked += plausible
         return end + 1 - at if plausible else 0
     try:
-        told = int(line[star + 1 : star + 3], 16) if star > 0 else -1
+        checksum = int(line[star + 1 : star + 3], 16) if star > 0 else -1
     except ValueError:
-        told = -1
-    if told != reduce(xor, line[1 : star if star > 0 else len(line)], 0):
+        checksum = -1
+    if checksum != reduce(xor, line[1 : star if star > 0 else len(line)], 0):
         counts.bad_checksums += 1
         return 0
     return end + 1 - at
 
 
 def _ubx(data: bytes, at: int, counts: FrameCounts) -> int:
-    """Bytes of a UBX frame that begins here; 0 if there is none (8-bit Fletcher, as in the protocol's description)."""
+    """Return the length of a UBX frame that begins here; 0 if there is none (8-bit Fletcher checksum)."""
     if at + 8 > len(data):
         counts.cut += 1
         return 0
@@ -123,7 +123,7 @@ def _ubx(data: bytes, at: int, counts: FrameCounts) -> int:
 
 
 def _rtcm(data: bytes, at: int) -> int:
-    """Bytes of an RTCM 3 frame that begins here; 0 if there is none: 0xD3 is a common byte."""
+    """Return the length of an RTCM 3 frame that begins here; 0 if there is none: 0xD3 is a common byte."""
     if at + 6 > len(data) or data[at + 1] & 0xFC:
         return 0
     size = 6 + (int.from_bytes(data[at + 1 : at + 3], "big") & 0x3FF)

@@ -1,4 +1,4 @@
-"""What a GNSS receiver sent: NMEA sentences, UBX messages, or both with RTCM between them."""
+"""Logs of GNSS receivers: NMEA sentences, UBX messages, or both with RTCM between them."""
 
 from __future__ import annotations
 
@@ -21,18 +21,20 @@ from touchline.schemas.optional_packages import require
 
 LARGEST_BYTES: Final = 1_000_000_000
 _QUALITY: Final = {0: NONE, 1: SINGLE, 2: SINGLE, 3: SINGLE, 4: FIXED, 5: FLOAT, 6: NONE, 9: SINGLE}
-"""Of GGA: none, autonomous, differential, PPS, RTK fixed, RTK float, dead reckoning; manual and simulated are none."""
+"""Kinds by GGA quality: none, autonomous, differential, PPS, RTK fixed, RTK float, dead reckoning; manual and simulated
+are none.
+"""
 _MODES: Final = {"R": FIXED, "F": FLOAT, "A": SINGLE, "D": SINGLE, "P": SINGLE}
 _CARRIER: Final = {0: SINGLE, 1: FLOAT, 2: FIXED}
 _SAME_EPOCH_S: Final = 0.02
-_SEARCHED_BYTES: Final = 65_536  # for a first frame with a checksum
+_SEARCHED_BYTES: Final = 65_536  # where a first frame with a checksum is searched
 _FEWEST_UNCHECKED: Final = 2
-_PLACE: Final = "place"  # of a row in the log
+_PLACE: Final = "place"  # column with a row's number in the log
 Row = dict[str, float]
 
 
 class ReceiverLog:
-    """One file; each kind of message is a stream."""
+    """Reader of one file; each kind of message is a stream."""
 
     def __init__(self, path: Path) -> None:
         require("pyubx2", f"{path}: reading NMEA or UBX")
@@ -48,11 +50,11 @@ class ReceiverLog:
 
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
-        """Whether there is a frame of NMEA or UBX near its begin."""
+        """Return whether there is a frame of NMEA or UBX near the beginning."""
         return _is_checked(begin) or _sentences(begin) >= _FEWEST_UNCHECKED
 
     def streams(self) -> list[LogStream]:
-        """See `LogReader`."""
+        """Return the kinds of messages, as of `LogReader`."""
         tables = self._read().tables
         listed = []
         for (name, kind), count in sorted(self._counts.items(), key=lambda each: (-each[1], each[0])):
@@ -63,7 +65,7 @@ class ReceiverLog:
         return listed
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """See `LogReader`."""
+        """Read the messages, as of `LogReader`."""
         content = self._read()
         return LogContent({name: t for name, t in content.tables.items() if name in streams}, content.problems)
 
@@ -78,17 +80,17 @@ class ReceiverLog:
 
 
 def _is_checked(data: bytes) -> bool:
-    """Whether there is a frame of NMEA or UBX with a checksum."""
+    """Return whether there is a frame of NMEA or UBX with a checksum."""
     return any(frame.protocol in (NMEA, UBX) for frame in frames(data, FrameCounts()))
 
 
 def _sentences(data: bytes) -> int:
-    """How many sentences there are, with a checksum or without."""
+    """Return the number of sentences, with a checksum or without."""
     return sum(frame.protocol == NMEA for frame in frames(data, FrameCounts(), checked=False))
 
 
 class _Messages:
-    """All messages of a file, and what is made of them."""
+    """Parser of all messages of a file into tables."""
 
     def __init__(
         self,
@@ -116,7 +118,7 @@ class _Messages:
         }
 
     def content(self) -> LogContent:
-        """See `ReceiverLog`."""
+        """Parse the file and return its tables."""
         lost = FrameCounts()
         data = self._path.read_bytes()
         for protocol, raw in frames(data, lost, checked=_is_checked(data[:_SEARCHED_BYTES])):
@@ -138,18 +140,18 @@ class _Messages:
         return LogContent(tables, self._problems(lost))
 
     def _problems(self, lost: FrameCounts) -> list[str]:
-        name, told = self._path.name, []
+        name, notes = self._path.name, []
         if lost.bad_checksums:
-            told.append(f"{name}: {lost.bad_checksums:,} messages have a wrong checksum, and are left out")
+            notes.append(f"{name}: {lost.bad_checksums:,} messages have a wrong checksum, and are left out")
         if lost.unchecked:
-            told.append(f"{name}: {lost.unchecked:,} sentences have no checksum; damage in them goes unnoticed")
+            notes.append(f"{name}: {lost.unchecked:,} sentences have no checksum; damage in them goes unnoticed")
         if lost.cut:
-            told.append(f"{name}: {lost.cut:,} messages are cut off by the end of the file or by damage")
+            notes.append(f"{name}: {lost.cut:,} messages are cut off by the end of the file or by damage")
         if lost.foreign_bytes:
-            told.append(f"{name}: {lost.foreign_bytes:,} bytes are of no message, and are passed over")
+            notes.append(f"{name}: {lost.foreign_bytes:,} bytes are of no message, and are passed over")
         if self._unread:
-            told.append(f"{name}: {self._unread:,} messages have fields that cannot be read, and are left out")
-        return told
+            notes.append(f"{name}: {self._unread:,} messages have fields that cannot be read, and are left out")
+        return notes
 
     def _take_nmea(self, raw: bytes) -> None:
         head = raw[1:].split(b",", 1)[0].split(b"*", 1)[0].decode("ascii", "replace")
@@ -183,67 +185,71 @@ class _Messages:
         place = values.pop(_PLACE).astype(np.int64)
         return LogTable(name, kind, values.pop("time_s"), values, place)
 
-    def _gga(self, told: Any) -> tuple[Row, float]:
-        quality = int(told.quality or 0)
-        row = _place(told.lat, told.lon, _sum(told.alt, told.sep)) if quality else {}
-        row |= {"fix": _QUALITY.get(quality, NONE), "satellites": _number(told.numSV), "age_s": _number(told.diffAge)}
-        return row | {"hdop": _number(told.HDOP), "quality": quality}, self._clock.of_day(_second(told.time))
+    def _gga(self, sent: Any) -> tuple[Row, float]:
+        quality = int(sent.quality or 0)
+        row = _place(sent.lat, sent.lon, _sum(sent.alt, sent.sep)) if quality else {}
+        row |= {
+            "fix": _QUALITY.get(quality, NONE),
+            "satellites": _number(sent.numSV),
+            "age_s": _number(sent.diffAge),
+        }
+        return row | {"hdop": _number(sent.HDOP), "quality": quality}, self._clock.of_day(_second(sent.time))
 
-    def _gns(self, told: Any) -> tuple[Row, float]:
-        fix = max((_MODES.get(mode, NONE) for mode in str(told.posMode)), default=NONE)
-        row = _place(told.lat, told.lon, _sum(told.alt, told.sep)) if fix else {}
-        row |= {"fix": fix, "satellites": _number(told.numSV), "age_s": _number(told.diffAge)}
-        return row, self._clock.of_day(_second(told.time))
+    def _gns(self, sent: Any) -> tuple[Row, float]:
+        fix = max((_MODES.get(mode, NONE) for mode in str(sent.posMode)), default=NONE)
+        row = _place(sent.lat, sent.lon, _sum(sent.alt, sent.sep)) if fix else {}
+        row |= {"fix": fix, "satellites": _number(sent.numSV), "age_s": _number(sent.diffAge)}
+        return row, self._clock.of_day(_second(sent.time))
 
-    def _rmc(self, told: Any) -> tuple[Row, float]:
-        second_s, valid = _second(told.time), told.status == "A"
-        dated = valid and isinstance(told.date, date)
-        time_s = self._clock.dated(told.date, second_s) if dated else self._clock.of_day(second_s)
-        row = _place(told.lat, told.lon, math.nan) if valid else {}
-        fix = _MODES.get(str(getattr(told, "posMode", "A")), SINGLE) if valid else NONE
-        course = _number(told.cog)
-        return row | {"fix": fix, "speed_mps": _number(told.spd) * 1852.0 / 3600.0, "course_deg": course}, time_s
+    def _rmc(self, sent: Any) -> tuple[Row, float]:
+        second_s, valid = _second(sent.time), sent.status == "A"
+        dated = valid and isinstance(sent.date, date)
+        time_s = self._clock.dated(sent.date, second_s) if dated else self._clock.of_day(second_s)
+        row = _place(sent.lat, sent.lon, math.nan) if valid else {}
+        fix = _MODES.get(str(getattr(sent, "posMode", "A")), SINGLE) if valid else NONE
+        course = _number(sent.cog)
+        return row | {"fix": fix, "speed_mps": _number(sent.spd) * 1852.0 / 3600.0, "course_deg": course}, time_s
 
-    def _zda(self, told: Any) -> tuple[Row, float]:
-        return {}, self._clock.dated(date(int(told.year), int(told.month), int(told.day)), _second(told.time))
+    def _zda(self, sent: Any) -> tuple[Row, float]:
+        return {}, self._clock.dated(date(int(sent.year), int(sent.month), int(sent.day)), _second(sent.time))
 
-    def _gst(self, told: Any) -> tuple[Row, float]:
-        row = {"sigma_north_m": _number(told.stdLat), "sigma_east_m": _number(told.stdLong)}
-        return row, self._clock.of_day(_second(told.time))
+    def _gst(self, sent: Any) -> tuple[Row, float]:
+        row = {"sigma_north_m": _number(sent.stdLat), "sigma_east_m": _number(sent.stdLong)}
+        return row, self._clock.of_day(_second(sent.time))
 
-    def _pvt(self, told: Any) -> tuple[Row, float]:
+    def _pvt(self, sent: Any) -> tuple[Row, float]:
         utc_s = None
-        if told.validDate and told.validTime:
-            second_s = 3600.0 * told.hour + 60.0 * told.min + told.second + told.nano * 1e-9
-            utc_s = ReceiverClock().dated(date(told.year, told.month, told.day), second_s)
-        there = bool(told.gnssFixOk) and told.fixType in (2, 3, 4)
-        row = _place(told.lat, told.lon, told.height / 1e3) if there else {}
+        if sent.validDate and sent.validTime:
+            second_s = 3600.0 * sent.hour + 60.0 * sent.min + sent.second + sent.nano * 1e-9
+            utc_s = ReceiverClock().dated(date(sent.year, sent.month, sent.day), second_s)
+        there = bool(sent.gnssFixOk) and sent.fixType in (2, 3, 4)
+        row = _place(sent.lat, sent.lon, sent.height / 1e3) if there else {}
         # The accuracy is that of the position in the plane: √2 times σ of an axis.
         row |= {
-            "fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE,
-            "sigma_m": told.hAcc / 1e3 / math.sqrt(2),
+            "fix": _CARRIER.get(sent.carrSoln, SINGLE) if there else NONE,
+            "sigma_m": sent.hAcc / 1e3 / math.sqrt(2),
         }
-        row |= {"satellites": told.numSV, "speed_mps": told.gSpeed / 1e3, "course_deg": told.headMot}
-        return row, self._clock.of_week(told.iTOW / 1e3, utc_s)
+        row |= {"satellites": sent.numSV, "speed_mps": sent.gSpeed / 1e3, "course_deg": sent.headMot}
+        return row, self._clock.of_week(sent.iTOW / 1e3, utc_s)
 
-    def _hpposllh(self, told: Any) -> tuple[Row, float]:
-        row = _place(told.lat, told.lon, told.height / 1e3) | {"sigma_m": told.hAcc / 1e3 / math.sqrt(2)}
-        return ({} if told.invalidLlh else row), self._clock.of_week(told.iTOW / 1e3)
+    def _hpposllh(self, sent: Any) -> tuple[Row, float]:
+        row = _place(sent.lat, sent.lon, sent.height / 1e3) | {"sigma_m": sent.hAcc / 1e3 / math.sqrt(2)}
+        return ({} if sent.invalidLlh else row), self._clock.of_week(sent.iTOW / 1e3)
 
-    def _relposned(self, told: Any) -> tuple[Row, float]:
-        """Relative to the base, east and north, of a moving base's second antenna or a receiver with a base."""
-        there = bool(told.relPosValid)
+    def _relposned(self, sent: Any) -> tuple[Row, float]:
+        """Convert a position relative to a base: a moving base's second antenna, or a receiver with a base."""
+        there = bool(sent.relPosValid)
         row = (
-            {"east_m": told.relPosE / 1e2, "north_m": told.relPosN / 1e2, "up_m": -told.relPosD / 1e2} if there else {}
+            {"east_m": sent.relPosE / 1e2, "north_m": sent.relPosN / 1e2, "up_m": -sent.relPosD / 1e2} if there else {}
         )
-        row |= {"sigma_east_m": told.accE / 1e3, "sigma_north_m": told.accN / 1e3}
-        return row | {"fix": _CARRIER.get(told.carrSoln, SINGLE) if there else NONE}, self._clock.of_week(
-            told.iTOW / 1e3
+        row |= {"sigma_east_m": sent.accE / 1e3, "sigma_north_m": sent.accN / 1e3}
+        return row | {"fix": _CARRIER.get(sent.carrSoln, SINGLE) if there else NONE}, self._clock.of_week(
+            sent.iTOW / 1e3
         )
 
 
 def _join(tables: dict[str, LogTable], into: str, of: str, names: tuple[str, ...]) -> None:
-    """Columns of a stream beside those of another, where both are of one epoch; the better ones take precedence."""
+    """Add columns of another stream of the same epoch; the better ones take precedence."""
     if into not in tables or of not in tables:
         return
     table, other = tables[into], tables[of]
@@ -258,7 +264,7 @@ def _join(tables: dict[str, LogTable], into: str, of: str, names: tuple[str, ...
 
 
 def _same_epoch(table: LogTable, other: LogTable) -> NDArray[np.int64]:
-    """(n,) rows of another stream of the same epochs, of several the nearest in the log; −1 where there is none."""
+    """Return (n,) rows of another stream of the same epochs, the nearest in the log; −1 where there is none."""
     assert table.place is not None
     assert other.place is not None
     order = np.argsort(other.time_s, kind="stable")
@@ -266,7 +272,7 @@ def _same_epoch(table: LogTable, other: LogTable) -> NDArray[np.int64]:
     begin = np.searchsorted(times, table.time_s - _SAME_EPOCH_S, side="left")
     end = np.searchsorted(times, table.time_s + _SAME_EPOCH_S, side="right")
     found = np.where(end > begin, order[begin.clip(0, len(order) - 1)], -1)
-    for i in np.flatnonzero(end > begin + 1):  # of a clock that was set back
+    for i in np.flatnonzero(end > begin + 1):  # after a clock was set back
         rows = order[begin[i] : end[i]]
         found[i] = rows[np.abs(other.place[rows] - table.place[i]).argmin()]
     return found
@@ -277,17 +283,17 @@ def _place(latitude: Any, longitude: Any, altitude: float) -> Row:
 
 
 def _sum(altitude: Any, separation: Any) -> float:
-    """Height above the ellipsoid: above the sea, and the geoid's."""
+    """Return the height above the ellipsoid: above the sea, plus the geoid's."""
     geoid_m = _number(separation)
     return _number(altitude) + (0.0 if math.isnan(geoid_m) else geoid_m)
 
 
 def _number(value: Any) -> float:
-    """NaN for an empty field."""
+    """Return a field's number; NaN if it is empty."""
     return math.nan if value in ("", None) else float(value)
 
 
 def _second(clock: Any) -> float:
-    """Of the day."""
+    """Return the second of the day."""
     second_s: float = 3600.0 * clock.hour + 60.0 * clock.minute + clock.second + clock.microsecond / 1e6
     return second_s

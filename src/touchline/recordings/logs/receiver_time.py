@@ -9,11 +9,11 @@ DAY_S = 86400.0
 
 
 class ReceiverClock:
-    """Seconds since 1970 (UTC) of messages as they come.
+    """Converter to seconds since 1970 (UTC) of messages in order of arrival.
 
-    NMEA tells the time of day, and in some sentences the date; days pass at midnight. UBX tells the time of the week,
-    which no leap second and no midnight disturbs, and in some messages the date. Before a first date the days are
-    counted from 1970; `shift_s` is by how much those times are off.
+    NMEA has the time of day, and in some sentences the date; days pass at midnight. UBX has the time of the week, which
+    no leap second and no midnight disturbs, and in some messages the date. Before a first date the days are counted
+    from 1970; `shift_s` is the error of those times.
     """
 
     def __init__(self) -> None:
@@ -24,11 +24,11 @@ class ReceiverClock:
 
     @property
     def is_dated(self) -> bool:
-        """Whether a date was told."""
+        """True if a date has been received."""
         return self._dated
 
     def of_day(self, second_s: float) -> float:
-        """Of a time of day [s]: within half a day of the time before."""
+        """Convert a time of day [s]: within half a day of the time before."""
         latest_s = self._latest_s
         if latest_s is None:
             self._latest_s = second_s
@@ -38,7 +38,7 @@ class ReceiverClock:
         return time_s
 
     def dated(self, day: date, second_s: float) -> float:
-        """Of a date and a time of day [s]."""
+        """Convert a date and a time of day [s]."""
         midnight = datetime(day.year, day.month, day.day, tzinfo=UTC)
         time_s = midnight.timestamp() + second_s
         if not self._dated:
@@ -50,11 +50,11 @@ class ReceiverClock:
         return time_s
 
     def of_week(self, second_s: float, utc_s: float | None = None) -> float:
-        """Of a time of the week [s]; NaN before any message has told a date.
+        """Convert a time of the week [s]; NaN before the first date.
 
         Args:
             second_s: GPS time of the week.
-            utc_s: The same in UTC, if the message tells that; by the first, weeks and leap seconds are known.
+            utc_s: The same in UTC, if the message has it; the first one gives week and leap seconds.
         """
         if utc_s is not None:
             self._dated, self._latest_s = True, utc_s

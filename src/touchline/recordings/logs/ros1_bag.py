@@ -1,7 +1,7 @@
-"""Reads ROS 1 bags (format 2.0) from front to back, with limits on what a small file may unpack to.
+"""Reader of ROS 1 bags (format 2.0) from front to back, with limits on what a small file may unpack to.
 
-In the order of the file and not of its index: that sorts by time, and so mixes up what was recorded before and after a
-clock was set back. Bags that were broken off have no index, either.
+It follows the order of the file and not of its index: that sorts by time, and so mixes up what was recorded before and
+after a clock was set back. Bags that were cut off have no index, either.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class Ros1Bag:
     """One bag.
 
     Args:
-        path: Of the file.
-        stream: It, open and at its beginning.
+        path: Path of the file.
+        stream: The open file, at its beginning.
 
     Attributes:
         problem: Why reading ended early; empty if it did not.
@@ -48,7 +48,7 @@ class Ros1Bag:
             raise Damage(f"it begins with {begin!r}, not with {BAG1_MAGIC!r}")
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Recorded]:
-        """The messages in the order of the file, of some topics only if given; see `problem` afterwards."""
+        """Yield the messages in the order of the file, of some topics only if given; see `problem` afterwards."""
         try:
             while (record := _read_record(self._stream)) is not None:
                 fields, data = record
@@ -93,7 +93,7 @@ class Ros1Bag:
 
 
 def _decompressed(compression: str, data: bytes, most: int) -> bytes:
-    """At most `most` bytes of what the data unpack to."""
+    """Unpack at most `most` bytes of the data."""
     if compression == "bz2":
         return bz2.BZ2Decompressor().decompress(data, max_length=most)
     if compression == "lz4":
@@ -106,7 +106,7 @@ def _decompressed(compression: str, data: bytes, most: int) -> bytes:
 
 
 def _connection(fields: Fields, data: bytes) -> tuple[str, RecordingKind]:
-    """Topic and kind of a connection."""
+    """Return topic and kind of a connection."""
     described = _fields(data)
     topic = fields.get(b"topic", b"").decode("utf-8", "replace")
     kind = described.get(b"type", b"").decode("utf-8", "replace")
@@ -115,7 +115,7 @@ def _connection(fields: Fields, data: bytes) -> tuple[str, RecordingKind]:
 
 
 def _read_record(stream: BinaryIO) -> tuple[Fields, bytes] | None:
-    """Header and data of the next record; None at the end of the file."""
+    """Read header and data of the next record; None at the end of the file."""
     parts: list[bytes] = []
     for _ in range(2):
         head = stream.read(_LENGTH.size)
@@ -132,7 +132,7 @@ def _read_record(stream: BinaryIO) -> tuple[Fields, bytes] | None:
 
 
 def _records_in(body: bytes) -> Iterator[tuple[Fields, bytes]]:
-    """Header and data of each record in a chunk."""
+    """Yield header and data of each record in a chunk."""
     at = 0
     while at < len(body):
         head, at = _part(body, at)
@@ -141,7 +141,7 @@ def _records_in(body: bytes) -> Iterator[tuple[Fields, bytes]]:
 
 
 def _part(body: bytes, at: int) -> tuple[bytes, int]:
-    """What a length says that is there, and where it ends."""
+    """Return the bytes behind a length field, and where they end."""
     begin = at + _LENGTH.size
     end = begin + (_LENGTH.unpack_from(body, at)[0] if begin <= len(body) else 0)
     if begin > len(body) or end > len(body):
@@ -150,7 +150,7 @@ def _part(body: bytes, at: int) -> tuple[bytes, int]:
 
 
 def _fields(header: bytes) -> Fields:
-    """Fields of a header by name."""
+    """Parse the fields of a header by name."""
     found: Fields = {}
     at = 0
     while at < len(header):

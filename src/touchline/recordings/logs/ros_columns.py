@@ -1,4 +1,4 @@
-"""Columns of numbers of ROS messages: every number in them by its path, and what our sensors need of standard types."""
+"""Columns of numbers of ROS messages: every number by its path, and the quantities that our sensors need."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from touchline.recordings.logs.log_table import Floats
 from touchline.recordings.recorded import Damage, RecordingKind
 
 RTK_SIGMA_M: Final = 0.05
-"""A receiver that reports as much, or less, has an RTK-fixed position, whatever its status says."""
+"""A receiver that reports this or less has an RTK-fixed position, whatever its status is."""
 FLOAT_SIGMA_M: Final = 1.0
 _GBAS: Final = 2
 _MOST_ELEMENTS = 36
@@ -29,10 +29,10 @@ _NO_TEXT: Final = ("string", "wstring")
 
 
 class RosColumns:
-    """Takes the numbers out of the messages of one topic.
+    """Collector of the numbers in messages of one topic.
 
     Args:
-        kind: Of its messages.
+        kind: Kind of the messages.
 
     Raises:
         Damage: They cannot be decoded.
@@ -42,8 +42,8 @@ class RosColumns:
         self.type = full_name(kind.type)
         read, fields = decoder(kind), layout(kind)
         if read is None or fields is None:
-            told = f"its type {kind.type or '(none)'} is not defined in the log, or is too large"
-            raise Damage(f"{told}, or its encoding is not known")
+            problem = f"its type {kind.type or '(none)'} is not defined in the log, or is too large"
+            raise Damage(f"{problem}, or its encoding is not known")
         self._read: Decode = read
         self._numbers = [path for path, form in fields.items() if "[" not in path and form not in _NO_TEXT]
         self._arrays = [
@@ -64,9 +64,9 @@ class RosColumns:
             Damage: It cannot be decoded.
         """
         message: Any = self._read(payload)
-        *values, _, _ = self._get(message)  # of two names at least, as of one alone it gives no tuple
+        *values, _, _ = self._get(message)  # at least two names, as for one alone it gives no tuple
         row = len(self._arrived)
-        told = tuple(map(float, values[: len(self._numbers)]))
+        fields = tuple(map(float, values[: len(self._numbers)]))
         names: Sequence[str] = message.name if self._named else ()
         for path, elements in zip(self._arrays, values[len(self._numbers) :], strict=True):
             if len(elements) > _MOST_ELEMENTS:
@@ -76,11 +76,11 @@ class RosColumns:
                 rows, numbers = self._extra.setdefault(f"{path}[{label}]", (array("q"), array("d")))
                 rows.append(row)
                 numbers.append(float(value))
-        self._values.extend(told)
+        self._values.extend(fields)
         self._arrived.append(log_time_ns / 1e9)
 
     def columns(self) -> dict[str, Floats]:
-        """(n,) each; see the module."""
+        """Return columns, (n,) each: every number by its path, and the quantities of standard types."""
         n, table = len(self._arrived), self._table()
         found = {path: table[:, i] for i, path in enumerate(self._numbers)}
         for path, (rows, values) in self._extra.items():
@@ -94,7 +94,7 @@ class RosColumns:
         return found
 
     def times(self) -> Floats:
-        """(n,) stamps [s]; when it came, where a message has none."""
+        """Return (n,) stamps [s]; the time of arrival where a message has none."""
         arrived = np.array(self._arrived)
         if not set(_STAMP) <= set(self._numbers):
             return arrived
@@ -103,22 +103,22 @@ class RosColumns:
         return np.where(sec > 0, sec + nanosec / 1e9, arrived)
 
     def _table(self) -> Floats:
-        """(n, k) the numbers that every message has."""
+        """Return (n, k) the numbers that every message has."""
         return np.array(self._values).reshape(len(self._arrived), len(self._numbers))
 
 
 def _yaw(found: dict[str, Floats], path: str) -> Floats:
-    """Heading of a body whose orientation is this quaternion; NaN where it is none."""
+    """Return the heading of a body with this quaternion; NaN where it is invalid."""
     x, y, z, w = (found[f"{path}.{axis}"] for axis in "xyzw")
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return np.where(np.abs(x * x + y * y + z * z + w * w - 1.0) < 0.1, yaw, np.nan)
 
 
 def _fix(found: dict[str, Floats]) -> dict[str, Floats]:
-    """Kind and σ of the fixes of `NavSatFix` and `GPSFix`.
+    """Return kind and σ of the fixes of `NavSatFix` and `GPSFix`.
 
-    A status of −1 is none. What reports σ of 5 cm or less is RTK-fixed; ground-based augmentation with up to a metre,
-    or with no σ, is float; all else is single.
+    A status of −1 is none. A reported σ of 5 cm or less is RTK-fixed; ground-based augmentation with up to a metre, or
+    with no σ, is float; all else is single.
     """
     n = len(found["latitude"])
     nothing = np.full(n, np.nan)

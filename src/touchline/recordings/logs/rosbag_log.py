@@ -1,4 +1,4 @@
-"""ROS 1 bags, and everything of ROS 2 that recordings are read from: MCAP, SQLite bags, and folders of them."""
+"""Bags of ROS 1, and all ROS 2 recordings that the recording reader knows: MCAP, SQLite bags, and folders of them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from touchline.recordings.decoding import full_name
 from touchline.recordings.logs.log_table import LogContent, LogError, LogStream, LogTable
 from touchline.recordings.logs.ros1_bag import BAG1_MAGIC, Ros1Bag
 from touchline.recordings.logs.ros_columns import RosColumns
-from touchline.recordings.output import RecordingError
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Damage, Recorded, RecordingKind
+from touchline.recordings.recording_file import RecordingError
 
 _BAG1: Final = BAG1_MAGIC[:9]
 _MCAP: Final = b"\x89MCAP0\r\n"
@@ -23,7 +23,7 @@ _SQLITE: Final = b"SQLite format 3\0"
 
 
 class RosbagLog:
-    """One bag: a ROS 1 bag, an MCAP or SQLite file, or a folder of these; each topic is a stream."""
+    """Reader of one bag: a ROS 1 bag, an MCAP or SQLite file, or a folder of these; each topic is a stream."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -36,11 +36,11 @@ class RosbagLog:
 
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
-        """Whether it begins as bags do, or is a folder."""
+        """Return whether it begins as bags do, or is a folder."""
         return path.is_dir() or begin.startswith((_BAG1, _MCAP, _SQLITE)) or path.suffix == ".bag"
 
     def streams(self) -> list[LogStream]:
-        """See `LogReader`."""
+        """Return the topics, as of `LogReader`."""
         if self._streams is None:
             counts: Counter[str] = Counter()
             spans: dict[str, tuple[int, int]] = {}
@@ -57,7 +57,7 @@ class RosbagLog:
         return self._streams
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """See `LogReader`."""
+        """Read the topics, as of `LogReader`."""
         content = LogContent()
         takers: dict[str, RosColumns] = {}
         refused: dict[str, str] = {}
@@ -85,7 +85,7 @@ class RosbagLog:
         return content
 
     def _messages(self, streams: Collection[str] | None) -> Iterator[Recorded]:
-        """The messages of some topics, or of all.
+        """Yield the messages of some topics, or of all.
 
         Raises:
             LogError: The bag cannot be read.

@@ -16,7 +16,7 @@ from touchline.recordings.logs.log_table import LogContent, LogError, LogStream,
 from touchline.schemas.plain_text import plain
 
 _KINDS: Final = {1: FIXED, 2: FLOAT, 3: SINGLE, 4: SINGLE, 5: SINGLE, 6: FLOAT}
-"""Of RTKLIB's Q: fixed, float, SBAS, DGPS, single, PPP."""
+"""Kinds by RTKLIB's Q: fixed, float, SBAS, DGPS, single, PPP."""
 _WEEK_S: Final = 604800.0
 _COLUMNS: Final = (
     "latitude_deg",
@@ -38,7 +38,7 @@ _DATE = re.compile(r"\d{4}/\d\d?/\d\d?$")
 
 
 class RtklibLog:
-    """One file, which is one stream, ``solution``."""
+    """Reader of one file: one stream, ``solution``."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -46,17 +46,17 @@ class RtklibLog:
 
     @staticmethod
     def recognises(path: Path, begin: bytes) -> bool:
-        """Whether it is such a file by its name, or by how RTKLIB begins it."""
+        """Return whether it is such a file by its name, or by RTKLIB's beginning."""
         return path.suffix.lower() == ".pos" or begin.startswith((b"% program", b"% obs start", b"%  GPST", b"%  UTC"))
 
     def streams(self) -> list[LogStream]:
-        """See `LogReader`."""
+        """Return the stream, as of `LogReader`."""
         table = self._table()
         span = (float(table.time_s.min()), float(table.time_s.max())) if len(table.time_s) else (math.nan, math.nan)
         return [LogStream(table.stream, table.kind, len(table.time_s), *span)]
 
     def read(self, streams: Collection[str]) -> LogContent:
-        """See `LogReader`."""
+        """Read the solution, as of `LogReader`."""
         self._table()
         assert self._content is not None
         return self._content if "solution" in streams else LogContent()
@@ -70,8 +70,8 @@ class RtklibLog:
             columns = {name: rows[:, i + 1] for i, name in enumerate(_COLUMNS)}
             kinds = np.array([_KINDS.get(int(q), 0) for q in np.nan_to_num(columns["q"])], dtype=np.float64)
             table = LogTable("solution", "rtklib/pos", rows[:, 0], {**columns, "fix": kinds})
-            told = f"{self._path.name}: {len(bad):,} lines cannot be read (line {', '.join(map(str, bad[:3]))}…)"
-            self._content = LogContent({table.stream: table}, [told] if bad else [])
+            note = f"{self._path.name}: {len(bad):,} lines cannot be read (line {', '.join(map(str, bad[:3]))}…)"
+            self._content = LogContent({table.stream: table}, [note] if bad else [])
         return self._content.tables["solution"]
 
     def _rows(self, bad: list[int]) -> Iterator[list[float]]:
@@ -96,7 +96,7 @@ class RtklibLog:
 
 
 def _row(cells: list[str]) -> list[float] | None:
-    """Time and columns of a line; None if it is none."""
+    """Return time and columns of a line; None if it has none."""
     try:
         cells = [cell.strip() for cell in cells]
         if _DATE.match(cells[0]):
@@ -112,7 +112,7 @@ def _row(cells: list[str]) -> list[float] | None:
 
 
 def _calendar_s(date: str, clock: str) -> float:
-    """Seconds since 1970 of a date and a time of the file's own scale, GPS or UTC."""
+    """Return seconds since 1970 of a date and a time of the file's own scale, GPS or UTC."""
     year, month, day = map(int, date.split("/"))
     hour, minute, second = clock.split(":")
     midnight = datetime(year, month, day, tzinfo=UTC).timestamp()

@@ -1,4 +1,4 @@
-"""Quantities of a stream, taken from its columns as the mapping says."""
+"""Quantities of a stream, taken from its columns by the mapping."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ STANDARD_COLUMNS: Final[Mapping[str, Mapping[str, str]]] = {
         "altitude_m": "altitude",
     },
 }
-"""Columns that quantities have in standard messages; in any other stream they bear the quantity's name."""
+"""Columns of quantities in standard messages; in any other stream they bear the quantity's name."""
 
 
 class Quantities:
-    """The quantities of one stream.
+    """Quantities of one stream.
 
     Args:
-        part: Of the mapping: ``fixes``, ``imu`` …
+        part: Part of the mapping: ``fixes``, ``imu`` …
         source: That part.
-        content: Of the log.
+        content: Contents of the log.
 
     Raises:
-        SpecError: The log has no such stream, or not a column that is named.
+        SpecError: The log has no such stream, or lacks a named column.
     """
 
     def __init__(self, part: str, source: StreamSource, content: LogContent) -> None:
@@ -68,16 +68,16 @@ class Quantities:
             self._column(quantity, column)
 
     def known(self, *quantities: str) -> bool:
-        """Whether the stream has all of these."""
+        """Return whether the stream has all of these."""
         return all(self._where(quantity) is not None for quantity in quantities)
 
     def get(self, quantity: str) -> Floats:
-        """(n,) a quantity; NaN all along if the stream does not have it."""
+        """Return (n,) a quantity; all NaN if the stream does not have it."""
         column = self._where(quantity)
         return np.full(len(self.time_s), np.nan) if column is None else self._column(quantity, column)
 
     def require(self, *sets: Sequence[str]) -> Sequence[str]:
-        """The first of several sets of quantities that the stream has all of.
+        """Return the first of several sets of quantities that the stream has all of.
 
         Raises:
             SpecError: It has none of them.
@@ -87,7 +87,7 @@ class Quantities:
                 return quantities
         wanted = " or ".join(" and ".join(quantities) for quantities in sets)
         columns = plain(", ".join(self.table.columns), 300)
-        problem = f"do not say which column of {self.table.stream} is {wanted}"
+        problem = f"do not name the column of {self.table.stream} for {wanted}"
         raise SpecError("mapping", f"{self._part}.columns", problem, f"name them; its columns are {columns}")
 
     def _where(self, quantity: str) -> Column | None:

@@ -1,7 +1,7 @@
-"""A log's sensors at the ticks of the robot's computer, 100 a second.
+"""Sensors of a log at the ticks of the robot's computer, 100 per second.
 
 Rates (of a gyro, of an odometry) are interpolated linearly to the middle of each tick, totals (distances, turns, angles
-of wheels) to its end, so that no angle and no way is lost. Over a gap there is nothing. Fixes stay as they are.
+of wheels) to its end, so that no angle and no distance is lost. Gaps stay empty. Fixes stay as they are.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 
 TICKS_PER_S: Final = 100
 LONGEST_S: Final = 24 * 3600.0
-_GAP_PERIODS, _GAP_S = 5.0, 0.3  # a pause longer than both is a gap
+_GAP_PERIODS, _GAP_S = 5.0, 0.3  # a longer pause than both is a gap
 _STANDING_TICKS = 50  # before the estimator may start
-_MOVED_RAD = 0.1  # of a wheel: then the magnetometer is left out
+_MOVED_RAD = 0.1  # turn of a wheel from which on the magnetometer is left out
 
 Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class TickSensors:
-    """See the module; n ticks, of which the first ends at `begin_s`.
+    """Sensors at n ticks, of which the first ends at `begin_s`.
 
     Attributes:
-        begin_s: By the log's clock.
-        imu: (n, 6) rates and specific force, body axes; NaN where a sensor is not there.
+        begin_s: Log's clock.
+        imu: (n, 6) rates and specific force, body axes; NaN where a sensor is missing.
         imu_there: (n,) whether there is a sample.
-        angles_rad: (n, 2) of the left and right wheel.
+        angles_rad: (n, 2) angles of the left and right wheel.
         wheels_there: (n,) whether there is a sample.
         heading_rad: (n,) by the magnetometer; NaN where it is left out.
         starts: Why the estimator cannot start; empty if it can.
@@ -52,25 +52,25 @@ class TickSensors:
 
     @property
     def ticks(self) -> int:
-        """How many."""
+        """Number of ticks n."""
         return len(self.imu)
 
     @property
     def drives(self) -> bool:
-        """Whether wheels tell of motion, without which there is nothing to estimate by."""
+        """True if wheels show motion, without which nothing can be estimated."""
         return bool(self.wheels_there.any())
 
 
 def tick_sensors(sensors: ForeignSensors, mapping: LogMapping, vehicle: Vehicle) -> TickSensors:
-    """The sensors at ticks.
+    """Return the sensors at ticks.
 
     Args:
-        sensors: Of the log.
-        mapping: Has the window, and how the heading at the start is found.
-        vehicle: Whose wheels they become.
+        sensors: Sensors of the log.
+        mapping: Time window, and how to find the heading at the start.
+        vehicle: Vehicle whose wheels they become.
 
     Raises:
-        LogError: Nothing is left in the window, the streams do not overlap, or the vehicle's wheels cannot be had.
+        LogError: The window is empty, the streams do not overlap, or the vehicle's wheels cannot be derived.
     """
     begin_s, end_s = _window(sensors, mapping)
     n = max(int((end_s - begin_s) * TICKS_PER_S), 1)
@@ -87,7 +87,7 @@ def tick_sensors(sensors: ForeignSensors, mapping: LogMapping, vehicle: Vehicle)
 
 
 def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]:
-    """From when to when, by the log's clock."""
+    """Return beginning and end, log's clock."""
     parts = {
         "fixes": sensors.fixes,
         "imu": sensors.rates or sensors.turn,
@@ -95,13 +95,15 @@ def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]
     }
     spans = {name: (float(s.time_s[0]), float(s.time_s[-1])) for name, s in parts.items() if s is not None}
     if max(span[0] for span in spans.values()) > min(span[1] for span in spans.values()):
-        told = ", ".join(f"{name} {span[0]:,.1f} to {span[1]:,.1f} s" for name, span in spans.items())
-        raise LogError(f"the streams do not overlap in time ({told}); give time_offset_s of one of them in the mapping")
+        extents = ", ".join(f"{name} {span[0]:,.1f} to {span[1]:,.1f} s" for name, span in spans.items())
+        raise LogError(
+            f"the streams do not overlap in time ({extents}); give time_offset_s of one of them in the mapping"
+        )
     first_s = min(span[0] for span in spans.values())
     begin_s = first_s + mapping.from_s
     end_s = max(span[1] for span in spans.values())
     if begin_s > end_s:
-        raise LogError(f"nothing is left from from_s on: the log has {end_s - first_s:,.1f} s; give less")
+        raise LogError(f"nothing remains from from_s on: the log has {end_s - first_s:,.1f} s; give less")
     if mapping.until_s is not None:
         end_s = min(end_s, first_s + mapping.until_s)
     elif mapping.fixes is not None:
@@ -113,7 +115,7 @@ def _window(sensors: ForeignSensors, mapping: LogMapping) -> tuple[float, float]
 
 
 def _there(series: RateSeries, at_s: Floats) -> Flags:
-    """At which of some times there are readings round about, and not a gap."""
+    """Return at which times there are readings nearby, and not a gap."""
     time_s = series.time_s
     if len(time_s) < 2:
         return np.zeros(len(at_s), dtype=bool)
@@ -126,7 +128,7 @@ def _there(series: RateSeries, at_s: Floats) -> Flags:
 
 
 def _at(series: RateSeries, at_s: Floats) -> Floats:
-    """(n, k) readings by linear interpolation."""
+    """Return (n, k) readings by linear interpolation."""
     return np.column_stack([np.interp(at_s, series.time_s, column) for column in series.values.T])
 
 
@@ -150,7 +152,7 @@ def _imu(sensors: ForeignSensors, ends: Floats) -> tuple[Floats, Flags]:
 
 
 def _wheels(sensors: ForeignSensors, ends: Floats, vehicle: Vehicle) -> tuple[Floats, Flags, Floats]:
-    """Angles of the wheels, where there are some, and the (distance, turn) that they tell, total."""
+    """Return angles of the wheels, where they exist, and their total (distance, turn)."""
     n, drive = len(ends), vehicle.drive
     if sensors.joints is None and sensors.travel is None:
         return np.zeros((n, 2)), np.zeros(n, dtype=bool), np.zeros((n, 2))
@@ -183,13 +185,13 @@ def _wheels(sensors: ForeignSensors, ends: Floats, vehicle: Vehicle) -> tuple[Fl
 def _magnetometer(
     sensors: ForeignSensors, mapping: LogMapping, ends: Floats, angles: Floats, ways: Floats
 ) -> tuple[Floats, str]:
-    """The heading while the robot stands at the start, and why it is not known.
+    """Return the heading while the robot stands at the start, and why it is unknown.
 
     Args:
-        sensors: Of the log.
-        mapping: Has how it is found.
-        ends: (n,) of the ticks.
-        angles: (n, 2) of the wheels.
+        sensors: Sensors of the log.
+        mapping: How to find it.
+        ends: (n,) ends of the ticks.
+        angles: (n, 2) angles of the wheels.
         ways: (n, 2) distance and turn, total.
     """
     heading = np.full(len(ends), np.nan)
@@ -213,27 +215,27 @@ def _magnetometer(
     after = (there_s >= ends[begin]) & (fixes.fix != 0)
     tick = np.searchsorted(ends, there_s[after]).clip(0, len(ends) - 1)
     east, north = _dead_reckoned(ways[begin:])
-    way = (east + 1j * north)[tick - begin]
+    displacement = (east + 1j * north)[tick - begin]
     place = fixes.place_m[after, 0] + 1j * fixes.place_m[after, 1]
     standing = tick <= last
     if not standing.any():
         return heading, "there is no fix while the robot stands at the start"
-    far = np.flatnonzero(np.abs(way) >= mapping.heading.course_m)
+    far = np.flatnonzero(np.abs(displacement) >= mapping.heading.course_m)
     if not len(far):
         if sensors.joints is None and sensors.travel is None:
             return (
                 heading,
-                "the log has no wheels, which would tell in which direction it sets out; give heading.start_rad",
+                "the log has no wheels, which would show the direction of the start; give heading.start_rad",
             )
         return heading, f"by its wheels the robot never gets {mapping.heading.course_m:g} m away from its start"
     used = slice(0, int(far[0]) + 1)
-    course = np.sum(np.conj(way[used]) * (place[used] - place[standing].mean()))
+    course = np.sum(np.conj(displacement[used]) * (place[used] - place[standing].mean()))
     heading[begin:last] = float(np.angle(course))
     return heading, ""
 
 
 def _start(ends: Floats, angles: Floats, fixed_s: Floats) -> tuple[int, int]:
-    """Ticks from which on the robot stands, and in which the estimator starts by a fix; −1 if there is none."""
+    """Return the tick from which on the robot stands, and that in which the estimator starts by a fix; −1: none."""
     moving = np.abs(np.diff(angles, axis=0, prepend=angles[:1])).max(axis=1) >= 1e-4
     last_moving = np.maximum.accumulate(np.where(moving, np.arange(len(ends)), -1))
     for tick in np.searchsorted(ends, fixed_s).clip(0, len(ends) - 1):
@@ -244,7 +246,7 @@ def _start(ends: Floats, angles: Floats, fixed_s: Floats) -> tuple[int, int]:
 
 
 def _dead_reckoned(ways: Floats) -> tuple[Floats, Floats]:
-    """(x, y) [m] by distances and turns, from heading 0."""
+    """Return (x, y) [m] by distances and turns, from heading 0."""
     steps = np.diff(ways[:, 0], prepend=ways[0, 0])
     turned = ways[:, 1] - ways[0, 1]
     middle = turned - 0.5 * np.diff(turned, prepend=0.0)

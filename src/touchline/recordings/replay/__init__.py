@@ -1,1 +1,1 @@
-"""Replay: what a recording says, at its own times or at others."""
+"""Replay of a recording at its own times or at others."""

@@ -1,25 +1,25 @@
-"""When the messages of a recording are due: log times, on one time that all of its robots share."""
+"""Times at which the messages of a recording are due: log times, on one time shared by all of its robots."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
+#: A log time further back than this is no late measurement: the recorded clock restarted (a restarted robot).
 RESTART_NS = 2_000_000_000
-#: One further ahead than this is damage: nothing is said for so long, and nobody waits for it.
+#: A log time further ahead than this is damage: no session is silent for so long.
 LONGEST_SILENCE_NS = 24 * 3600 * 1_000_000_000
-#: A robot further behind the others than this was not driving while they were.
+#: A robot further behind the others than this was not running while they were.
 APART_NS = 1_000_000_000
 
 
 class DueTimes:
-    """Gives each message of a recording, in their order, the time at which it is due: 0 for the first one."""
+    """Converts each message's log time, in recorded order, to the time at which it is due: 0 for the first one."""
 
     def __init__(self) -> None:
         self._robots: dict[str, _RobotTime] = {}
         self._at_ns = 0
 
     def next_ns(self, robot: str, log_time_ns: int) -> int:
-        """When the next message is due, of this robot and log time."""
+        """Return the time at which the next message is due, with this robot and log time."""
         if robot not in self._robots:
             self._robots[robot] = _RobotTime()
         self._at_ns = self._robots[robot].at_ns(log_time_ns, self._at_ns)
@@ -27,7 +27,7 @@ class DueTimes:
 
 
 def due_times_ns(robots: NDArray[np.int64], log_time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """What `DueTimes` gives for all messages of a recording, of robots by number."""
+    """Return the times of `DueTimes` for all messages of a recording, with robots by number."""
     latest = np.maximum.accumulate(log_time_ns)
     steady = bool(np.all(log_time_ns >= latest - RESTART_NS) and np.all(np.diff(latest) <= LONGEST_SILENCE_NS))
     if steady and (not len(robots) or bool(np.all(robots == robots[0]))):
@@ -38,16 +38,16 @@ def due_times_ns(robots: NDArray[np.int64], log_time_ns: NDArray[np.int64]) -> N
 
 
 class _RobotTime:
-    """How far the replay of one robot is, on a time that all robots of the recording share."""
+    """Progress of one robot's replay, on the time that all robots of the recording share."""
 
     def __init__(self) -> None:
         self._latest_ns: int | None = None
         self._elapsed_ns = 0
 
     def at_ns(self, log_time_ns: int, shared_ns: int) -> int:
-        """When a message of this log time is due, ``shared_ns`` being the time of the one before it, of any robot.
+        """Return when a message of this log time is due; ``shared_ns`` is the time of the one before it, of any robot.
 
-        A robot whose clock stood while others went on joins them where they are: its messages were recorded after
+        A robot whose clock stood while others continued joins them where they are: its messages were recorded after
         theirs.
         """
         latest_ns = self._latest_ns

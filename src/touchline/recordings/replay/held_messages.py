@@ -1,4 +1,4 @@
-"""What holds at a time of a recording: the messages by which a receiver that hears nothing before knows as much."""
+"""State at a time of a recording: the messages that give a receiver which joins then the same knowledge."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,26 +16,26 @@ _BUSY = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
 @dataclass
 class HeldOfRobot:
-    """What holds of one robot, each with its place among all cues."""
+    """Messages in force of one robot, each with its place among all cues."""
 
     last: dict[str, tuple[int, Cue]] = field(default_factory=dict)
-    """Of each topic that does not accumulate."""
+    """Last message of each topic that does not accumulate."""
     states: list[tuple[int, Cue]] = field(default_factory=list)
-    """The first status of each state of the traversal that followed on another."""
-    said: list[tuple[int, Cue]] = field(default_factory=list)
+    """First status of each state of the traversal that followed another one."""
+    accumulated: list[tuple[int, Cue]] = field(default_factory=list)
     paint: list[tuple[int, Cue]] = field(default_factory=list)
     state: int | None = None
 
     def take(self, place: int, cue: Cue) -> None:
-        """The next message of the robot."""
+        """Take the next message of the robot."""
         topic = cue.topic
         if topic is topics.PAINT:
             self.paint.append((place, cue))
         elif topic in ACCUMULATING:
-            self.said.append((place, cue))
+            self.accumulated.append((place, cue))
         else:
             self.last[topic.name] = place, cue
-            if topic is topics.PLAN:  # what is told of paint is of the present plan
+            if topic is topics.PLAN:  # paint belongs to the present plan
                 self.paint.clear()
             elif topic is topics.STATUS:
                 self._take_status(place, cue)
@@ -44,7 +44,7 @@ class HeldOfRobot:
         state = traversal_state(cue.payload)
         if state == self.state:
             return
-        if state in _BUSY and self.state not in _BUSY:  # figures are those of a job that is over
+        if state in _BUSY and self.state not in _BUSY:  # figures belong to a finished job
             for topic in _ENDED_JOB:
                 self.last.pop(topic.name, None)
         self.states.append((place, cue))
@@ -52,21 +52,21 @@ class HeldOfRobot:
 
 
 class HeldMessages:
-    """What holds after the messages that were given to `take`, in their order."""
+    """Messages in force after those given to `take`, in their order."""
 
     def __init__(self) -> None:
         self._robots: dict[str, HeldOfRobot] = {}
         self._places = 0
 
     def take(self, cue: Cue) -> None:
-        """The next message of the recording."""
+        """Take the next message of the recording."""
         if cue.namespace not in self._robots:
             self._robots[cue.namespace] = HeldOfRobot()
         self._robots[cue.namespace].take(self._places, cue)
         self._places += 1
 
     def cues(self) -> Sequence[Cue]:
-        """The messages by which it is known, in the order in which they were recorded."""
+        """Return the messages in force, in recorded order."""
         held = {place: cue for robot in self._robots.values() for place, cue in _held(robot)}
         return [held[place] for place in sorted(held)]
 
@@ -74,5 +74,5 @@ class HeldMessages:
 def _held(robot: HeldOfRobot) -> Iterator[tuple[int, Cue]]:
     yield from robot.last.values()
     yield from robot.states
-    yield from robot.said
+    yield from robot.accumulated
     yield from robot.paint

@@ -1,4 +1,4 @@
-"""One message that is replayed."""
+"""Message of a replay."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from touchline.schemas.topics import Topic
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """One message of a robot to send, ``at_s`` seconds after the first one; never less than that of the cue before."""
+    """Message of a robot to send ``at_s`` seconds after the first one; never less than that of the cue before."""
 
     at_s: float
     namespace: str

@@ -1,4 +1,4 @@
-"""Where a replay is and what it sends next: playing, pausing, seeking, stepping and new passes, on a clock given."""
+"""Position of a replay and its next message: playing, pausing, seeking, stepping and repeating, on a given clock."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class ReplayPlayer:
 
     Attributes:
         source: The recording.
-        speed: Sim time per wall time; 0 or less is as fast as it goes.
-        playing: Whether it goes on by itself.
-        loops: Passes in all; 0 without end.
+        speed: Sim time per wall time; 0 or less: as fast as possible.
+        playing: Whether it runs.
+        loops: Passes in all; 0: endless.
         from_s, to_s: Where each pass begins and ends, if not where the recording does.
         loop: The present pass, from 1.
         jumps: Seeks and new passes so far.
         now_s: All that is due until this time has been taken.
         ended: Whether the last pass is over.
-        played_s: How much sim time has been played in all.
+        played_s: Sim time played in all.
     """
 
     source: ReplaySource
@@ -44,22 +44,22 @@ class ReplayPlayer:
     _cues: Iterator[Cue] = field(init=False)
     _next: Cue | None = field(default=None, init=False)
     _held: deque[Cue] = field(default_factory=deque, init=False)
-    """What holds after a jump, still to be taken."""
+    """Messages in force after a jump, still to be taken."""
     _anchor: tuple[float, float] | None = field(default=None, init=False)
-    """A wall time, and the time then, while it plays at a speed."""
+    """A wall time, and the replay's time then, while it plays at a speed."""
     _played_to_s: float = field(default=0.0, init=False)
     _steps: int = field(default=0, init=False)
     _rush_to_s: float | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        """Stand at the beginning."""
+        """Start at the beginning."""
         self.now_s = self._played_to_s = self.begin_s
         if self.from_s > self.source.begin_s:
             self._move(self.begin_s)
         else:
             self._cues = self.source.from_start()
             self._next = next(self._cues, None)
-            self._rush_to_s = None if self.playing else self.now_s  # what holds from the beginning is to be seen
+            self._rush_to_s = None if self.playing else self.now_s  # the state at the beginning is to be seen
 
     @property
     def begin_s(self) -> float:
@@ -68,50 +68,50 @@ class ReplayPlayer:
 
     @property
     def end_s(self) -> float:
-        """Time at which a pass ends; NaN if nobody knows."""
+        """Time at which a pass ends; NaN if unknown."""
         end_s = self.source.begin_s + self.source.length_s
         return self.to_s if math.isnan(end_s) and self.to_s < math.inf else min(end_s, self.to_s)
 
     @property
     def jumping(self) -> bool:
-        """Whether some of what holds after a jump is still to be taken."""
+        """True if messages in force after a jump are still to be taken."""
         return bool(self._held)
 
     @property
     def stepping(self) -> bool:
-        """Whether some of a step is still to be taken."""
+        """True if messages of a step are still to be taken."""
         return self._steps > 0 or self._rush_to_s is not None
 
-    # -- what it is told ---------------------------------------------------------------------------------------------
+    # -- commands ----------------------------------------------------------------------------------------------------
 
     def pause(self) -> None:
-        """Go on no more."""
+        """Pause the replay."""
         self.playing, self._anchor, self._steps, self._rush_to_s = False, None, 0, None
 
     def resume(self) -> None:
-        """Go on."""
+        """Resume the replay."""
         self.playing, self._anchor, self._steps, self._rush_to_s = True, None, 0, None
 
     def set_speed(self, speed: float) -> None:
-        """From now on."""
+        """Set the speed from now on."""
         self.speed, self._anchor = speed, None
 
     def seek(self, time_s: float) -> None:
-        """Go to a time, or to the end that is nearer to it; go on there if it plays."""
+        """Seek to a time, or to the nearer end; continue there if it plays."""
         self._steps, self._rush_to_s = 0, None
         self._move(min(max(time_s, self.begin_s), self.end_s if not math.isnan(self.end_s) else math.inf))
         self.jumps += 1
 
     def step(self, messages: int = 0, seconds: float = 0.0) -> None:
-        """Take so many messages, or those of so long, at once, and pause."""
+        """Take some messages, or those of some seconds, at once, and pause."""
         self.pause()
         self._steps = messages
         self._rush_to_s = self.now_s + seconds if seconds > 0.0 else None
 
-    # -- what it gives -----------------------------------------------------------------------------------------------
+    # -- output ------------------------------------------------------------------------------------------------------
 
     def take(self, wall_s: float) -> Cue | None:
-        """The next message, if it is due; a new pass may have begun before it."""
+        """Return the next message, if it is due; a new pass may have begun before it."""
         if self._held:
             return self._held.popleft()
         if not self.playing and not self.stepping:
@@ -134,7 +134,7 @@ class ReplayPlayer:
         return cue
 
     def wait_s(self, wall_s: float, most_s: float) -> float:
-        """How long nothing is due, as far as is known; at most so long."""
+        """Return how long nothing is due, as far as is known; at most ``most_s``."""
         if self._held or self.stepping:
             return 0.0
         if not self.playing:
@@ -148,7 +148,7 @@ class ReplayPlayer:
         return self.source.begin_s + cue.at_s
 
     def _reached_s(self, wall_s: float) -> float:
-        """Until which time messages are due."""
+        """Return the time until which messages are due."""
         if self._steps:
             return math.inf
         if self._rush_to_s is not None:
@@ -161,7 +161,7 @@ class ReplayPlayer:
         return anchor_s + (wall_s - anchor_wall_s) * self.speed
 
     def _move(self, time_s: float, *, whole: bool = False) -> None:
-        """Stand at a time, where all that is due until then holds; or before everything, for a `whole` pass."""
+        """Move to a time, with the messages in force then; or before everything, for a `whole` pass."""
         held, self._cues = self.source.jump(-math.inf if whole else time_s - self.source.begin_s)
         self._held, self._next = deque(held), next(self._cues, None)
         end_s = self.end_s  # may be known only now

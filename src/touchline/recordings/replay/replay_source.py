@@ -1,4 +1,4 @@
-"""A recording as a replay needs it: from its beginning, or from any time on with what holds then."""
+"""Source of a replay: a recording from its beginning, or from any time on with the messages in force then."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from touchline.recordings.wall_times import BEGUN, as_wall_time, noted_wall_time
 
 
 class ReplaySource:
-    """One recording. Files with an index are read where they have to be, others from the beginning.
+    """One recording. Files with an index are read where needed, others from the beginning.
 
     Attributes:
         begin_s: Log time of the first cue: the recording's own clock there.
-        length_s: When the last cue is due; NaN as long as nobody knows, of a recording without an index.
-        skipped: Messages passed over, of those read from the beginning on.
-        problem: What could not be read; empty if all could, or as long as it has not been read.
-        reasons: Why messages of known topics were passed over.
+        length_s: Time of the last cue; NaN while unknown, for a recording without an index.
+        skipped: Messages skipped, of those read from the beginning on.
+        problem: What could not be read; empty if all could, or while it has not been read.
+        reasons: Why messages of known topics were skipped.
 
     Raises:
         RecordingError: It cannot be opened, or is none.
@@ -43,19 +43,19 @@ class ReplaySource:
         self._holds_true()
 
     def _holds_true(self) -> None:
-        """An index that tells of another beginning than the messages is not gone by."""
+        """True if the index agrees with the messages on the beginning; else it is not used."""
         if self._indexed is not None and self._indexed.begin_s != self.begin_s:
             self._indexed, self.length_s = None, math.nan
 
     @property
     def fraction(self) -> float:
-        """How much has been read, 0…1, where the length does not tell it."""
+        """Share that has been read, 0…1, where the length is unknown."""
         return self._timeline.reader.fraction
 
     def begin_wall_s(self, time_s: float) -> float:
-        """The wall time at a time of the recording, s since 1970; 0 if unknown.
+        """Return the wall time at a time of the recording, s since 1970; 0 if unknown.
 
-        It is exact at the beginning alone: how fast sim time passed is not recorded.
+        It is exact only at the beginning: the pace of sim time is not recorded.
         """
         if as_wall_time(round(1e9 * self.begin_s)) is not None:
             return time_s
@@ -64,11 +64,11 @@ class ReplaySource:
         return begun_s if time_s == self.begin_s else 0.0
 
     def close(self) -> None:
-        """Let the file go; harmless when repeated."""
+        """Close the file; harmless when repeated."""
         self._timeline.close()
 
     def from_start(self) -> Iterator[Cue]:
-        """Every cue."""
+        """Yield every cue."""
         ahead, self._ahead = self._ahead, None
         if ahead is None:
             self._timeline.close()
@@ -81,7 +81,7 @@ class ReplaySource:
         self._read_through(at_s)
 
     def jump(self, at_s: float) -> tuple[Sequence[Cue], Iterator[Cue]]:
-        """What holds after all that is due up to then, and what is due later."""
+        """Return the messages in force after all that is due up to then, and those due later."""
         if self._indexed is not None:
             return self._indexed.standing(at_s).cues(), self._indexed.after(at_s)
         standing, cues = HeldMessages(), self.from_start()
@@ -92,7 +92,7 @@ class ReplaySource:
         return standing.cues(), iter(())
 
     def _read_through(self, at_s: float) -> None:
-        """The end of the recording has been reached, at that time."""
+        """Note that the end of the recording is at that time."""
         self.skipped, self.reasons = self._timeline.skipped, tuple(self._timeline.reasons)
         self.problem = self._timeline.reader.summary.problem
         if math.isnan(self.length_s):

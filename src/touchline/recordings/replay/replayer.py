@@ -1,4 +1,4 @@
-"""Timeline of a replay: which message is due when. Sending and sleeping are up to `replay_service`."""
+"""Timeline of a replay: due times of messages. Sending and sleeping are up to `replay_service`."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -19,7 +19,7 @@ from touchline.schemas import topics
 
 
 def recorded_robots(path: Path) -> tuple[str, ...]:
-    """Namespaces of the robots in a recording, from the channels before its first message.
+    """Return the namespaces of the robots in a recording, from the channels before its first message.
 
     Raises:
         RecordingError: It cannot be opened, or is none.
@@ -30,19 +30,19 @@ def recorded_robots(path: Path) -> tuple[str, ...]:
 
 
 class Timeline:
-    """The cues of one recording, in the order in which they were recorded.
+    """Cues of one recording, in recorded order.
 
-    That order is kept even where log times step back (a position fix carries the time of its measurement, 0.1 s ago):
-    a receiver gets what the recorder got, as the recorder got it. The time runs by the latest log time so far, of each
-    robot by its own.
+    That order is kept even where log times step back (a position fix has the time of its measurement, 0.1 s ago):
+    a receiver gets what the recorder got, in the same order. Time follows the latest log time so far, for each robot
+    separately.
 
     Args:
-        path: Recording, whole or broken off.
+        path: Recording, complete or cut off.
 
     Attributes:
-        reader: Tells how far it has been read and, at the end, what the recording held.
+        reader: Its fraction read and, at the end, its summary.
         begin_s: Log time of the first cue, once that has been read.
-        skipped: Messages passed over because their topic is not in the topic table, or they are none of its type.
+        skipped: Messages skipped because their topic is not in the topic table, or they do not fit it.
 
     Raises:
         RecordingError: The file cannot be opened.
@@ -56,7 +56,7 @@ class Timeline:
 
     @property
     def reasons(self) -> list[str]:
-        """Why messages of topics in the table were skipped, as far as it is for their schema."""
+        """Return why messages of topics in the table were skipped, as far as their schema is the reason."""
         return self._topics.reasons
 
     def close(self) -> None:
@@ -64,7 +64,7 @@ class Timeline:
         self.reader.close()
 
     def cues(self) -> Iterator[Cue]:
-        """The cues, once.
+        """Yield the cues, once.
 
         Raises:
             RecordingError: The file is not MCAP.
@@ -73,7 +73,7 @@ class Timeline:
         for message in map(presented, self.reader.messages()):
             known = self._topics.find(message.topic, message.kind)
             if known is None and is_drawn(message.topic, robots_among(self.reader.summary.topics)):
-                continue  # the bridge makes it anew for who looks at the replay
+                continue  # the bridge makes it anew for viewers of the replay
             if known is None or known.form.problem(message.payload):
                 self.skipped += 1
                 continue
@@ -84,11 +84,11 @@ class Timeline:
 
 
 class IndexedTimeline:
-    """As `Timeline`, for recordings with an index, from any time on.
+    """`Timeline` for recordings with an index, from any time on.
 
     Attributes:
         begin_s: Log time of the first cue.
-        length_s: When the last one is due.
+        length_s: Time of the last one.
     """
 
     def __init__(self, index: MessageIndex) -> None:
@@ -108,27 +108,27 @@ class IndexedTimeline:
 
     @classmethod
     def of(cls, path: Path) -> "IndexedTimeline | None":
-        """That of a recording; None if it has no index, or nothing to replay."""
+        """Create that of a recording; None if it has no index, or nothing to replay."""
         index = MessageIndex.of(path)
         timeline = cls(index) if index is not None else None
         return timeline if timeline is not None and len(timeline._rows) else None
 
     def standing(self, at_s: float) -> HeldMessages:
-        """What holds after all that is due up to then."""
+        """Return the messages in force after all that is due up to then."""
         standing = HeldMessages()
         for cue in self._cues(self._telling(self._count_until(at_s))):
             standing.take(cue)
         return standing
 
     def after(self, at_s: float) -> Iterator[Cue]:
-        """What is due later than that."""
+        """Yield the cues due later than that."""
         return self._cues(np.arange(self._count_until(at_s), len(self._rows)))
 
     def _count_until(self, at_s: float) -> int:
         return int(np.searchsorted(self._at_ns, at_s * 1e9 + 0.5, side="right"))
 
     def _telling(self, count: int) -> NDArray[np.intp]:
-        """Of the first so many cues those that may still hold: all of some topics, of others the last."""
+        """Return which of the first cues may still be in force: all of some topics, of others the last."""
         channel = self._index.channel[self._rows[:count]]
         wanted = [np.empty(0, np.intp)]
         plans = dict[str, int]()

@@ -1,4 +1,4 @@
-"""What viewers draw of a robot: transforms, paths and markers, made of the messages that it sends."""
+"""Viewers' messages of a robot: transforms, paths and markers, made from the messages that it sends."""
 
 from touchline.recordings.viewing.viewing import Drawn, Viewing, frame_prefix
 

@@ -1,4 +1,4 @@
-"""Transforms between the map, the robot's body and what is fixed to it (REP-103, REP-105)."""
+"""Transforms between the map, the robot's body and parts fixed to it (REP-103, REP-105)."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ PoseNumbers = tuple[float, float, float, float, float, float, float]
 
 
 def stamp_of(payload: bytes) -> Stamp:
-    """The stamp of a message that begins with a header."""
+    """Return the stamp of a message that begins with a header."""
     seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_AT)
     return seconds, nanoseconds
 
 
 def seconds_between(since: Stamp, until: Stamp) -> float:
-    """From one stamp to another; a clock that has begun anew has taken for ever."""
+    """Return the time from one stamp to another; infinite if the clock has restarted."""
     passed_s = until[0] - since[0] + (until[1] - since[1]) / 1e9
     return passed_s if passed_s >= 0.0 else math.inf
 
 
 def pose_of(odometry: bytes) -> PoseNumbers:
-    """The pose in an odometry message.
+    """Return the pose in an odometry message.
 
     Raises:
-        PayloadError: It is none.
+        PayloadError: It cannot be decoded.
     """
     if len(odometry) == _ODOMETRY.size:  # as robots send it; decoding takes ten times as long
         found: PoseNumbers = _POSE.unpack_from(odometry, _POSE_AT)
@@ -55,22 +55,22 @@ def pose_of(odometry: bytes) -> PoseNumbers:
 
 
 class MovingFrame:
-    """Tells ten times a second where a frame is in the map: viewers interpolate, and recordings stay small."""
+    """Transform of a moving frame, ten times per second: viewers interpolate, and recordings stay small."""
 
     def __init__(self, frame: str) -> None:
         stamped = TransformStamped(header=Header(frame_id=MAP_FRAME), child_frame_id=frame)
         self._sample = encode(TFMessage(transforms=(stamped,)))
-        self._told: Stamp | None = None
+        self._sent_at: Stamp | None = None
 
     def due(self, stamp: Stamp) -> bool:
-        """Whether it is to be told where the frame is then; asked once of each pose."""
-        if self._told is not None and seconds_between(self._told, stamp) < _PERIOD_S:
+        """Return whether a transform is due then; called once per pose."""
+        if self._sent_at is not None and seconds_between(self._sent_at, stamp) < _PERIOD_S:
             return False
-        self._told = stamp
+        self._sent_at = stamp
         return True
 
     def at(self, stamp: Stamp, pose: PoseNumbers) -> bytes:
-        """A TFMessage, whose numbers are at its end."""
+        """Return a TFMessage, whose numbers are at its end."""
         payload = bytearray(self._sample)
         _STAMP.pack_into(payload, _TRANSFORM_STAMP_AT, *stamp)
         _POSE.pack_into(payload, len(payload) - _POSE.size, *pose)
@@ -78,11 +78,11 @@ class MovingFrame:
 
 
 def fixed_frames(vehicle: Vehicle, prefix: str) -> TFMessage:
-    """Where antenna, IMU and tool are in the body's frame.
+    """Return the transforms of antenna, IMU and tool to the body's frame.
 
     Args:
         vehicle: The robot.
-        prefix: Before the names of its frames.
+        prefix: Prefix of its frames' names.
     """
     body, (tool_x, tool_y) = vehicle.body, vehicle.tool.point_m
     places = {

@@ -1,4 +1,4 @@
-"""Markers of templates and robots' bodies: each message has all of them, so that who joins late sees them all."""
+"""Markers of templates and robots' bodies: each message has all of them, so that late joiners see them all."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from touchline.schemas.vehicles import Vehicle
 
 Floats = npt.NDArray[np.float64]
 
-#: Chords leave arcs by no more.
+#: Largest distance of chords from arcs.
 SAGITTA_M: Final = 0.005
 _OUTLINE_M: Final = 0.05
-#: What lies over what: fills, template, work, body.
+#: Heights of layers: fills, template, work, body.
 _FILL_Z_M, _TEMPLATE_Z_M, WORK_Z_M, _BODY_Z_M = -0.02, 0.0, 0.01, 0.05
 
 _LINE: Final = ColorRGBA(r=0.75, g=0.78, b=0.82, a=0.6)
@@ -46,7 +46,7 @@ _TOOL: Final = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 def chords(curve: Curve, sagitta_m: float = SAGITTA_M) -> tuple[Floats, Floats]:
-    """Points along a curve, its ends among them, whose chords leave it by no more than ``sagitta_m``."""
+    """Return points along a curve, its ends included, whose chords leave it by no more than ``sagitta_m``."""
     bend = abs(curve.curvature_1pm)
     step_m = math.sqrt(8.0 * sagitta_m / bend) if bend else curve.length_m
     count = max(math.ceil(curve.length_m / step_m), 1)
@@ -55,7 +55,7 @@ def chords(curve: Curve, sagitta_m: float = SAGITTA_M) -> tuple[Floats, Floats]:
 
 
 def template_markers(template: Template) -> MarkerArray:
-    """A template, which is in the map frame: its lines by width, areas, boundary and obstacles, each with its id."""
+    """Return a template's markers in the map frame: lines by width, areas, boundary and obstacles, with their ids."""
     drawn = [Marker(action=Marker.DELETEALL)]
     for number, segment in enumerate(template.segments):
         x, y = chords(segment.curve())
@@ -73,7 +73,7 @@ def template_markers(template: Template) -> MarkerArray:
 
 
 def body_markers(vehicle: Vehicle, frame: str, *, true: bool = False) -> MarkerArray:
-    """A robot's outline, wheels and tool, fixed to its frame; of the ``true`` body the outline alone."""
+    """Return a robot's outline, wheels and tool, fixed to its frame; of the ``true`` body only the outline."""
     outline = vehicle.body.footprint_m
     color = _TRUE_BODY if true else _BODY
     drawn = [_strip("body", 0, _ring(outline, _BODY_Z_M), _OUTLINE_M, color, vehicle.name)]
@@ -112,7 +112,7 @@ def _strip(ns: str, number: int, points: tuple[Point, ...], width_m: float, colo
 
 
 def _fill(ns: str, number: int, polygon: shapely.Polygon, color: ColorRGBA, text: str) -> Marker:
-    """A polygon with its holes as triangles."""
+    """Return a polygon with its holes as triangles."""
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     points, one = _points(corners, _FILL_Z_M), Vector3(x=1.0, y=1.0, z=1.0)
@@ -120,7 +120,7 @@ def _fill(ns: str, number: int, polygon: shapely.Polygon, color: ColorRGBA, text
 
 
 class LineList:
-    """Packs a marker of many lines in the map frame quickly.
+    """Fast packer of a marker of many lines in the map frame.
 
     In CDR a marker with n points is one with a single point whose count is n and whose point is repeated.
     """
@@ -138,7 +138,7 @@ class LineList:
         self._before, self._behind = one[:at], one[at + 24 :]
 
     def pack(self, lines: Floats) -> bytes:
-        """A MarkerArray of lines (n, 4) from x, y to x, y (m); of none, one that takes the marker away."""
+        """Return a MarkerArray of lines (n, 4) from x, y to x, y (m); without lines one that removes the marker."""
         if not len(lines):
             return self._none
         points = np.full((2 * len(lines), 3), WORK_Z_M)
@@ -149,19 +149,19 @@ class LineList:
 
 
 def lines_through(points: Floats) -> Floats:
-    """Lines (n − 1, 4) through points (n, 2), one after another."""
+    """Return lines (n − 1, 4) through points (n, 2), one after another."""
     return np.hstack((points[:-1], points[1:]))
 
 
 def simplified(points: Floats, tolerance_m: float) -> Floats:
-    """Those of points (n, 2) whose line leaves the others by no more than the tolerance (Douglas and Peucker 1973)."""
+    """Return those of points (n, 2) whose line is within the tolerance of the others (Douglas and Peucker 1973)."""
     if len(points) < 3:
         return points
     return shapely.get_coordinates(shapely.simplify(shapely.LineString(points), tolerance_m, preserve_topology=False))
 
 
 def headings(points: Floats) -> Iterator[float]:
-    """Direction (rad) from each point to the next; the last one's is that before it."""
+    """Yield the direction (rad) from each point to the next; the last one repeats."""
     heading = 0.0
     for (x, y), (next_x, next_y) in pairwise(points.tolist()):
         heading = math.atan2(next_y - y, next_x - x)

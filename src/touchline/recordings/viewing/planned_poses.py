@@ -1,4 +1,4 @@
-"""A plan as nav_msgs/Path."""
+"""Plans converted to nav_msgs/Path."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from touchline.schemas.messages import (
     Trajectory,
 )
 
-#: The poses' line leaves the plan by no more than this, and chords of arcs as much again.
+#: Largest distance of the poses' line from the plan; chords of arcs add as much again.
 _TOLERANCE_M: Final = 0.01
 
 
 def planned_poses(plan: Trajectory) -> NavPath:
-    """Poses along a plan, those of stretches that are driven backward facing back; turns on the spot have no length."""
+    """Return poses along a plan, facing back where it is driven backward; turns on the spot have no length."""
     driven = [segment for segment in plan.path.segments if spin_rad(segment.curve) is None]
     header = Header(frame_id=MAP_FRAME)
     poses: list[PoseStamped] = []

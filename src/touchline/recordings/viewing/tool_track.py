@@ -1,4 +1,4 @@
-"""The way of a tool over the ground, of a robot whose pose is known."""
+"""Path of a tool over the ground, from the robot's poses."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from touchline.recordings.viewing.body_frames import PoseNumbers
 from touchline.recordings.viewing.markers import Floats
 
 _STEP_M: Final = 0.1
-"""Shorter ways are none."""
+"""Shorter steps are ignored."""
 
 
 class ToolTrack:
-    """Collects where the tool has been.
+    """Collector of the tool's places.
 
     Args:
         point_m: The tool's place (x, y) in the body's frame.
@@ -26,7 +26,7 @@ class ToolTrack:
         self._last: tuple[float, float] | None = None
 
     def moved(self, pose: PoseNumbers) -> Floats | None:
-        """The last place and the present one (2, 2), if they are a step apart; None if not."""
+        """Return the last place and the present one (2, 2), m, if they are a step apart; else None."""
         x, y, _, qx, qy, qz, qw = pose
         heading = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
         ahead, left = self._point_m

@@ -1,4 +1,4 @@
-"""Turns the messages of one robot into those that viewers draw, one by one as they come."""
+"""Conversion of one robot's messages to those that viewers draw, one by one as they come."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from touchline.schemas.topics import Topic
 
 
 def frame_prefix(robot: str, robots: Collection[str]) -> str:
-    """What the names of a robot's frames begin with; one that is alone has the plain ones of REP-105."""
+    """Return the prefix of a robot's frame names; one that is alone has the plain ones of REP-105."""
     return "" if len(robots) == 1 else f"{robot}/"
 
 
 class Drawn(NamedTuple):
-    """A message for viewers."""
+    """Message for viewers, with its topic."""
 
     topic: Topic
     payload: bytes
 
 
 class PaintBatch(NamedTuple):
-    """A stretch of paint: `PaintMarks` with its points (n, 2) in the map frame (m)."""
+    """Stretch of paint: `PaintMarks` with its points (n, 2) in the map frame (m)."""
 
     segment_id: str
     first_index: int
@@ -47,7 +47,7 @@ class PaintBatch(NamedTuple):
 
     @classmethod
     def of(cls, marks: Any) -> PaintBatch:
-        """Of a message, or of its fields as they are read.
+        """Create it from a message, or from its fields.
 
         Raises:
             PayloadError: Its coordinates are not pairs of numbers.
@@ -61,10 +61,10 @@ class PaintBatch(NamedTuple):
 
 
 class Viewing:
-    """What viewers draw of one robot. The same messages give the same drawing, live and from a recording.
+    """Drawing of one robot. The same messages give the same drawing, live and from a recording.
 
     Args:
-        prefix: Before the names of the robot's own frames, so that those of several robots differ: ``r01/``.
+        prefix: Prefix of the robot's own frames, so that those of several robots differ: ``r01/``.
     """
 
     def __init__(self, prefix: str = "") -> None:
@@ -85,35 +85,35 @@ class Viewing:
         }
 
     def take(self, topic: str, payload: bytes) -> list[Drawn]:
-        """What a message of one of the `SOURCES_OF` something adds; nothing if it is none of its topic."""
+        """Return the viewers' messages that a message adds; nothing if it does not fit its topic."""
         taker = self._of.get(topic)
         if taker is None:
             return []
         try:
             return list(taker(payload))
-        except (PayloadError, SpecError):  # the one who reads that topic tells
+        except (PayloadError, SpecError):  # the reader of that topic reports it
             return []
 
     @property
     def covers(self) -> bool:
-        """Whether the robot's tool covers areas: where it has been is then known of its ways alone."""
+        """True if the robot's tool covers areas: its ground then follows from its path alone."""
         return self._track is not None
 
     def restore_paint(self, strokes: Sequence[PaintMarks]) -> list[Drawn]:
-        """What a robot tells of all its paint takes the place of what has been drawn of it."""
+        """Replace the drawn paint by the robot's complete list of strokes."""
         self._work = self._marks = None
         for marks in strokes:
             self._add_paint(PaintBatch.of(marks))
         return self.whole_work()
 
     def whole_work(self) -> list[Drawn]:
-        """All work that is known, whatever was drawn of it before."""
+        """Return all known work, whatever was drawn of it before."""
         work = self._work or WorkLines(0.0)
         return list(_work_drawn(*work.whole()))
 
     def pass_time(self, stamp: Stamp) -> list[Drawn]:
-        """The clock says this: the work of the last second is drawn though no more is done."""
-        return [] if self._work is None else list(_work_drawn(*self._work.told(stamp)))
+        """Advance the clock: the work of the last second is drawn even if no more is done."""
+        return [] if self._work is None else list(_work_drawn(*self._work.due(stamp)))
 
     def _take_setup(self, payload: bytes) -> Iterator[Drawn]:
         self._setup = parse(Setup, decode(String, payload).data, "setup", recorded=True)
@@ -156,12 +156,12 @@ class Viewing:
             self._work = self._work or WorkLines(self._setup.vehicle.tool.width_m, covers=True)
             self._work.add(points, goes_on=True)
         if self._work is not None:
-            yield from _work_drawn(*self._work.told(stamp))
+            yield from _work_drawn(*self._work.due(stamp))
 
     def _take_paint(self, payload: bytes) -> Iterator[Drawn]:
-        self._add_paint(PaintBatch.of(decode_structure(PaintMarks, payload)))  # validating takes as long again
+        self._add_paint(PaintBatch.of(decode_structure(PaintMarks, payload)))  # validation takes as long again
         assert self._work is not None, "there is some since this paint"
-        yield from _work_drawn(*self._work.told(stamp_of(payload)))
+        yield from _work_drawn(*self._work.due(stamp_of(payload)))
 
     def _add_paint(self, marks: PaintBatch) -> None:
         before = self._marks
@@ -188,7 +188,7 @@ def _work_drawn(older: bytes | None, latest: bytes | None) -> Iterator[Drawn]:
 
 
 WORK: Final = frozenset((topics.WORK_MARKERS, topics.LATEST_WORK_MARKERS))
-"""What shows a tool's work."""
+"""Topics that show a tool's work."""
 SOURCES_OF: Final = {
     topics.TRANSFORMS: (topics.ODOMETRY,),
     topics.STATIC_TRANSFORMS: (topics.SETUP,),
@@ -199,4 +199,4 @@ SOURCES_OF: Final = {
     topics.TRUE_BODY_MARKERS: (topics.SETUP,),
     **dict.fromkeys(WORK, (topics.SETUP, topics.TEMPLATE, topics.PAINT, topics.CLOCK)),
 }
-"""Of what each of the viewers' topics is made. Where a tool that covers has been is made of `truth/odometry`."""
+"""Sources of each viewers' topic. The ground of a covering tool is made from `truth/odometry`."""

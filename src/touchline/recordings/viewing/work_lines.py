@@ -1,8 +1,8 @@
-"""What a tool has been over, as lines of its width, in messages that stay small however long it works.
+"""Ground that a tool has been over, as lines of its width, in messages that stay small however long it works.
 
 Two markers show it: one has all but the latest lines and is sent seldom, the other has the latest and is sent every
-second. The last message of each, which is what late joiners get and what viewers look for when they jump to a time in
-a recording, is thus always all of it.
+second. The last message of each, which late joiners get and viewers look for when they jump to a time in a recording,
+is thus always complete.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from touchline.recordings.viewing.body_frames import Stamp, seconds_between
 from touchline.recordings.viewing.markers import Floats, LineList, lines_through, simplified
 from touchline.schemas.messages import ColorRGBA
 
-#: The lines leave the tool's way by no more.
+#: Largest distance of the lines from the tool's path.
 _TOLERANCE_M: Final = 0.005
 _PERIOD_S: Final = 1.0
-#: Lines that are the latest at most: so many, or this share of all others.
+#: Most latest lines: this number, or this share of all others.
 _LATEST: Final = 64
 _LATEST_SHARE: Final = 1 / 8
 #: Points of a stroke that are simplified at once.
@@ -30,10 +30,10 @@ _NONE: Final = np.zeros((0, 4))
 
 
 class WorkLines:
-    """Collects them.
+    """Collector of the lines.
 
     Args:
-        width_m: Of the tool's strip.
+        width_m: Width of the tool's strip.
         covers: Whether it covers areas rather than painting lines.
     """
 
@@ -44,10 +44,10 @@ class WorkLines:
         self._stroke: list[Floats] = []
         self._waiting = 0
         self._changed = False
-        self._told: Stamp | None = None
+        self._sent_at: Stamp | None = None
 
     def add(self, points: Floats, *, goes_on: bool) -> None:
-        """Points (n, 2) of a stroke, the first of which is the last of those before if it ``goes_on``."""
+        """Add points (n, 2) of a stroke, the first of which is the last of those before if it ``goes_on``."""
         if not goes_on:
             self._end_stroke()
         elif self._stroke:
@@ -67,11 +67,11 @@ class WorkLines:
         self._latest = np.vstack((self._latest, self._stroke_lines()))
         self._stroke, self._waiting = [], 0
 
-    def told(self, now: Stamp) -> tuple[bytes | None, bytes | None]:
-        """What is to be sent, if it is time: a MarkerArray of the older lines, and one of the latest."""
-        if not self._changed or (self._told is not None and seconds_between(self._told, now) < _PERIOD_S):
+    def due(self, now: Stamp) -> tuple[bytes | None, bytes | None]:
+        """Return due messages: a MarkerArray of the older lines, and one of the latest."""
+        if not self._changed or (self._sent_at is not None and seconds_between(self._sent_at, now) < _PERIOD_S):
             return None, None
-        self._changed, self._told = False, now
+        self._changed, self._sent_at = False, now
         older = None
         if len(self._latest) >= max(_LATEST, _LATEST_SHARE * len(self._older)):
             self._older, self._latest = np.vstack((self._older, self._latest)), _NONE
@@ -79,11 +79,11 @@ class WorkLines:
         return older, self._lists[1].pack(np.vstack((self._latest, self._stroke_lines())))
 
     def whole(self) -> tuple[bytes, bytes]:
-        """Both messages, whatever was sent before."""
+        """Return both messages, whatever was sent before."""
         self._end_stroke()
         self._older, self._latest = np.vstack((self._older, self._latest)), _NONE
         return self._lists[0].pack(self._older), self._lists[1].pack(_NONE)
 
     def cleared(self) -> tuple[bytes, bytes]:
-        """Messages that take both markers away."""
+        """Return messages that remove both markers."""
         return self._lists[0].pack(_NONE), self._lists[1].pack(_NONE)

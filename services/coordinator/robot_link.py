@@ -1,0 +1,54 @@
+"""Link to one robot of a team: its messages, and the guidance for it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from touchline.bus import Bus
+from touchline.fleet.guidance_messages import stamped_guidance
+from touchline.fleet.reported_contacts import tick_of
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+
+
+class RobotLink:
+    """Messages from and to one robot.
+
+    Attributes:
+        whereabouts: Its last message.
+        heard_at_s: Time of that, wall clock (monotonic).
+        fresh: Whether it has sent a message since the last look.
+        path: Its true path up to the last exchange in lockstep.
+    """
+
+    def __init__(self, bus: Bus, *, lockstep: bool) -> None:
+        """Subscribe on the robot's own bus; in lockstep also to the truth."""
+        self._inbox = bus.inbox([topics.WHEREABOUTS, topics.TRUE_WAY][: 1 + lockstep], keep="recent")
+        self._lockstep = lockstep
+        self.path: m.TrueWay | None = None
+        self._guidance = bus.publisher(topics.GUIDANCE, bus.publisher_id)
+        self.whereabouts: m.Whereabouts | None = None
+        self.heard_at_s, self.fresh = time.monotonic(), False
+
+    @property
+    def tick(self) -> int:
+        """Tick of its last message; −1 before."""
+        return round(100 * self.whereabouts.stamp_s) if self.whereabouts is not None else -1
+
+    def has_reported(self, tick: int) -> bool:
+        """Return whether it has reported its place at a tick and, in lockstep, its path to it."""
+        return self.tick >= tick and (not self._lockstep or (self.path is not None and tick_of(self.path) >= tick))
+
+    def listen(self, now_s: float) -> None:
+        """Take messages that have arrived since the last call."""
+        for _, message in self._inbox.messages():
+            if isinstance(message, m.Whereabouts):
+                self.whereabouts, self.heard_at_s, self.fresh = message, now_s, True
+            elif isinstance(message, m.TrueWay):
+                self.path = message
+
+    def send(self, guidance: Sequence[m.Guidance], tick: int) -> None:
+        """Send guidance, at least an acknowledgement; `tick` is that of its whereabouts."""
+        for message in stamped_guidance(guidance, tick):
+            self._guidance.send(message)

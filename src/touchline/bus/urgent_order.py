@@ -1,0 +1,236 @@
+"""Urgent orders: repeated over the bus and at the robots' own doors until every robot proves that it has obeyed."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Final, Generic, TypeAlias
+
+from touchline.bus.bus import Bus
+from touchline.bus.calls import CallError
+from touchline.bus.config import BusConfig
+from touchline.bus.stop_proof import StopProof, proves
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.topics import Request, Response, Service
+
+#: Time after which a missing answer is reported: a robot answers within milliseconds.
+REPORT_AFTER_S: Final = 0.25
+_TELL_AGAIN_S: Final = 5.0
+#: Time after which a query is repeated; at the door by a new session, as the robot behind it may be another.
+_AMONG_ALL_S: Final = 2.0
+_AT_DOOR_S: Final = 0.3
+_PAUSE_S: Final = 0.02
+_POLL_S: Final = 0.005
+#: Time in which a newcomer on the bus learns of all of its robots.
+_FOUND_S: Final = 0.5
+
+_Path: TypeAlias = Callable[[], AbstractContextManager[Bus]]
+
+
+class _DoneError(Exception):
+    """The other path was quicker."""
+
+
+@dataclass(frozen=True)
+class UrgentOrder(Generic[Request, Response]):
+    """Order to send.
+
+    Attributes:
+        service: A service of the robots.
+        request: Request with an id, which makes one order of all repeats.
+        patience_s: Time for which it is repeated.
+        everyone: Whether it is for every robot on the bus; those of the bus configuration are asked before the others
+            are
+            known.
+    """
+
+    service: Service[Request, Response]
+    request: Request
+    patience_s: float
+    everyone: bool = False
+
+
+def repeat_until_acknowledged(
+    order: UrgentOrder[Request, Response], node: str, config: BusConfig, report: Callable[[str], None]
+) -> Iterator[tuple[str, Response]]:
+    """Send an order over the bus and at the robots' own doors at once; each robot's first proved answer counts.
+
+    A crowd on the bus, or a hung process at its meeting point, can hold up the first path but not the second; a robot
+    on another machine may be reached by the first alone.
+
+    Args:
+        order: The order.
+        node: Name of this process on the bus.
+        config: Bus configuration with the robots.
+        report: Called with the reason when there is no answer after `REPORT_AFTER_S`, then every few seconds.
+
+    Yields:
+        Robots, by their namespaces, and their answers, as these come.
+
+    Raises:
+        SpecError: The bus configuration cannot be used.
+        CallError: Not acknowledged by all of them within the order's patience.
+        PayloadError: An answer is not a response of this service.
+    """
+    asked = _Asked(order, config.namespaces)
+    threads = [
+        threading.Thread(target=asked.repeat, args=path, name="order", daemon=True)
+        for path in _paths(node, config, asked.done.is_set)
+    ]
+    begun = time.monotonic()
+    for thread in threads:
+        thread.start()
+    try:
+        tell_s = REPORT_AFTER_S
+        while not asked.finished and (waited_s := time.monotonic() - begun) < order.patience_s:
+            if (answer := asked.answer(min(tell_s, order.patience_s) - waited_s)) is not None:
+                yield answer
+            elif not asked.finished and time.monotonic() - begun >= tell_s:
+                report(asked.problem)
+                tell_s += _TELL_AGAIN_S
+        if not asked.finished:
+            raise CallError(f"{order.service.name}: NOT ACKNOWLEDGED within {order.patience_s:g} s: {asked.problem}")
+    finally:
+        asked.done.set()  # the threads leave by themselves: the caller waits for the answers only
+
+
+def _paths(node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterable[tuple[_Path, float, bool]]:
+    """Return the paths to the robots, the longest duration of a query, and whether that path meets all robots."""
+    config = config.of(config.namespaces[0])
+    yield lambda: Bus.open(node, config, stop), _AMONG_ALL_S, True
+    if config.at_door() is not None:
+        yield lambda: Bus.open_at_door(node, config, stop), _AT_DOOR_S, False
+
+
+class _Asked(Generic[Request, Response]):
+    """Order in progress.
+
+    Attributes:
+        done: Set when no more queries are to be sent.
+    """
+
+    def __init__(self, order: UrgentOrder[Request, Response], robots: Iterable[str]) -> None:
+        self.done = threading.Event()
+        self._order = order
+        self._lock = threading.Lock()
+        self._wanted = set(robots)
+        self._answered: set[str] = set()
+        self._all_found = not order.everyone
+        self._problem = ""
+        self._answers: SimpleQueue[tuple[str, Response] | PayloadError] = SimpleQueue()
+
+    @property
+    def problem(self) -> str:
+        """Why there is no answer yet, as far as is known."""
+        missing = sorted(self._missing())
+        if self._problem:
+            return self._problem
+        if not missing:
+            return "the other robots on the bus are not known yet"
+        whose = f" of {', '.join(missing)}" if len(self._wanted) > 1 else ""
+        return f"{self._order.service.server}{whose} has not answered"
+
+    @property
+    def finished(self) -> bool:
+        """True if all have answered, and all answers have been taken."""
+        return self._all_found and not self._missing() and self._answers.empty()
+
+    def answer(self, timeout_s: float) -> tuple[str, Response] | None:
+        """Return the next answer; ``None`` if it takes longer, or all have answered."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            try:
+                answer = self._answers.get(timeout=max(0.0, min(_PAUSE_S, deadline - time.monotonic())))
+            except Empty:
+                if self.finished or time.monotonic() >= deadline:
+                    return None
+                continue
+            if isinstance(answer, PayloadError):
+                raise answer
+            return answer
+
+    def repeat(self, path: _Path, attempt_s: float, meets_all: bool) -> None:
+        """Ask by one path until everybody has answered, or it is done."""
+        while not self.done.is_set():
+            try:
+                with path() as bus:
+                    self._ask(bus, attempt_s, meets_all)
+            except TouchlineError as error:
+                if meets_all:
+                    self._problem = str(error)
+            except (_DoneError, KeyboardInterrupt):
+                return
+            self.done.wait(_PAUSE_S)
+
+    def _ask(self, bus: Bus, attempt_s: float, meets_all: bool) -> None:
+        """Ask all robots that have not answered, and those found meanwhile, side by side."""
+        roster, begun = bus.roster(), time.monotonic()
+        buses, asking = {bus.namespace: bus}, dict[str, threading.Thread]()
+        while not self.done.is_set() and (missing := self._missing() or not self._all_found):
+            if self._order.everyone:
+                roster.poll()
+                self._find(
+                    roster.robots({topics.ROBOT_SIM, topics.REPLAY}), meets_all and roster.counted_s > begun + _FOUND_S
+                )
+            for robot in self._missing() - asking.keys():
+                buses[robot] = buses.get(robot) or bus.of(robot)
+                asking[robot] = threading.Thread(
+                    target=self._call, args=(buses[robot], attempt_s, meets_all), name="order", daemon=True
+                )
+                asking[robot].start()
+            if missing and not any(thread.is_alive() for thread in asking.values()):
+                if time.monotonic() - begun > attempt_s:
+                    break
+                asking = {robot: thread for robot, thread in asking.items() if robot not in self._missing()}
+            time.sleep(_POLL_S)
+        for thread in asking.values():
+            thread.join()
+
+    def _call(self, bus: Bus, attempt_s: float, telling: bool) -> None:
+        robot, proof = bus.namespace, StopProof(bus, at_door=not telling)
+        try:
+            answer = bus.call(self._order.service, self._order.request, attempt_s, lambda: self._go_on(robot))
+            if problem := self._doubt(bus, answer, attempt_s, proof):
+                raise CallError(problem)
+        except PayloadError as error:
+            self._answers.put(error)
+        except TouchlineError as error:
+            if telling:
+                self._problem = str(error)
+        except _DoneError:
+            pass
+        else:
+            with self._lock:
+                if robot not in self._answered:
+                    self._answered.add(robot)
+                    self._problem = ""
+                    self._answers.put((robot, answer))
+
+    def _doubt(self, bus: Bus, answer: Response, attempt_s: float, proof: StopProof) -> str:
+        """Return why an answer does not prove that the robot has obeyed; "" if it does."""
+        name, server = self._order.service.name, self._order.service.server
+        refused, robots = not getattr(answer, "success", True), len(bus.sessions(server))
+        replayed = robots == 0 and bool(bus.sessions(topics.REPLAY))
+        may_refuse = replayed or (robots < 2 and name != topics.ESTOP.name)  # no robot refuses an emergency stop
+        if not proves(name) or (refused and may_refuse):
+            return ""
+        return proof.lacking(name, attempt_s)
+
+    def _find(self, robots: Iterable[str], all_found: bool) -> None:
+        """Add robots that are on the bus; once all are known, absent ones are no longer waited for."""
+        with self._lock:
+            self._wanted |= set(robots)
+            if all_found and robots:
+                self._wanted &= {*robots, *self._answered}
+                self._all_found = True
+
+    def _missing(self) -> set[str]:
+        with self._lock:
+            return self._wanted - self._answered
+
+    def _go_on(self, robot: str) -> None:
+        if self.done.is_set() or robot not in self._missing():
+            raise _DoneError

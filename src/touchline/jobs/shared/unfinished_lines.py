@@ -1,0 +1,147 @@
+"""Unfinished lines of a template when robots stop early, and robots that stand in the way of the rest."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from touchline.core.arcs import abreast, unit
+from touchline.core.robust_overlay import buffer
+from touchline.onboard.interface import PaintBelief
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.template import Polygon, Template, TemplateSegment
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.collision.clear_lines import part_of, redrawn
+from touchline.services.planner.plan import Plan
+
+OVERLAP_M: Final = 0.005
+"""Overlap where painting of a line resumes, as after a pause."""
+DONE_M: Final = 0.02
+"""Shorter rests of a line are not painted."""
+SHORTER_M: Final = 1.0
+"""Length by which a line beside a standing robot is shortened per attempt."""
+NEAR_M: Final = 6.0
+"""Largest distance of a line's end from a standing robot's middle to count as beside it."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Robot that stands on the field and will not move.
+
+    Attributes:
+        name: Name for people.
+        pose: x (m), y (m), heading (rad), map frame.
+    """
+
+    name: str
+    pose: tuple[float, float, float]
+
+    def outline(self, vehicle: Vehicle, apart_m: float) -> Polygon:
+        """Return its body with the clearance that others keep."""
+        import shapely
+
+        x, y, heading = self.pose
+        cos, sin = math.cos(heading), math.sin(heading)
+        body = shapely.Polygon([(x + cos * a - sin * b, y + sin * a + cos * b) for a, b in vehicle.body.footprint_m])
+        room = shapely.simplify(buffer(body, apart_m, quad_segs=4), 0.01)
+        corners = shapely.get_coordinates(room)[:-1].tolist()
+        return Polygon(id=f"robot {self.name}", corners=tuple((a, b) for a, b in corners))
+
+
+def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[TemplateSegment]:
+    """Return the lines of a share not painted yet, and the rest of one that was begun, by the robot's paint record.
+
+    A line is painted from its beginning; a rest begins `OVERLAP_M` before where painting stopped.
+
+    Args:
+        plan: The robot's plan.
+        share: What it was to paint.
+        painted: What it has painted, by its own record.
+    """
+    shares = dict(zip(painted.ids, painted.fractions, strict=True))
+    strokes = {line.id: line.stroke for line in plan.sent if line.stroke}
+    remaining = list[TemplateSegment]()
+    for segment in share.segments:
+        nozzle, done = strokes[segment.id].nozzle, shares.get(segment.id, 0.0)
+        if done == 0.0:
+            remaining.append(segment)
+        elif (1.0 - done) * nozzle.length_m > DONE_M:
+            from_m = max(done * nozzle.length_m - OVERLAP_M, 0.0)
+            remaining.append(redrawn(segment, part_of(nozzle, from_m, nozzle.length_m)))
+    return remaining
+
+
+def left_out(before: Template, after: Template) -> list[TemplateSegment]:
+    """Return the parts of a template's lines that a template made of it lacks, with `OVERLAP_M` at each joint.
+
+    Args:
+        before: The template with all lines.
+        after: The template with parts of them, under their ids or ids derived from those.
+    """
+    whole = {segment.id for segment in before.segments}
+    remaining = list[TemplateSegment]()
+    for segment in before.segments:
+        parts = [
+            part.curve()
+            for part in after.segments
+            if part.id == segment.id or (part.id not in whole and part.id.startswith(f"{segment.id} ("))
+        ]
+        curve = segment.curve()
+        at_m, found = 0.0, list[tuple[float, float]]()
+        for from_m, to_m in [*sorted(_span(curve, part) for part in parts), (curve.length_m, curve.length_m)]:
+            if from_m - at_m > DONE_M:
+                found.append((max(at_m - OVERLAP_M, 0.0), min(from_m + OVERLAP_M, curve.length_m)))
+            at_m = max(at_m, to_m)
+        remaining += [
+            redrawn(segment, part_of(curve, from_m, to_m), f"{segment.id} (left {number})")
+            for number, (from_m, to_m) in enumerate(found, start=1)
+        ]
+    return remaining
+
+
+def _span(curve: Curve, part: Curve) -> tuple[float, float]:
+    """Return from and to (m) of a part along its line or arc."""
+    row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))
+    x, y, _ = part.end
+    ends = [abreast(complex(*place), row, unit(curve.heading_rad)) for place in ((part.x_m, part.y_m), (x, y))]
+    return min(ends), max(ends)
+
+
+def shortened(template: Template, error: PlanningError, standing: Sequence[Standing]) -> Template | None:
+    """Return the template without what keeps a plan from passing a standing robot; None if there is no such part.
+
+    It is the end of a line next to the robot: `SHORTER_M` of it. Where no line ends near one, the line that the error
+    names is left out.
+
+    Args:
+        template: The template that cannot be planned.
+        error: Why it cannot.
+        standing: The robots.
+    """
+    ends = [
+        (math.dist(place, each.pose[:2]), number, last)
+        for number, segment in enumerate(template.segments)
+        for last, place in enumerate((_start_of(segment), segment.curve().end[:2]))
+        for each in standing
+    ]
+    off_m, number, last = min(ends, default=(math.inf, 0, 0))
+    kept = list(template.segments)
+    if off_m < NEAR_M:
+        curve = kept[number].curve()
+        left_m = curve.length_m - SHORTER_M
+        kept[number : number + 1] = (
+            [redrawn(kept[number], part_of(curve, 0.0 if last else SHORTER_M, left_m if last else curve.length_m))]
+            if left_m > SHORTER_M
+            else []
+        )
+    elif standing:
+        kept = [segment for segment in kept if segment.id != error.segment_id]
+    return template.model_copy(update={"segments": tuple(kept)}) if kept and kept != list(template.segments) else None
+
+
+def _start_of(segment: TemplateSegment) -> tuple[float, float]:
+    curve = segment.curve()
+    return curve.x_m, curve.y_m

@@ -1,0 +1,49 @@
+"""Versions and platform that made a recording, on which the last bits of figures may depend."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Final
+
+from touchline.schemas.plugin_packages import installed
+
+MADE_BY: Final = "touchline_made_by"
+"""Name of the metadata record."""
+_PACKAGES: Final = ("touchline", "numpy", "numba", "scipy", "shapely", "eclipse-zenoh", "mcap")
+_PLUGIN: Final = "plugin "
+"""Prefix of the keys of packages that offer plug-ins."""
+DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
+"""Where one of these differs, bits may differ."""
+
+
+def made_by() -> dict[str, str]:
+    """Return those of this process."""
+    own = {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "libc": " ".join(platform.libc_ver()).strip(),
+    }
+    plugins = {f"{_PLUGIN}{name}": number for name, number in installed().items()}
+    return {name: version(name) for name in _PACKAGES} | own | plugins
+
+
+def other_plugins(then: Mapping[str, str]) -> list[str]:
+    """Return plug-in packages of a recording that are not installed here in that version."""
+    here = installed()
+    found = []
+    for key, number in then.items():
+        name = key.removeprefix(_PLUGIN)
+        if name != key and here.get(name) != number:
+            found.append(f"{name} {number} ({f'here {here[name]}' if name in here else 'not installed here'})")
+    return found
+
+
+def other_platform(then: Mapping[str, str]) -> list[str]:
+    """Return parts of the platform that decide on the last bits and differ here; all if they are not recorded."""
+    now = made_by()
+    return [
+        f"{name} ({then.get(name, 'unknown')}, here {now[name]})" for name in DECIDES if then.get(name) != now[name]
+    ]

@@ -1,0 +1,52 @@
+"""What a coordinator reports of a task that has ended."""
+
+import pytest
+
+from touchline.fleet.coordination import Coordination
+from touchline.fleet.start_poses import free_area
+from touchline.fleet.task_statistics import TaskStatistics
+from touchline.schemas.messages import Whereabouts
+from touchline.schemas.team import TeamScenario
+
+PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.5, 1.0)}
+GOALS = {"a": [(1.0, 1.05)], "b": [(2.0, 3.0)], "c": [(3.5, 3.0)]}
+
+
+def run(team: Coordination, books: TaskStatistics, names: str, since_s: float, until_s: float) -> None:
+    """These robots are heard ten times a second; they stand, `a` but nearly."""
+    for tick in range(round(10 * since_s), round(10 * until_s)):
+        for name in names:
+            x, y = PLACES[name]
+            number = team.guidance()[name].number if name in team.guidance() else 0
+            said = Whereabouts(
+                stamp_s=tick / 10.0,
+                x_m=x,
+                y_m=y,
+                stop_x_m=x + 0.1 * (name == "a"),
+                stop_y_m=y,
+                adopted=number,
+                decided=number,
+            )
+            team.hear(name, said, tick / 10.0)
+        books.count(len(names), len(team.guidance()))
+        if tick % 4 == 0:
+            team.update(tick / 10.0)
+            books.update(tick / 10.0)
+
+
+def test_a_report_tells_who_has_not_arrived_and_why() -> None:
+    places = {name: {"x_m": x, "y_m": y, "heading_rad": 0.0} for name, (x, y) in PLACES.items()}
+    area = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
+    scenario = TeamScenario.model_validate({"places": places, "area": area, "task": {"kind": "goals", "goals": GOALS}})
+    team = Coordination(scenario, free_area(scenario))
+    books = TaskStatistics(team, "goals")
+    assert books.report(finished=False) is None
+    run(team, books, "abc", 10.0, 12.0)
+    run(team, books, "ab", 12.0, 20.0)
+    report = books.report(finished=True)
+    assert report is not None
+    assert (report.task, report.finished, report.robots, report.arrived) == ("goals", True, ("a", "b", "c"), 1)
+    assert report.missing == ("b: its task ended before it arrived", "c: it is silent")
+    assert (report.updates, report.heard, report.told) == (25, 220, 300)
+    assert report.time_s == pytest.approx(9.6)
+    assert report.nearest_m == pytest.approx(0.9)
