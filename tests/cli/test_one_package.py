@@ -6,7 +6,7 @@ import sys
 from importlib.metadata import distribution
 from pathlib import Path
 
-PARTS = ("schemas", "services", "tui", "research")
+PARTS = ("schemas", "services", "tui")
 IMPORT_ALL = """
 import importlib, pkgutil
 for part in ("touchline", *("touchline." + part for part in {parts})):  # a checkout has these at its top
