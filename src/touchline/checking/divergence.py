@@ -80,7 +80,7 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
 )
 """Events of the robot's process, which are not rebuilt."""
 _LATE: Final = frozenset(each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE))
-"""Their stamps are times of measurement; their times of arrival matters, too."""
+"""Their stamps are times of measurement; their times of arrival matter, too."""
 _STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))
 _AWAKE: Final = frozenset(each.name for each in (topics.ODOMETRY, topics.GNSS_STATUS, topics.SPRAYER, topics.BATTERY))
 """Topics that are also published when the process begins and before a job: see `Telemetry.awake`."""

@@ -43,8 +43,8 @@ def register(app: typer.Typer) -> None:
 class GoalChoice:
     """Goal, path method and timing."""
 
-    x: Annotated[float, typer.Argument(metavar="X", help="Position of the goal, m, map frame.", show_default=False)]
-    y: Annotated[float, typer.Argument(metavar="Y", help="Position of the goal, m, map frame.", show_default=False)]
+    x: Annotated[float, typer.Argument(metavar="X", help="x of the goal, m, map frame.", show_default=False)]
+    y: Annotated[float, typer.Argument(metavar="Y", help="y of the goal, m, map frame.", show_default=False)]
     heading: Annotated[
         float | None,
         typer.Argument(

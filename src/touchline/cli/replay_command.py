@@ -43,7 +43,7 @@ def replay(
             "--robot",
             metavar="NAME",
             help="Robot to replay, if the recording holds several; may be repeated. A single robot is replayed as "
-            "NAME; default: $TOUCHLINE_NAMESPACE, or tt2.",
+            "NAME (default: $TOUCHLINE_NAMESPACE, or tt2).",
             show_default=False,
         ),
     ] = None,

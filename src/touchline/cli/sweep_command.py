@@ -38,10 +38,9 @@ def sweep(
         typer.Option(
             "--set",
             metavar="NAME=VALUES",
-            help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, `follower`, "
-            "a plan's option (plan.paint_speed_mps), a field of the goal (goal.method) or of the robot's computer "
-            "(onboard.gnss.white_m). "
-            "Can be given several times.",
+            help="Values to combine: NAME=VALUE,VALUE… with a field of the scenario (gnss.white_m), `template`, "
+            "`follower`, a planning option (plan.paint_speed_mps), a field of the goal (goal.method) "
+            "or of the onboard computer (onboard.gnss.white_m); may be repeated.",
             show_default=False,
         ),
     ] = None,
