@@ -21,9 +21,9 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import FenceLimits, LanePursuit, OnboardConfig
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED
+from touchline.services.planner.coverage.coverage_machine import machine_of
 from touchline.services.planner.coverage.coverage_route import DriveKind
-from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept
-from touchline.services.planner.coverage.machine_of import machine_of
+from touchline.services.planner.coverage.swept_area import body_outside_m, swept
 from touchline.services.planner.coverage.zigzag import ZigzagOptions, zigzag
 from touchline.services.planner.limits import Limits
 from touchline_research.judged_table import judged

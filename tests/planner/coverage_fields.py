@@ -4,9 +4,9 @@ import math
 
 import shapely
 
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.coverage_route import CoverageRoute
-from touchline.services.planner.coverage.drum_sweep import Area, swept
-from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.swept_area import Area, swept
 
 BODY = ((0.4, 1.1), (-0.4, 1.1), (-0.4, 0.6), (-2.5, 0.6), (-2.5, -0.6), (-0.4, -0.6), (-0.4, -1.1), (0.4, -1.1))
 ROLLER = CoverageMachine(

@@ -10,8 +10,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Area, Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.coverage.machine_of import machine_of
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine, machine_of
 from touchline.services.planner.coverage.wall_slide import SLIDE_M, WallSlide
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits

@@ -11,8 +11,8 @@ from tests.planner.coverage_fields import PAN, ROLLER, covered_pct
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_route import CoverageRoute
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.coverage.drum_sweep import body_outside_m
 from touchline.services.planner.coverage.lap_and_lanes import cover
+from touchline.services.planner.coverage.swept_area import body_outside_m
 from touchline.services.planner.geometry.clothoid import PathPose
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
@@ -91,7 +91,7 @@ def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
     check(route, field.difference(wall))
     near = route.reachable.intersection(shapely.box(0.0, 0.0, 15.0, 13.0))
     assert covered_pct(route, near) >= 80.0
-    assert "m² are left out: the way there is too narrow" in route.remarks[-1]
+    assert "m² are left out: the passage to them is too narrow" in route.remarks[-1]
 
 
 @pytest.mark.parametrize(("laps", "sides"), [(0, 0), pytest.param(2, 8, marks=pytest.mark.full)])
@@ -135,7 +135,7 @@ def test_an_area_narrower_than_the_tool_is_covered() -> None:
 )
 def test_what_is_left_is_covered_from_where_the_machine_stands(start: PathPose) -> None:
     field, left = shapely.box(0.0, 0.0, 24.0, 14.0), shapely.box(0.0, 8.0, 24.0, 14.0)
-    route = cover(asked(field, start=start, left=left, coverage_pct=90.0))
+    route = cover(asked(field, start=start, remaining=left, coverage_pct=90.0))
     check(route, field)
     assert route.pieces[0].path.start == start
     assert covered_pct(route, left) >= 90.0
@@ -149,6 +149,6 @@ def test_a_machine_that_stands_in_a_wall_cannot_begin() -> None:
 
 def test_small_ground_with_no_room_for_a_straight_is_touched_up_from_where_the_machine_stands() -> None:
     field, patch = shapely.box(0.0, 0.0, 24.0, 14.0), shapely.box(10.0, 6.0, 10.5, 6.5)
-    route = cover(asked(field, start=PathPose(5.0, 3.0, 0.0), left=patch))
+    route = cover(asked(field, start=PathPose(5.0, 3.0, 0.0), remaining=patch))
     assert covered_pct(route, patch) >= 99.0
     assert route.length_m < 60.0

@@ -9,11 +9,17 @@ import shapely
 from tests.planner.coverage_fields import PAN, ROLLER
 from touchline.core.tool_reach import reachable
 from touchline.services.planner.collision.checker import first_touch
-from touchline.services.planner.coverage.drum_sweep import body_at, body_outside_m, swept
+from touchline.services.planner.coverage.coverage_raster import CoverageRaster
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.kernels.body_room import keeps_off, poses_along
-from touchline.services.planner.coverage.kernels.grid import BEND_STEP_M, ROUGH_OFF_M, ROUGH_STEP_M, ask, pass_path
-from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.coverage.kernels.grid import (
+    BEND_STEP_M,
+    ROUGH_OFF_M,
+    ROUGH_STEP_M,
+    begin_query,
+    pass_path,
+)
+from touchline.services.planner.coverage.kernels.wall_clearance import keeps_off, poses_along
+from touchline.services.planner.coverage.swept_area import body_at, body_outside_m, swept
 from touchline.services.planner.coverage.zigzag import zigzag
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
@@ -22,7 +28,7 @@ pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in 
 
 def test_the_raster_and_exact_polygons_agree() -> None:
     route = zigzag(PAN, ROLLER)
-    counted = StrokeMap(PAN, ROLLER.width_m, 0.025)
+    counted = CoverageRaster(PAN, ROLLER.width_m, 0.025)
     for piece in route.pieces:
         counted.add(piece.path)
     exact = swept([piece.path for piece in route.pieces], ROLLER.width_m).intersection(PAN).area
@@ -35,7 +41,7 @@ def test_a_gap_between_lanes_is_as_wide_as_it_is() -> None:
     lanes.append(PiecePath(PathPose(float(aside[0]), float(aside[1]), 0.3), (Piece(50.0),)))
     covered = swept(lanes, 2.2)
     assert covered.convex_hull.area - covered.area == pytest.approx(0.1 * 50.0, rel=0.01)
-    counted = StrokeMap(covered.convex_hull, 2.2, 0.025)
+    counted = CoverageRaster(covered.convex_hull, 2.2, 0.025)
     assert sum(counted.add(lane) for lane in lanes) == pytest.approx(2 * 50.0 * 2.2, rel=0.01)
     assert counted.missed_m2 == pytest.approx(0.1 * 50.0, rel=0.01)
     counted.take(lanes[0])
@@ -71,7 +77,7 @@ def _bends(rng: np.random.Generator) -> PiecePath:
 def test_asking_finds_what_counting_finds_and_what_is_taken_back_is_as_before() -> None:
     rng = np.random.default_rng(5)
     field = shapely.Polygon([(0, 0), (20, 0), (20, 8), (9, 9), (8, 20), (0, 20)])
-    counted = StrokeMap(field, ROLLER.width_m)
+    counted = CoverageRaster(field, ROLLER.width_m)
     paths = [_bends(rng) for _ in range(12)]
     for path in paths:
         missed_m2 = counted.missed_m2
@@ -89,12 +95,12 @@ def test_asking_finds_what_counting_finds_and_what_is_taken_back_is_as_before() 
 
 def test_what_long_steps_along_bends_miss_is_within_what_is_allowed_for() -> None:
     rng = np.random.default_rng(6)
-    grid = StrokeMap(shapely.box(-20.0, -20.0, 40.0, 40.0), ROLLER.width_m).grid
+    grid = CoverageRaster(shapely.box(-20.0, -20.0, 40.0, 40.0), ROLLER.width_m).grid
     differing = 0
     for path in [_bends(rng) for _ in range(40)]:
         table, cells = np.array(path.pieces, dtype=np.float64), []
         for step_m in (BEND_STEP_M, ROUGH_STEP_M):
-            ask(grid)
+            begin_query(grid)
             cells.append(pass_path(np.array(path.start), table, len(table), grid, 0, step_m))
         fine_m2, rough_m2 = (count * grid.cell_m**2 for count in cells)
         assert fine_m2 <= rough_m2 + ROUGH_OFF_M * path.length_m

@@ -10,7 +10,7 @@ from tests.planner.coverage_fields import PAN, ROLLER, covered_pct
 from tests.planner.strategies import floats
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_route import DriveKind
-from touchline.services.planner.coverage.drum_sweep import body_outside_m
+from touchline.services.planner.coverage.swept_area import body_outside_m
 from touchline.services.planner.coverage.zigzag import slide_angle, zigzag
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker

@@ -58,7 +58,7 @@ def test_areas_with_a_wall_between_are_refused_with_the_remedy() -> None:
         "boundary": {"corners": box(-1, -1, 45, 15)},
         "obstacles": [{"id": "wall", "corners": box(21.5, -2, 22.5, 16)}],
     }
-    with pytest.raises(PlanningError, match=r'no way.*"west".*"east".*template of its own'):
+    with pytest.raises(PlanningError, match=r'no path.*"west".*"east".*template of its own'):
         plan(template(**parts), load_vehicle("clay-roller"), EASY)
 
 

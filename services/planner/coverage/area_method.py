@@ -1,4 +1,4 @@
-"""The two interfaces of area methods, for tools that mark and for tools that cover, and their choice by name."""
+"""Interfaces of area methods, one for tools that mark and one for tools that cover, and their choice by name."""
 
 from __future__ import annotations
 
@@ -26,32 +26,32 @@ class AreaMethod(Protocol):
     """A function that covers an area with swaths, registered in `AREA_METHODS`."""
 
     def __call__(self, area: Area, width_m: float, /) -> Sequence[Curve]:
-        """The lines and arcs along which the tool covers an area, in the order and directions that suit best.
+        """Return the lines and arcs along which the tool covers an area, in driving order and direction.
 
         Args:
             area: In the map frame; its outline and holes are simple polygons.
-            width_m: What the tool covers across its path (m); the area is at some place as wide.
+            width_m: Working width of the tool (m); somewhere the area is at least as wide.
         """
 
 
 @dataclass(frozen=True)
 class CoverageMethod:
-    """How an area is covered by a tool that works wherever it passes, registered in `AREA_METHODS`.
+    """Method for a tool that works wherever it passes, registered in `AREA_METHODS`.
 
     Attributes:
-        cover: Makes the route over one area and tells the fraction done; raises `PlanningError` if there is none.
+        cover: Plans the route over one area and reports the fraction done; raises `PlanningError` if there is none.
     """
 
     cover: Callable[[CoverageTask, Callable[[float], None]], CoverageRoute]
 
 
 def area_method_name(options: PlanOptions, tool: ToolSpec) -> str:
-    """The name of the area method that the options ask for; where they name none, the default for the tool."""
+    """Name of the area method in the options, or the tool's default."""
     return options.area_method or (COVERING_DEFAULT if tool.covers else AREA_METHODS.default)
 
 
 def area_method_of(options: PlanOptions, tool: ToolSpec) -> AreaMethod | CoverageMethod:
-    """The area method that the options name; "" is the default for the tool.
+    """Look up the area method that the options name; "" is the tool's default.
 
     Raises:
         PlanningError: There is no such method, or it is for other tools.
@@ -65,7 +65,7 @@ def area_method_of(options: PlanOptions, tool: ToolSpec) -> AreaMethod | Coverag
 
 
 def named_once(options: PlanOptions) -> PlanOptions:
-    """The options with an area method in its own place: `method` may name one, too."""
+    """Move an area method that the options give as `method` to `area_method`."""
     if options.method not in AREA_METHODS.names():
         return options
     return options.model_copy(update={"method": "", "area_method": options.method})

@@ -1,4 +1,4 @@
-"""Turns areas into swaths: template segments that cover them and are planned as any other line."""
+"""Areas as swaths: template segments that cover them and are planned like any other line."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,15 +14,15 @@ from touchline.services.planner.coverage.area_method import AreaMethod
 
 
 def painted_segments(template: Template, width_m: float, method: AreaMethod) -> tuple[TemplateSegment, ...]:
-    """All segments to paint: the template's own, followed by the swaths of its areas.
+    """Return all segments to paint: the template's own, followed by the swaths of its areas.
 
     Args:
         template: In the map frame.
-        width_m: Width of what the tool covers (m).
-        method: Covers areas.
+        width_m: Working width of the tool (m).
+        method: Area method that lays the swaths.
 
     Raises:
-        PlanningError: An area is nowhere as wide as the tool, or the method has no usable swaths for it.
+        PlanningError: An area is narrower than the tool everywhere, or the method has no usable swaths for it.
     """
     swaths = (swath for area in template.areas for swath in _swaths(area, width_m, method))
     return (*template.segments, *swaths)
@@ -45,7 +45,7 @@ def _swaths(area: Area, width_m: float, method: AreaMethod) -> Iterator[Template
 
 
 def _spec(curve: Curve) -> dict[str, LineSpec | ArcSpec]:
-    """The curve as the specification of a template's segment."""
+    """Convert a curve to the specification of a template segment."""
     start = (curve.x_m, curve.y_m)
     if curve.curvature_1pm == 0.0:
         return {"line": LineSpec(start=start, end=curve.end[:2])}

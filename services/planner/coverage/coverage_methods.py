@@ -1,4 +1,4 @@
-"""The coverage methods that are shipped."""
+"""Shipped coverage methods."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from touchline.services.planner.coverage.zigzag import zigzag
 def _zigzag(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
     if task.forward_only:
         raise PlanningError("", "cannot be planned by zigzag forward only", "use lap-and-lanes, or let it reverse")
-    if task.start is not None or task.left is not None:
+    if task.start is not None or task.remaining is not None:
         raise PlanningError("", "cannot be planned by zigzag from a start pose", "use lap-and-lanes, or leave it out")
     if not isinstance(task.area, shapely.Polygon):
         raise PlanningError("", "cannot be planned by zigzag for a part in several pieces", "use lap-and-lanes")

@@ -1,4 +1,4 @@
-"""The route of a coverage method: what is driven, piece by piece."""
+"""Route of a coverage method, piece by piece."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,12 +7,12 @@ from itertools import groupby, pairwise
 
 import shapely
 
-from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.geometry.clothoid import PiecePath
 
 
 class DriveKind(StrEnum):
-    """What a piece of the route is there for."""
+    """Purpose of a piece of a route."""
 
     SETTING_OUT = "setting out"
     LAP = "lap"
@@ -26,10 +26,10 @@ class DrivePiece:
     """A stretch that is driven in one direction, with turns on the spot but no cusp inside.
 
     Attributes:
-        kind: What it is there for.
-        label: In words, such as "lane 7".
+        kind: Its purpose.
+        label: Name for people, such as "lane 7".
         path: Continuous in curvature; all its pieces have one direction.
-        worked: Whether it is there to be worked; the tool works wherever it passes.
+        worked: Whether it is driven for the work; the tool works on transitions, too.
     """
 
     kind: DriveKind
@@ -45,12 +45,12 @@ class DrivePiece:
 
 @dataclass(frozen=True)
 class CoverageRoute:
-    """A way over an area.
+    """A route over an area.
 
     Attributes:
-        pieces: In driving order; each begins at the pose at which the last one ended.
-        reachable: What of the area the tool can reach at all (m, map frame).
-        remarks: What the method could not do, in words.
+        pieces: In driving order; each begins at the pose at which the previous one ends.
+        reachable: Part of the area that the tool can reach (m, map frame).
+        remarks: Sentences about what the method could not do.
     """
 
     pieces: tuple[DrivePiece, ...]
@@ -59,21 +59,21 @@ class CoverageRoute:
 
     @property
     def length_m(self) -> float:
-        """Metres driven."""
+        """Length of the whole route (m)."""
         return sum(piece.path.length_m for piece in self.pieces)
 
     @property
     def cusps(self) -> int:
-        """How often the direction of travel changes."""
+        """Number of changes of the direction of travel."""
         return sum(a.direction != b.direction for a, b in pairwise(self.pieces))
 
     def seconds(self, machine: CoverageMachine) -> float:
-        """From standstill to standstill, if nothing slows the machine down but cusps, bends and turns on the spot."""
+        """Seconds from rest to rest, if only cusps, bends and turns on the spot slow the machine down."""
         return machine.seconds(part for piece in self.pieces for part in piece.path.pieces)
 
 
-def one_way(kind: DriveKind, label: str, path: PiecePath, *, worked: bool) -> Iterator[DrivePiece]:
-    """A path, parted where its direction of travel changes."""
+def split_at_cusps(kind: DriveKind, label: str, path: PiecePath, *, worked: bool) -> Iterator[DrivePiece]:
+    """Split a path where its direction of travel changes."""
     at = path.start
     for _, group in groupby(path.pieces, key=lambda piece: piece.direction):
         part = PiecePath(at, tuple(group))

@@ -1,4 +1,4 @@
-"""What a coverage method is asked to cover."""
+"""Task of a coverage method."""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,13 +8,12 @@ import shapely
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Area, Template
-from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.coverage.machine_of import machine_of
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine, machine_of
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plan_task import PlanTask
 
-# Where nobody says how much shall be covered: what is cheap (% of what can be reached).
+# Coverage by default (% of the reachable area): what costs little.
 CHEAP_PCT = 99.0
 
 
@@ -23,19 +22,19 @@ class CoverageTask:
     """One area, where the body may be, and how to cover it.
 
     Attributes:
-        area: To be covered (m, map frame); of one that robots share, the part of this one, which may be in pieces.
-        boundary: That the body does not leave (m, map frame); without one of the template, the area's own outline.
-        obstacles: That the body keeps off (m, map frame): the template's, and the holes of all of its areas.
-        machine: That covers it.
+        area: Area to cover (m, map frame); where robots share one, this robot's part, which may be in pieces.
+        boundary: Polygon that the body does not leave (m, map frame): the template's, else the area's outline.
+        obstacles: Polygons that the body keeps off (m, map frame): the template's, and the holes of all its areas.
+        machine: Machine that covers it.
         forward_only: Whether it shall not reverse.
-        overlap_m: Least overlap of neighbouring lanes.
-        margin_m: Least distance of the body from boundary and obstacles; a body that begins to turn may use up some.
-        laps: Along the outline, one inside the other; None: one.
-        swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
-        coverage_pct: What is missed is touched up until so much of what can be reached is covered.
-        begins_rad: Direction of the side with which laps begin (rad); None: whichever suits best.
-        start: Where the machine stands before (m, rad, map frame); None: it is carried to where the route begins.
-        left: What of it is left to be covered, as the rest has been before; None: all of it.
+        overlap_m: Minimum overlap of neighbouring lanes.
+        margin_m: Minimum clearance of the body from boundary and obstacles; a body that begins to turn may use some.
+        laps: Number of laps along the outline, one inside the other; None: one.
+        swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: the best one.
+        coverage_pct: Coverage of the reachable area up to which missed patches are touched up.
+        begins_rad: Direction of the side with which laps begin (rad); None: the best one.
+        start: Pose of the machine (m, rad, map frame); None: it is placed where the route begins.
+        remaining: Part of it that is still to be covered; None: all of it.
     """
 
     area: Ground
@@ -50,26 +49,26 @@ class CoverageTask:
     coverage_pct: float = CHEAP_PCT
     begins_rad: float | None = None
     start: PathPose | None = None
-    left: Ground | None = None
+    remaining: Ground | None = None
 
     @property
     def wanted(self) -> Ground:
-        """What of the area is to be covered."""
-        return self.area if self.left is None else self.left
+        """Ground to cover: the area, or its remaining part."""
+        return self.area if self.remaining is None else self.remaining
 
     @classmethod
     def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
-        """One area of a template, for a machine that is carried to where its route begins.
+        """Task for one area of a template, without a start pose.
 
         Raises:
-            PlanningError: An option is out of its range; it names the option.
+            PlanningError: An option is out of its range, or is not for coverage methods.
         """
         options, machine = task.options, machine_of(task.vehicle, task.limits)
         if options.forward_only:
             machine = replace(machine, spin_lever_m=math.inf)
         _check(options, machine.width_m)
         angle = options.swath_angle_deg.tolist() or [area.angle_deg]
-        grounds, left = task.company.grounds, task.company.left
+        grounds, remaining = task.company.grounds, task.company.left
         return cls(
             area.polygon if grounds is None else grounds[area.id],
             _outline(task.template, area),
@@ -82,7 +81,7 @@ class CoverageTask:
             angle[0],
             options.coverage_pct or CHEAP_PCT,
             task.company.begins_rad,
-            left=None if left is None else left[area.id],
+            remaining=None if remaining is None else remaining[area.id],
         )
 
 
@@ -91,7 +90,7 @@ def _outline(template: Template, area: Area) -> shapely.Polygon:
 
 
 def _kept_out(template: Template) -> tuple[shapely.Polygon, ...]:
-    """What stands in a hole is often an obstacle besides: each outline once."""
+    """Obstacles and holes; an obstacle that fills a hole counts once."""
     holes = (hole for area in template.areas for hole in area.holes)
     outlines = (*(obstacle.corners for obstacle in template.obstacles), *holes)
     return tuple(dict.fromkeys(shapely.Polygon(corners) for corners in outlines))

@@ -1,4 +1,4 @@
-"""Areas to be covered by a tool that works wherever it passes: from a template to the route over them."""
+"""Route over the areas of a template, for a tool that works wherever it passes."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -15,31 +15,31 @@ from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
-from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over, standing
+from touchline.services.planner.coverage.between_areas import CoveredArea, linked, standing_machine
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
 from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.coverage.swept_area import body_outside_m, swept, swept_twice
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
 from touchline.services.planner.given_pose import START, pose_of
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
 
-# A shorter straight (m) is part of a bend, no swath.
+# A shorter straight (m) belongs to a bend and is no swath.
 SWATH_MIN_M = 0.5
 
 
 def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> WorkedRoute:
-    """The route over the areas of a template, one after the other.
+    """Plan the route over the areas of a template, one after the other.
 
     Args:
-        task: What is to be planned.
-        method: That covers them.
-        progress: Told the stage and the fraction of it that is done.
+        task: Template, vehicle and options.
+        method: Coverage method.
+        progress: Called with the stage and the fraction of it that is done.
 
     Raises:
-        PlanningError: The template has lines, too, an option or an area cannot be met, or there is no way between two.
+        PlanningError: The template has lines, an area cannot be covered as asked, or two cannot be linked.
     """
     _refuse_lines(task)
     name = area_method_name(task.options, task.vehicle.tool)
@@ -60,20 +60,20 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
             raise PlanningError("", f'{error.problem} (area "{area.id}")', error.remedy) from error
         parts.append(CoveredArea(area.id, asked, route))
     for k in range(len(parts) - 1):
-        parts[k : k + 2] = carried_over(parts[k], parts[k + 1], boundary)
+        parts[k : k + 2] = linked(parts[k], parts[k + 1], boundary)
     sections: list[Section] = []
     if start is not None and parts and parts[0].task.start is None:
-        outside, parts[0] = carried_over(standing(start, parts[0].task), parts[0], boundary)
-        sections += [section for piece in outside.way for section in _sections(piece, areas[0], count(1))]
+        outside, parts[0] = linked(standing_machine(start, parts[0].task), parts[0], boundary)
+        sections += [section for piece in outside.transition for section in _sections(piece, areas[0], count(1))]
     for area, part in zip(areas, parts, strict=True):
         numbers = count(1)
-        pieces = (*part.route.pieces, *part.way)
+        pieces = (*part.route.pieces, *part.transition)
         sections += [section for piece in pieces for section in _sections(piece, area, numbers)]
     return WorkedRoute(sections, coverage=tuple(_figures(part.route, part.task, name) for part in parts))
 
 
 def _share(progress: Progress, number: int, of: int) -> Callable[[float], None]:
-    """Tells the fraction of all areas that is done."""
+    """Progress of one area as a fraction of all."""
     return lambda done: progress("covering", (number + done) / of)
 
 
@@ -87,7 +87,7 @@ def _refuse_lines(task: PlanTask) -> None:
 
 
 def _sections(piece: DrivePiece, area: Area, numbers: Iterator[int]) -> Iterator[Section]:
-    """The straights of what is driven for the work along it as swaths, and the bends between them."""
+    """Sections of a piece: its straights as swaths, if the tool works there, and the bends between them."""
     if any(part.spin_rad for part in piece.path.pieces):
         yield Section(piece.label, piece.path)
         return

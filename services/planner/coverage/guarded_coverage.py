@@ -1,4 +1,4 @@
-"""Guards between the planner and area methods of others."""
+"""Checks of what area methods of plug-ins return."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from touchline.services.planner.plugin_answers import Blame, blaming, called, le
 
 
 def guarded_area_method(options: PlanOptions, tool: ToolSpec) -> AreaMethod | CoverageMethod:
-    """The area method that the options name; another package's has to give swaths within the area, or a sound route.
+    """Return the area method that the options name; a plug-in's is wrapped in checks of what it returns.
 
     Raises:
-        PlanningError: There is no such method, it is for other tools, or it is none. Checked answers raise it, too.
+        PlanningError: There is no such method, it is for other tools, or it is no method. The checks raise it, too.
     """
     method = area_method_of(options, tool)
     blame = blaming(AREA_METHODS, area_method_name(options, tool))

@@ -1,4 +1,4 @@
-"""Lanes: straights side by side over what the laps leave, and the direction in which they are fewest."""
+"""Lanes: parallel straights inside the laps, and the direction in which they take least."""
 
 import math
 from collections.abc import Iterator
@@ -12,28 +12,28 @@ from touchline.core.robust_overlay import intersection
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.left_along import left_along
 from touchline.services.planner.coverage.shapes import Area, extents, turned
+from touchline.services.planner.coverage.uncovered_intervals import uncovered_intervals
 from touchline.services.planner.geometry.clothoid import PathPose
 
-# A turn from lane to lane is worth so many metres of a lane when directions are compared.
+# A turn costs as much as this many metres of a lane when directions are compared.
 TURN_M = 12.0
-# Directions that are compared beside those of the edges: every so many degrees.
+# Step of the directions that are compared besides those of the edges (degrees).
 ANGLE_STEP_DEG = 5.0
-# Edges this close (rad) to the lanes' direction part cells; what is lower than this (m) is rounding.
-PARALLEL_RAD, HAIR_M = 1e-3, 1e-3
-# A lane with less to cover (m) is left to touching up.
+# Edges this close (rad) to the lanes' direction divide cells; a lower strip (m) is rounding.
+PARALLEL_RAD, STRIP_MIN_M = 1e-3, 1e-3
+# A shorter lane (m) is not laid: touching up covers it.
 LANE_MIN_M = 0.3
 
 
 @dataclass(frozen=True)
 class CoverLane:
-    """A lane, to be driven one way or the other.
+    """A lane, to be driven in either direction.
 
     Attributes:
-        along: The stroke in the lanes' direction.
-        back: The one against it: begins where the other's tail would be at the wall.
-        row: Number of its level, from the lowest one.
+        along: Stroke in the lanes' direction.
+        back: Stroke in the opposite direction; it begins where the tail is at the wall.
+        row: Number of its level, from the lowest.
     """
 
     along: CoverStroke
@@ -42,7 +42,7 @@ class CoverLane:
 
 
 def lane_angle(rest: Area, pitch_m: float) -> float:
-    """The direction (rad) in which lanes over what is left take least, counting their turns."""
+    """Direction (rad) in which lanes over the area inside the laps take least, their turns included."""
     edges = [
         math.atan2(dy, dx) % math.pi
         for part in shapely.get_parts(rest)
@@ -57,24 +57,26 @@ def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
     return sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
 
 
-def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace, left: Area | None = None) -> list[CoverLane]:
-    """Lanes over what is left, no further apart than the pitch, evenly between its edges along them.
+def lanes(
+    rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace, remaining: Area | None = None
+) -> list[CoverLane]:
+    """Lay lanes over the area inside the laps, evenly between its edges along them.
 
-    They are carried on as far as it takes to cross a lap.
+    They extend far enough to cross a lap.
 
     Args:
-        rest: What laps do not cover.
+        rest: Area inside the laps (m, map frame).
         angle_rad: Direction of the lanes, counter-clockwise from +x of the map frame.
-        pitch_m: No lanes are further apart.
-        space: Where the machine may be.
-        left: What is to be covered, if not everything.
+        pitch_m: Maximum distance of neighbouring lanes.
+        space: Free space of the machine.
+        remaining: Ground still to be covered (m, map frame); None: all of it.
     """
     found: list[CoverLane] = []
     beyond = 1.5 * space.machine.width_m
     ahead = complex(math.cos(angle_rad), math.sin(angle_rad))
     for row, (level, height, spans) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
-        for a, b in (part for span in spans for part in _left_of(span, level, height, angle_rad, left)):
-            ways = []
+        for a, b in (part for span in spans for part in _uncovered(span, level, height, angle_rad, remaining)):
+            strokes = []
             for from_x, heading in ((a, angle_rad), (b, angle_rad + math.pi)):
                 z = complex(from_x, level) * ahead
                 pose = PathPose(z.real, z.imag, heading)
@@ -83,41 +85,41 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace, left: 
                     key=lambda s: min(s[1], b - a) - max(s[0], 0.0),
                     default=(0.0, 0.0),
                 )
-                ways.append((pose.moved(complex(stretch[0], 0.0), 0.0), stretch[1] - stretch[0]))
-            if min(length for _, length in ways) >= LANE_MIN_M:
+                strokes.append((pose.moved(complex(stretch[0], 0.0), 0.0), stretch[1] - stretch[0]))
+            if min(length for _, length in strokes) >= LANE_MIN_M:
                 label = f"lane {len(found) + 1}"
-                along, back = (CoverStroke(DriveKind.LANE, label, start, length) for start, length in ways)
+                along, back = (CoverStroke(DriveKind.LANE, label, start, length) for start, length in strokes)
                 found.append(CoverLane(along, back, row))
     return found
 
 
-def _left_of(
-    span: tuple[float, float], level: float, height: float, angle_rad: float, left: Area | None
+def _uncovered(
+    span: tuple[float, float], level: float, height: float, angle_rad: float, remaining: Area | None
 ) -> Iterator[tuple[float, float]]:
-    """The parts of a lane along which there is something left."""
-    if left is None:
+    """Parts of a lane along which something is still to be covered."""
+    if remaining is None:
         yield span
         return
     z = complex(span[0], level) * complex(math.cos(angle_rad), math.sin(angle_rad))
     pose = PathPose(z.real, z.imag, angle_rad)
-    for first, last in left_along(left, pose, span[1] - span[0], 0.5 * height):
+    for first, last in uncovered_intervals(remaining, pose, span[1] - span[0], 0.5 * height):
         yield span[0] + first, span[0] + last
 
 
 def _rows(rest: Area, pitch_m: float) -> Iterator[tuple[float, float, list[tuple[float, float]]]]:
-    """Levels (m) of lanes along x, how high what they cover is, and from where to where there is something to cover."""
+    """Levels (m) of lanes along x, the height of their bands (m), and the intervals along them in the area."""
     for low, high in pairwise(_borders(rest)):
         count = max(1, math.ceil((high - low) / pitch_m - 1e-6))
         height = (high - low) / count
         for k in range(count):
             level = low + (k + 0.5) * height
-            band = shapely.box(-1e5, level - 0.5 * height + HAIR_M, 1e5, level + 0.5 * height - HAIR_M)
-            lanes_in = [(a, b) for a, b in extents(intersection(rest, band), HAIR_M**2) if b - a >= LANE_MIN_M]
+            band = shapely.box(-1e5, level - 0.5 * height + STRIP_MIN_M, 1e5, level + 0.5 * height - STRIP_MIN_M)
+            lanes_in = [(a, b) for a, b in extents(intersection(rest, band), STRIP_MIN_M**2) if b - a >= LANE_MIN_M]
             yield level, height, lanes_in
 
 
 def _borders(rest: Area) -> list[float]:
-    """Levels of the lowest and the highest place, and of the edges along the lanes."""
+    """Levels (m) of the lowest and the highest point, and of the edges along the lanes."""
     _, low, _, high = rest.bounds
     found = [low, high]
     for part in shapely.get_parts(rest):
@@ -135,5 +137,5 @@ def _borders(rest: Area) -> list[float]:
 
 
 def _frame(shape: Area, angle_rad: float) -> Area:
-    """The shape turned about the origin."""
+    """Rotate a shape about the origin."""
     return shapely.transform(shape, lambda points: turned(points, angle_rad))

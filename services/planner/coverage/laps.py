@@ -1,4 +1,4 @@
-"""Laps: straights along the edges of an area, as near to them as the machine may be."""
+"""Laps: straights along the edges of an area, as close to them as the machine may be."""
 
 import math
 from collections.abc import Iterator
@@ -12,41 +12,41 @@ from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lanes import CoverLane
-from touchline.services.planner.coverage.left_along import left_along
 from touchline.services.planner.coverage.shapes import Area
+from touchline.services.planner.coverage.uncovered_intervals import uncovered_intervals
 from touchline.services.planner.geometry.clothoid import PathPose
 
-# Sides lie in no row.
+# Row number of sides, which lie in no row.
 NO_ROW = -1_000
-# A shorter side (m) is left to the lanes and to touching up.
+# A shorter side (m) is not laid: lanes and touching up cover it.
 SIDE_MIN_M = 0.5
 
 
 def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
-    """The middle of the tool's way along each edge, a closed line for each outline and hole, inside on the left.
+    """Path of the tool's middle along each outline and hole: closed lines with the inside on the left.
 
-    The outline of the largest part comes first; there is none where the tool is wider than what there is.
+    The outline of the largest part comes first; parts narrower than the tool have none.
     """
     inner = buffer(target, -0.5 * width_m, join_style="mitre", mitre_limit=3.0)
     parts = sorted(shapely.get_parts(shapely.orient_polygons(inner)), key=shapely.area, reverse=True)
     return [ring for part in parts if not part.is_empty for ring in (part.exterior, *part.interiors)]
 
 
-def sides(ring: shapely.LinearRing, name: str, space: FreeSpace, left: Area | None = None) -> list[CoverLane]:
-    """A stroke each way for each side of a ring, from where the tail is at the wall to where the nose is.
+def sides(ring: shapely.LinearRing, name: str, space: FreeSpace, remaining: Area | None = None) -> list[CoverLane]:
+    """Lay a stroke in each direction along each side of a ring, from the tail at the wall to the nose at the wall.
 
     Args:
-        ring: With the inside on the left; the sides lie in its order.
-        name: What the labels begin with.
-        space: Where the machine may be.
-        left: What is to be covered, if not everything.
+        ring: Closed line with the inside on the left (m, map frame); the sides lie in its order.
+        name: Beginning of the labels.
+        space: Free space of the machine.
+        remaining: Ground still to be covered (m, map frame); None: all of it.
     """
     found: list[CoverLane] = []
     corners = [complex(*p) for p in shapely.get_coordinates(ring).tolist()]
     edges = pairwise(_without_straight_corners(corners))
-    for a, b in (part for edge in edges for part in _left_of(*edge, left, 0.5 * space.machine.width_m)):
+    for a, b in (part for edge in edges for part in _uncovered(*edge, remaining, 0.5 * space.machine.width_m)):
         for start, length in _along(a, b, space):
-            # The same stretch the other way: nose and tail change places.
+            # The same stretch in the opposite direction: nose and tail change places.
             end = start.moved(complex(length, 0.0), 0.0)
             others = [(abs(s.point - end.point), s, m) for s, m in _along(b, a, space)]
             if others:
@@ -57,20 +57,22 @@ def sides(ring: shapely.LinearRing, name: str, space: FreeSpace, left: Area | No
     return found
 
 
-def _left_of(a: complex, b: complex, left: Area | None, half_width_m: float) -> Iterator[tuple[complex, complex]]:
-    """The parts of a side along which more is left than what its neighbours cover in the corners."""
-    if left is None or a == b:
+def _uncovered(
+    a: complex, b: complex, remaining: Area | None, half_width_m: float
+) -> Iterator[tuple[complex, complex]]:
+    """Parts of a side along which more is uncovered than its neighbours cover in the corners."""
+    if remaining is None or a == b:
         yield a, b
         return
     ahead = (b - a) / abs(b - a)
     pose = PathPose(a.real, a.imag, math.atan2(ahead.imag, ahead.real))
-    for first, last in left_along(left, pose, abs(b - a), half_width_m):
+    for first, last in uncovered_intervals(remaining, pose, abs(b - a), half_width_m):
         if last - first > half_width_m + SIDE_MIN_M:
             yield a + first * ahead, a + last * ahead
 
 
 def _along(a: complex, b: complex, space: FreeSpace) -> Iterator[tuple[PathPose, float]]:
-    """Where the machine may drive along a side: as far beyond its ends as the tool's half width."""
+    """Start poses and lengths (m) of the free stretches along a side, up to half the tool's width beyond its ends."""
     beyond, length = 0.5 * space.machine.width_m, abs(b - a)
     if length < SIDE_MIN_M:
         return
@@ -81,7 +83,7 @@ def _along(a: complex, b: complex, space: FreeSpace) -> Iterator[tuple[PathPose,
 
 
 def _without_straight_corners(corners: list[complex]) -> list[complex]:
-    """A closed line (its first point again at its end) without the corners that are none."""
+    """Remove the corners of a closed line (first point repeated at its end) at which it goes straight on."""
     open_line = corners[:-1]
     kept = [
         here

@@ -1,4 +1,4 @@
-"""How a machine that stands somewhere sets out on its route."""
+"""First stroke of a route that begins at the machine's start pose."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
@@ -9,15 +9,15 @@ from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
-from touchline.services.planner.coverage.stroke_join import ZONE_M
+from touchline.services.planner.coverage.stroke_transition import ZONE_M
 from touchline.services.planner.geometry.clothoid import PathPose
 
 STEP_M: Final = 0.25
-"""How far it may go straight on is known to so much."""
+"""Resolution with which the free distance straight on is searched."""
 
 
-def ways_off(start: PathPose, space: FreeSpace, *, reversing: bool) -> Iterator[CoverStroke]:
-    """Straight ahead from where it stands, and straight back if it may: as far as there is room, or left at once."""
+def departures(start: PathPose, space: FreeSpace, *, reversing: bool) -> Iterator[CoverStroke]:
+    """Straights ahead from the start pose, and back if it may reverse, each as long as there is room."""
     for direction in (1, -1) if reversing else (1,):
         longest = CoverStroke(DriveKind.SETTING_OUT, "setting out", start, ZONE_M, direction)
         for length_m in np.arange(ZONE_M, 0.0, -STEP_M).tolist():
@@ -31,13 +31,13 @@ def ways_off(start: PathPose, space: FreeSpace, *, reversing: bool) -> Iterator[
 def set_out(
     chain: StrokeChain, offers: Iterable[CoverStroke], stroke: CoverStroke, vias: Callable[[], Iterable[CoverStroke]]
 ) -> bool:
-    """Begin a chain with that of some ways off from which a stroke is joined best; false if it is from none.
+    """Begin a chain with the departure from which a stroke is joined best; false if none leads to it.
 
     Args:
-        chain: Without a stroke.
-        offers: The ways off.
-        stroke: To be joined.
-        vias: Gives short strokes over which that may be, where there is no other way, once a way off is in the chain.
+        chain: Empty chain.
+        offers: Departures from the start pose.
+        stroke: Stroke to join.
+        vias: Returns short strokes over which it may be reached, once a departure is in the chain.
     """
     chain.forget_of(stroke)
     before, best = chain.state, None

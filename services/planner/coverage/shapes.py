@@ -1,4 +1,4 @@
-"""Areas in one piece or several, or none: their parts, extents and turns."""
+"""Areas in any number of pieces: conversion, extents and rotation."""
 
 import math
 
@@ -12,18 +12,18 @@ Area = shapely.Polygon | shapely.MultiPolygon
 
 
 def as_area(shape: BaseGeometry) -> Area:
-    """What of a shape has an area: lines and points, which come of touching, are left out."""
+    """Drop the lines and points of a shape, which come from touching polygons."""
     if isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
         return shape
     return shapely.MultiPolygon([part for part in shapely.get_parts(shape) if isinstance(part, shapely.Polygon)])
 
 
 def extents(shape: BaseGeometry, more_than_m2: float = 0.0) -> list[tuple[float, float]]:
-    """The intervals along x (m) that the pieces of a shape cover, ascending, overlapping ones merged.
+    """Intervals along x (m) that the pieces of a shape cover, ascending, overlapping ones merged.
 
     Args:
-        shape: In the frame whose x is meant.
-        more_than_m2: Smaller pieces, which come of rounding, do not count.
+        shape: Shape in the frame of that x (m).
+        more_than_m2: Smaller pieces, which come from rounding, do not count.
     """
     pieces = shapely.get_parts(shape)
     bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > more_than_m2]).tolist())
@@ -37,6 +37,6 @@ def extents(shape: BaseGeometry, more_than_m2: float = 0.0) -> list[tuple[float,
 
 
 def turned(points: Floats, angle_rad: float) -> Floats:
-    """Points (n, 2), turned about the origin."""
+    """Rotate points (n, 2) about the origin."""
     cos, sin = math.cos(angle_rad), math.sin(angle_rad)
     return np.column_stack((cos * points[:, 0] - sin * points[:, 1], sin * points[:, 0] + cos * points[:, 1]))

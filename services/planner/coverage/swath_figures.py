@@ -1,4 +1,4 @@
-"""How the swaths of a method that makes swaths cover areas, by the tool's exact sweep along them."""
+"""Coverage figures of swaths, from the area that the tool sweeps along them."""
 
 import math
 from collections.abc import Sequence
@@ -13,26 +13,26 @@ from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.swath_ids import area_id_of, line_id_of
 from touchline.schemas.template import Area
 from touchline.services.planner.collision.checker import MARGIN_M
-from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
-from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.coverage.swept_area import body_outside_m, swept, swept_twice
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.segments.section import Section
 
-# Without a boundary the body may be so far (m) beyond an area.
+# Without a boundary the body may leave an area by this distance (m).
 ROOM_M = 20.0
 
 
 def swath_figures(task: PlanTask, sections: Sequence[Section], method: str) -> tuple[PlannedCoverage, ...]:
-    """The figures of each area.
+    """Compute the coverage figures of each area.
 
-    A tool that works wherever it passes, and lies across the body's origin, covers on the way between swaths, too.
+    A tool that works wherever it passes, and lies across the body's origin, covers on transitions, too.
 
     Args:
-        task: What is planned.
-        sections: The route.
-        method: By which areas became swaths.
+        task: Template, vehicle and options.
+        sections: Sections of the route.
+        method: Name of the area method.
     """
     return tuple(_of_area(area, task, sections, method) for area in task.template.areas)
 
@@ -68,7 +68,7 @@ def _of_area(area: Area, task: PlanTask, sections: Sequence[Section], method: st
 
 
 def _area_ids(segment_id: str) -> tuple[str, str]:
-    """Of the area of which a segment is a swath, or a part of one."""
+    """Ids of the area to which a swath, or a part of one, may belong."""
     return area_id_of(segment_id), area_id_of(line_id_of(segment_id))
 
 

@@ -1,4 +1,4 @@
-"""Touching up: what is missed is passed over on the way from one stroke to another, where that is worth its time."""
+"""Touch-up: inserts strokes over missed patches where that is worth the time."""
 
 from collections.abc import Callable, Iterator
 
@@ -10,22 +10,22 @@ from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import word_s
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
-from touchline.services.planner.coverage.stroke_join import ZONE_M
+from touchline.services.planner.coverage.stroke_transition import ZONE_M
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
-# Smaller patches (m²) are left; of a narrow tool those that are smaller than this share of its width squared.
+# Smaller patches (m²) are ignored; with a narrow tool, those smaller than this share of its width squared.
 PATCH_MIN_M2, PATCH_SHARE = 0.15, 0.125
-# For each stroke so many places in the plan are tried, by the way round the shortest first.
+# Positions in the plan that are tried for each stroke, those with the shortest detour first.
 PLACES_TRIED = 4
-# Of the strokes on offer so many are tried before it is given up.
+# Candidate strokes that are tried in a round.
 OFFERS_TRIED = 6
-# A stroke is carried on so far (m) beyond its patches, and reaches over gaps of up to so much between them.
+# A stroke extends this far (m) beyond its patches, and bridges gaps between them up to the second length.
 BEYOND_M, GAP_M = 1.0, 14.0
 
 
 def patches(chain: StrokeChain) -> list[Floats]:
-    """Places (n, 2) of the cells of each missed patch that is not too small, the largest first."""
-    grid = chain.joiner.covered.grid
+    """Cell centres (n, 2) of each missed patch that is large enough, the largest first."""
+    grid = chain.finder.covered.grid
     missed = grid.wanted & (grid.passes == 0)
     labels, count = ndimage.label(missed, np.ones((3, 3)))
     rows, columns = np.nonzero(missed)
@@ -39,16 +39,16 @@ def patches(chain: StrokeChain) -> list[Floats]:
 
 
 def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> Iterator[tuple[CoverStroke, float]]:
-    """Strokes over patches at the given headings, one for each row of patches that one pass can cover.
+    """Generate strokes over patches at the given headings, one for each row of patches that one pass can cover.
 
-    With each comes how far it leads up to the first patch: anywhere along that it may be joined.
+    With each comes its lead: the length (m) up to the first patch, along which it may be joined anywhere.
     """
     half = 0.5 * space.machine.width_m
     for heading in headings:
         along, across = np.array((np.cos(heading), np.sin(heading))), np.array((-np.sin(heading), np.cos(heading)))
         spans = [(p @ along, p @ across) for p in missed]
         for _, seed in spans:
-            # The pass lies with its edges about the patch; what else is within it is covered with it.
+            # The pass is centred on the patch, or has an edge along it; it covers what else is within it.
             for level in {round(v, 1) for v in (0.5 * (seed.min() + seed.max()), seed.min() + half, seed.max() - half)}:
                 inside = [(a[abs(c - level) < half], a) for a, c in spans if (abs(c - level) < half).any()]
                 if inside:
@@ -77,23 +77,26 @@ def _strokes(
 
 
 def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float, most: int = PLACES_TRIED) -> list[int]:
-    """Behind which strokes of a chain it is best driven, roughly; always behind the last one too."""
-    mover, found = chain.joiner.mover, []
-    for k, join in enumerate(chain.joins):
+    """Indices of strokes of a chain after which a stroke costs least, roughly; always with the last one."""
+    mover, found = chain.finder.mover, []
+    for k, join in enumerate(chain.transitions):
         first, last = chain.strokes[k].at(join.depart_m), chain.strokes[k + 1].at(join.arrive_m)
         around = word_s(first, stroke.at(lead_m), mover) + word_s(stroke.at(stroke.length_m), last, mover)
-        found.append((around - join.way.length_m / mover.speed_mps, k))
-    return [len(chain.joins), *(k for _, k in sorted(found)[:most])]
+        found.append((around - join.path.length_m / mover.speed_mps, k))
+    return [len(chain.transitions), *(k for _, k in sorted(found)[:most])]
 
 
-def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, tell: Callable[[], None]) -> int:
-    """Insert strokes while they are worth it and more than enough is missed; how many were. `tell` may raise."""
-    joiner, done = chain.joiner, 0
+def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, report: Callable[[], None]) -> int:
+    """Insert strokes while they are worth it and more than `enough_m2` is missed; return their number.
+
+    `report` is called before each trial, and may raise to end the search.
+    """
+    finder, done = chain.finder, 0
     worth, tried = chain.score_s, set[tuple[float, ...]]()
-    while joiner.covered.missed_m2 > enough_m2:
+    while finder.covered.missed_m2 > enough_m2:
         for _, key, stroke, lead in _offers(chain, headings, tried):
             tried.add(key)
-            tell()
+            report()
             before, best = chain.state, None
             for k in places(chain, stroke, lead):
                 if chain.insert(k, stroke) and chain.score_s < (best[0] if best else worth):
@@ -111,12 +114,12 @@ def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, tell
 def _offers(
     chain: StrokeChain, headings: list[float], tried: set[tuple[float, ...]]
 ) -> list[tuple[float, tuple[float, ...], CoverStroke, float]]:
-    """Strokes that may be worth it, the best first: rough score (s), what tells it apart, stroke, lead (m)."""
-    joiner, found = chain.joiner, []
-    for stroke, lead in touch_ups(patches(chain), headings, joiner.space):
+    """Promising strokes, the best first: rough score (s), key, stroke, lead (m)."""
+    finder, found = chain.finder, []
+    for stroke, lead in touch_ups(patches(chain), headings, finder.space):
         key = tuple(round(v, 1) for v in (*stroke.start, stroke.length_m))
-        gain = joiner.covered.add(stroke.part(lead, stroke.length_m), 0)
-        score = (stroke.length_m - lead) / joiner.mover.speed_mps - gain * joiner.seconds_per_m2
+        gain = finder.covered.add(stroke.part(lead, stroke.length_m), 0)
+        score = (stroke.length_m - lead) / finder.mover.speed_mps - gain * finder.seconds_per_m2
         if key not in tried and score < 0.0:
             found.append((score, key, stroke, lead))
     return sorted(found, key=lambda offer: offer[:2])[:OFFERS_TRIED]

@@ -1,29 +1,29 @@
-"""Slides off a wall: an S beside a wall that leads a body away from it without swinging out much."""
+"""Slides off a wall: S-bends that lead a body away from a wall without swinging out much."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
-# Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
+# Beside a wall the tail swings out at the beginning of a turn: before it the machine slides this far (m) off.
 SLIDE_M = 0.2
-# A slide that swings out too far is made gentler by this factor, at most so often.
+# A slide that swings out too far is made gentler by this factor, at most this many times.
 GENTLER, GENTLER_MOST = 0.8, 24
-# Places of a slide that are looked at.
-LOOKED_AT = 100
+# Samples along a slide.
+SAMPLES = 100
 
 
 @dataclass(frozen=True)
 class WallSlide:
-    """How far a machine slides off a wall, and how sharply.
+    """Offset and sharpness of a machine's slides off a wall.
 
     Attributes:
-        off_m: Across.
+        off_m: Lateral offset.
         forward_1pm2: Sharpness of its bends off a wall forward, and to a wall backward.
         backward_1pm2: Sharpness of its bends off a wall backward, and to a wall forward.
-        both: Whether strokes are left forward and joined by slides, too: a turn would swing the body into the wall.
+        both: Whether strokes are left forward and joined by slides, too, since a turn would swing the body out.
     """
 
     off_m: float
@@ -33,14 +33,14 @@ class WallSlide:
 
     @classmethod
     def of(cls, machine: CoverageMachine, swing_m: float) -> "WallSlide":
-        """The sharpest slide of a machine whose body may swing out by so much (m)."""
+        """Sharpest slide of a machine whose body may swing out by a distance (m)."""
         sharpest = machine.sharpness_max_1pm2
         if _swing_m(machine, sharpest, -1) <= swing_m:
             return cls(SLIDE_M, sharpest, sharpest, both=False)
         return cls(SLIDE_M, _sharpness(machine, swing_m, 1), _sharpness(machine, swing_m, -1), both=True)
 
     def pieces(self, direction: int, *, onto: bool = False) -> tuple[Piece, ...]:
-        """Two bends that lead to the left of the heading, off a wall, or onto a stroke beside one."""
+        """Pieces of a slide to the left of the heading, off a wall or onto a stroke beside one."""
         return _slide(self.forward_1pm2 if (direction > 0) != onto else self.backward_1pm2, direction)
 
 
@@ -52,7 +52,7 @@ def _slide(sharpness_1pm2: float, direction: int) -> tuple[Piece, ...]:
 
 
 def _sharpness(machine: CoverageMachine, swing_m: float, direction: int) -> float:
-    """The largest sharpness (1/m²) that keeps the swing, about."""
+    """Largest sharpness (1/m²) within the swing, to the factor `GENTLER`."""
     sharpness = machine.sharpness_max_1pm2
     for _ in range(GENTLER_MOST):
         if _swing_m(machine, sharpness, direction) <= swing_m:
@@ -62,8 +62,8 @@ def _sharpness(machine: CoverageMachine, swing_m: float, direction: int) -> floa
 
 
 def _swing_m(machine: CoverageMachine, sharpness_1pm2: float, direction: int) -> float:
-    """How far the body gets beyond a wall at its right on a slide to the left."""
+    """Distance (m) by which the body swings beyond a wall on its right on a slide to the left."""
     path = PiecePath(PathPose(0.0, 0.0, 0.0), _slide(sharpness_1pm2, direction))
-    _, y, heading, _ = path.sample(np.linspace(0.0, path.length_m, LOOKED_AT))
+    _, y, heading, _ = path.sample(np.linspace(0.0, path.length_m, SAMPLES))
     sides = [y + np.sin(heading) * ahead + np.cos(heading) * left for ahead, left in machine.outline]
     return float(-machine.beside_m - np.min(sides))

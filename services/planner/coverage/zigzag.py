@@ -1,11 +1,11 @@
-"""Area method `zigzag`: the published study's way over a field for a roller, restated, as a baseline.
+"""Area method `zigzag`: the path of a roller over a field as in the published study, as a baseline.
 
-Lanes lie W/η apart (η: how often a place is rolled). At the end of a lane the machine slides to the next one by an S of
+Lanes lie W/η apart (η: passes over each place). At the end of a lane the machine changes to the next one by an S of
 two arcs at full steering, β to one side and β back, in its direction of travel; there it reverses, and drives the next
-lane the other way. The study steers by a costmap, sampled at the tool alone: 0 inside, rising towards the edge that
-lies ahead. Its rim is as wide as the S is long, so that the cost exceeds `pausing` where an S just fits, and `stopping`
+lane in the opposite direction. The study steers by a costmap, sampled at the tool alone: 0 inside, rising towards the
+edge ahead. Its rim is as wide as the S is long, so that the cost exceeds `pausing` where an S just fits, and `stopping`
 only beyond the edge. The body behind the tool is ignored, and the arcs meet with a step in curvature: both are the
-study's, and said in the route's remarks.
+study's, and stand in the route's remarks.
 """
 
 import cmath
@@ -16,13 +16,13 @@ import shapely
 
 from touchline.core.robust_overlay import intersection
 from touchline.schemas.errors import PlanningError
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
-from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import turned
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
-# What is left of a lane by rounding (m).
-HAIR_M = 1e-9
+# Rounding of lengths (m).
+ROUNDING_M = 1e-9
 REMARKS = (
     "the body is ignored: only the tool keeps inside the field",
     "curvature steps within a change of lane: the machine would have to stand to steer",
@@ -34,10 +34,10 @@ class ZigzagOptions:
     """The study's figures.
 
     Attributes:
-        overlapping: How often each place is rolled.
-        pausing: A lane is driven on until the cost ahead exceeds this.
-        stopping: No slide goes where the cost exceeds this.
-        stopping_bound_m: The lane that is nearer than this to the last edge is the last one.
+        overlapping: Passes over each place.
+        pausing: A lane ends where the cost ahead exceeds this.
+        stopping: Maximum cost at the end of a slide.
+        stopping_bound_m: A lane nearer than this to the far edge is the last one.
     """
 
     overlapping: float = 1.0
@@ -47,7 +47,7 @@ class ZigzagOptions:
 
 
 def slide_angle(apart_m: float, curvature_1pm: float) -> float:
-    """β (rad): how far an S at full steering turns to change to a lane so far apart.
+    """Turning angle β (rad) of an S at full steering that changes to a lane at a distance.
 
     Raises:
         PlanningError: Lanes are further apart than two turning circles.
@@ -62,11 +62,11 @@ def slide_angle(apart_m: float, curvature_1pm: float) -> float:
 def zigzag(
     area: shapely.Polygon, machine: CoverageMachine, options: ZigzagOptions | None = None, angle_rad: float = 0.0
 ) -> CoverageRoute:
-    """The study's way over an area, from its upper left corner as seen along the lanes.
+    """Plan the study's route over an area, from its upper left corner as seen along the lanes.
 
     Args:
-        area: May have holes; a lane that meets one ends there, and what lies behind it is missed.
-        machine: That shall cover it.
+        area: Polygon (m, map frame); a lane that meets a hole ends there, and what lies behind it is missed.
+        machine: Machine that covers it.
         options: The study's own by default.
         angle_rad: Direction of the first lane, counter-clockwise from +x of the map frame.
 
@@ -93,14 +93,14 @@ def zigzag(
         name = f"lane {len(pieces) // 2 + 1}"
         if last:
             straight = direction * (ahead - x)
-        if straight <= HAIR_M:
+        if straight <= ROUNDING_M:
             break
         pose = _in_map(x, y, angle_rad)
         lane = PiecePath(pose, (Piece(straight, direction=direction),))
         pieces.append(DrivePiece(DriveKind.LANE, name, lane, worked=True))
         if last:
             break
-        # To the lower side, whichever way: the first bend turns the direction of travel there.
+        # Slide to the lower side in either direction: the first bend turns the direction of travel there.
         bend = Piece(beta * radius, -machine.curvature_max_1pm, direction=direction)
         slide = PiecePath(lane.end, (bend, bend.mirrored()))
         pieces.append(DrivePiece(DriveKind.TURN, f"{name}, change", slide, worked=False))
@@ -112,43 +112,43 @@ def zigzag(
 
 @dataclass(frozen=True)
 class _Rim:
-    """The costmap's rim, which is as wide (m) as a change of lane is long."""
+    """Rim of the costmap, as wide (m) as a change of lane is long."""
 
     slide_m: float
     options: ZigzagOptions
 
     def cost(self, inside_m: float) -> float:
-        """0…100 at so many metres before the edge ahead: `pausing` at the rim, `stopping` at the edge, 100 beyond."""
-        if inside_m < -HAIR_M:
+        """Cost at a distance before the edge ahead: `pausing` at the rim, `stopping` at the edge, 100 beyond."""
+        if inside_m < -ROUNDING_M:
             return 100.0
         ratio = self.options.pausing / self.options.stopping
         return float(self.options.stopping * ratio ** (inside_m / self.slide_m))
 
     def pause_m(self, ahead_m: float) -> float:
-        """How far to drive on until the cost exceeds `pausing`."""
+        """Distance to drive until the cost exceeds `pausing`."""
         return ahead_m - self.slide_m
 
 
 def _stretches(field: shapely.Polygon, y: float) -> list[tuple[float, float]]:
-    """From where to where (m) a line along x lies inside the field, ascending."""
+    """Intervals (m) of a line along x inside the field, ascending."""
     left, _, right, _ = field.bounds
     inside = shapely.get_parts(intersection(field, shapely.LineString([(left, y), (right, y)])))
-    return sorted((part.bounds[0], part.bounds[2]) for part in inside if part.length > HAIR_M)
+    return sorted((part.bounds[0], part.bounds[2]) for part in inside if part.length > ROUNDING_M)
 
 
 def _end_ahead(field: shapely.Polygon, x: float, y: float, direction: int) -> float:
-    """Where a ray from a place along x first leaves the field; the place itself if it is outside."""
+    """Position (m) at which a ray along x first leaves the field; `x` itself if it begins outside."""
     for first, last in _stretches(field, y):
-        if first - HAIR_M <= x <= last + HAIR_M:
+        if first - ROUNDING_M <= x <= last + ROUNDING_M:
             return last if direction > 0 else first
     return x
 
 
 def _margin(field: shapely.Polygon, x: float, y: float) -> float:
-    """How far a place is inside the field; negative outside (m)."""
+    """Signed distance of a point from the field's border (m): positive inside."""
     place = shapely.Point(x, y)
     distance = float(shapely.distance(place, field.boundary))
-    return distance if field.covers(place) or distance < HAIR_M else -distance
+    return distance if field.covers(place) or distance < ROUNDING_M else -distance
 
 
 def _in_map(x: float, y: float, angle_rad: float) -> PathPose:

@@ -11,7 +11,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.clear_lines import part_of
-from touchline.services.planner.coverage.drum_sweep import swept
+from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, TRANSITION_PT, draw_along

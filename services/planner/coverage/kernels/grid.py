@@ -1,7 +1,7 @@
-"""Compiled: a raster on which what the tool passes over is counted, cell by cell.
+"""Compiled: raster that counts the passes of the tool over each cell.
 
-A cell counts as passed over if its middle is. Straights are one quadrilateral, bends one for each step along them.
-Blocks of cells know how many of theirs are still to be covered: where none is, nobody needs to look.
+A cell counts as passed over if its centre is. Straights are one quadrilateral, bends one for each step along them.
+Blocks of cells hold the number of cells still to be covered, so that finished blocks are skipped.
 """
 
 import math
@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from touchline.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
 
-# Columns of a table of pieces, as in `Piece`: the curvature is the robot's, the length is driven either way, and a turn
-# on the spot comes first.
+# Columns of a table of pieces, as in `Piece`: the curvature is the robot's, the length is positive in both directions,
+# and a turn on the spot comes first.
 LENGTH, CURVATURE, SHARPNESS, DIRECTION, SPIN = range(5)
 COLUMNS = 5
-# Steps along bends (m): where it counts, and where it need be right only within `ROUGH_OFF_M` times the path's length.
+# Steps along bends (m): exact, and rough, with an error below `ROUGH_OFF_M` times the path's length.
 BEND_STEP_M, ROUGH_STEP_M = 0.1, 0.4
-# For each metre of an arc of radius r a chord cuts off ROUGH_STEP_M²/(12·r) (m): no more than this at the tool's outer
-# end, if r is 1.3 m or more there; at the inner end it adds some.
+# Per metre of an arc of radius r a chord cuts off ROUGH_STEP_M²/(12·r) (m): at most this at the tool's outer end, if r
+# is at least 1.3 m there; at the inner end it adds some.
 ROUGH_OFF_M = 0.01
 # Cells along the side of a block.
 BLOCK = 8
 
 
-# What a step adds to x (m), y (m) and the heading (rad).
+# Increments of x (m), y (m) and the heading (rad) in a step.
 Steps = tuple[float, float, float]
 Place = tuple[float, float]
 # First row, row behind the last one, first column, column behind the last one.
@@ -37,16 +37,16 @@ class PassGrid(NamedTuple):
     """A raster; its first cell's corner is at (x, y).
 
     Attributes:
-        half_width_m: Of the tool that passes over it.
-        x_m: Of the corner.
-        y_m: Of the corner.
+        half_width_m: Half the width of the tool.
+        x_m: x of the corner.
+        y_m: y of the corner.
         cell_m: Side of a cell.
         wanted: (rows, columns) whether the cell is to be covered.
-        passes: (rows, columns) how many strokes pass over it.
-        seen: (rows, columns) the number of the last question that met the cell.
-        open: (block rows, block columns) how many cells of each block are wanted and not passed over.
-        question: (1,) number of the last question.
-        spans: (rows, 2) working space: from where to where a quadrilateral reaches in each row.
+        passes: (rows, columns) number of strokes that pass over the cell.
+        seen: (rows, columns) number of the last query that met the cell.
+        open: (block rows, block columns) number of cells of each block that are wanted and not passed over.
+        query: (1,) number of the last query.
+        spans: (rows, 2) working space: interval of a quadrilateral in each row.
     """
 
     half_width_m: float
@@ -57,18 +57,18 @@ class PassGrid(NamedTuple):
     passes: NDArray[np.int16]
     seen: NDArray[np.int32]
     open: NDArray[np.int32]
-    question: NDArray[np.int32]
+    query: NDArray[np.int32]
     spans: Floats
 
 
 @kernel
 def fill(edges: Floats, grid: PassGrid, wanted: bool) -> None:
-    """Set `wanted` of the cells whose middle is inside closed outlines, by the even-odd rule, row by row.
+    """Set `wanted` of the cells whose centre is inside closed outlines, by the even-odd rule, row by row.
 
     Args:
         edges: (n, 4) x₁ y₁ x₂ y₂ (m), of all outlines together.
-        grid: Its `wanted` is changed.
-        wanted: What it is set to there.
+        grid: Raster; its `wanted` is changed.
+        wanted: New value.
     """
     rows, columns = grid.wanted.shape
     crossings = np.empty(len(edges))
@@ -88,29 +88,29 @@ def fill(edges: Floats, grid: PassGrid, wanted: bool) -> None:
 
 
 @borrowing
-def ask(grid: PassGrid) -> None:
-    """Begin a new question: cells are met anew."""
-    grid.question[0] += 1
+def begin_query(grid: PassGrid) -> None:
+    """Begin a new query, in which each cell is met once."""
+    grid.query[0] += 1
 
 
 @borrowing
 def first_from(place: float, count: int) -> int:
-    """The first row or column whose middle is not below a place, within 0 … count.
+    """First row or column whose centre is not below a position, within 0 … count.
 
     Args:
-        place: In cells, 0 at the middle of the first one.
-        count: How many rows or columns there are.
+        place: Position in cells, 0 at the centre of the first one.
+        count: Number of rows or columns.
     """
     return min(max(math.ceil(place), 0), count)
 
 
 @borrowing
 def any_open(box: Box, grid: PassGrid) -> bool:
-    """Whether any cell is still to be covered in the blocks that touch a box.
+    """True if any cell is still to be covered in the blocks that touch a box.
 
     Args:
         box: First row, row behind the last one, first column, column behind the last one.
-        grid: What is covered so far.
+        grid: Raster.
     """
     if box[0] >= box[1] or box[2] >= box[3]:
         return False
@@ -123,12 +123,12 @@ def any_open(box: Box, grid: PassGrid) -> bool:
 
 @borrowing
 def lay_spans(corners: Floats, box: Box, grid: PassGrid) -> None:
-    """Write from where to where a convex quadrilateral reaches along the middles of rows; nowhere: from ∞ to −∞.
+    """Write the intervals of a convex quadrilateral along the centre lines of rows; empty ones are (∞, −∞).
 
     Args:
-        corners: (8,) x, y of one corner after the other, in cells, 0 at the middle of the first one.
-        box: Of the rows and columns that it meets; see `any_open`.
-        grid: Its `spans` are filled in.
+        corners: (8,) x, y of one corner after the other, in cells, 0 at the centre of the first one.
+        box: Rows and columns that it meets; see `any_open`.
+        grid: Raster; its `spans` are filled in.
     """
     spans = grid.spans
     for row in range(box[0], box[1]):
@@ -144,38 +144,38 @@ def lay_spans(corners: Floats, box: Box, grid: PassGrid) -> None:
 
 @borrowing
 def open_in_row(row: int, first: int, last: int, grid: PassGrid) -> int:
-    """Meet cells of a row; how many of them were wanted and not passed over before.
+    """Meet cells of a row, and return the number of those wanted and not passed over before.
 
     Args:
-        row: Of the cells.
-        first: Column of the first one.
-        last: Column behind the last one.
-        grid: Its `seen` is changed.
+        row: Row of the cells.
+        first: First column.
+        last: Column after the last one.
+        grid: Raster; its `seen` is changed.
     """
-    question, found = grid.question[0], 0
+    query, found = grid.query[0], 0
     for column in range(first, last):
-        if grid.passes[row, column] == 0 and grid.wanted[row, column] and grid.seen[row, column] != question:
-            grid.seen[row, column] = question
+        if grid.passes[row, column] == 0 and grid.wanted[row, column] and grid.seen[row, column] != query:
+            grid.seen[row, column] = query
             found += 1
     return found
 
 
 @borrowing
 def pass_row(row: int, first: int, last: int, grid: PassGrid, change: int) -> int:
-    """Count passes over cells of a row; how many of them were wanted and not passed over before.
+    """Count passes over cells of a row, and return the number of those wanted and not passed over before.
 
     Args:
-        row: Of the cells.
-        first: Column of the first one.
-        last: Column behind the last one.
-        grid: Its `passes`, `open` and `seen` are changed.
-        change: Added to the passes of those met for the first time in a question.
+        row: Row of the cells.
+        first: First column.
+        last: Column after the last one.
+        grid: Raster; its `passes`, `open` and `seen` are changed.
+        change: Added to the passes of cells met for the first time in a query.
     """
-    question, found = grid.question[0], 0
+    query, found = grid.query[0], 0
     for column in range(first, last):
-        if grid.seen[row, column] == question:
+        if grid.seen[row, column] == query:
             continue
-        grid.seen[row, column] = question
+        grid.seen[row, column] = query
         before = grid.passes[row, column]
         grid.passes[row, column] = before + change
         if (before == 0 or before + change == 0) and grid.wanted[row, column]:
@@ -186,15 +186,15 @@ def pass_row(row: int, first: int, last: int, grid: PassGrid, change: int) -> in
 
 @borrowing
 def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
-    """Meet the cells whose middle is within a convex quadrilateral, each once in a question.
+    """Meet the cells whose centre is within a convex quadrilateral, each once in a query.
 
     Args:
-        corners: (8,) x, y of one corner after the other, in cells, 0 at the middle of the first one.
-        grid: Its `passes`, `open` and `seen` are changed.
-        change: Added to the passes of those met for the first time; 0 only asks.
+        corners: (8,) x, y of one corner after the other, in cells, 0 at the centre of the first one.
+        grid: Raster; its `passes`, `open` and `seen` are changed.
+        change: Added to the passes of cells met for the first time; 0 only queries.
 
     Returns:
-        How many of them were wanted and not passed over before.
+        Number of cells that were wanted and not passed over before.
     """
     rows, columns = grid.wanted.shape
     box = (
@@ -211,7 +211,7 @@ def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
         left, right = grid.spans[row, 0], grid.spans[row, 1]
         if left > right:
             continue
-        # Where rounding is beyond the outermost corner, that counts.
+        # Rounding does not reach beyond the outermost corner.
         first, last = max(first_from(left, columns), box[2]), min(first_from(right, columns), box[3])
         if change == 0:
             found += open_in_row(row, first, last, grid)
@@ -222,19 +222,19 @@ def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
 
 @borrowing
 def chord(heading: float, curvature: float, sharpness: float, length: float, direction: float) -> Steps:
-    """By how much a short stretch of a clothoid moves a pose, integrated by Gauss's rule of two points.
+    """Motion along a short stretch of a clothoid, integrated by Gauss's rule with two points.
 
     "NIST Digital Library of Mathematical Functions", sec. 3.5(v).
 
     Args:
-        heading: At the beginning (rad).
-        curvature: Of the robot there (1/m).
-        sharpness: Its change per metre driven (1/m²).
-        length: Driven (m), not negative.
+        heading: Heading at the beginning (rad).
+        curvature: Curvature of the robot there (1/m).
+        sharpness: Change of curvature per metre driven (1/m²).
+        length: Driven length (m), not negative.
         direction: 1 forward, −1 backward.
 
     Returns:
-        Along x (m), along y (m), turned (rad).
+        Increments of x (m), y (m) and the heading (rad).
     """
     s = direction * length
     rate = direction * sharpness
@@ -246,31 +246,31 @@ def chord(heading: float, curvature: float, sharpness: float, length: float, dir
 
 @borrowing
 def in_cells(x: float, y: float, grid: PassGrid) -> Place:
-    """A place in cells, 0 at the middle of the first one.
+    """Convert a point to cells, 0 at the centre of the first one.
 
     Args:
-        x: m.
-        y: m.
-        grid: Whose cells are meant.
+        x: x in the frame of the raster (m).
+        y: y in the frame of the raster (m).
+        grid: Raster.
     """
     return (x - grid.x_m) / grid.cell_m - 0.5, (y - grid.y_m) / grid.cell_m - 0.5
 
 
 @kernel
 def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: int, step_m: float) -> int:
-    """Meet what the tool passes over along pieces of a path; see `pass_quad`.
+    """Meet the cells that the tool passes over along pieces of a path; see `pass_quad`.
 
     Args:
         start: (3,) or longer: x (m), y (m), heading (rad) at the beginning.
         table: (n, COLUMNS) pieces: length (m), curvature (1/m), sharpness (1/m²), direction (±1), turn on the spot
             (rad), in which the tool is not counted as passing over anything.
-        count: So many of its rows are driven.
-        grid: Its `passes`, `open` and `seen` are changed.
-        change: Added to the passes of the cells met for the first time; 0 only asks.
-        step_m: Length of the quadrilaterals along bends; no longer than this.
+        count: Number of rows that are driven.
+        grid: Raster; its `passes`, `open` and `seen` are changed.
+        change: Added to the passes of cells met for the first time; 0 only queries.
+        step_m: Maximum length of the quadrilaterals along bends.
 
     Returns:
-        How many of them were wanted and not passed over before.
+        Number of cells that were wanted and not passed over before.
     """
     corners, found = np.empty(8), 0
     x, y, heading = start[0], start[1], start[2]
@@ -294,7 +294,7 @@ def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: 
                 curvature += sharpness * step
                 cos, sin = math.cos(turn), math.sin(turn)
             else:
-                # Along an arc every step is the last one, turned.
+                # Along an arc every step is the previous one, rotated.
                 dx, dy = cos * dx - sin * dy, sin * dx + cos * dy
             x, y, heading = x + dx, y + dy, heading + turn
             across_x, across_y = cos * across_x - sin * across_y, sin * across_x + cos * across_y
@@ -306,10 +306,10 @@ def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: 
 
 @kernel
 def count_open(grid: PassGrid) -> None:
-    """Count anew what is to be covered, block by block.
+    """Count the open cells of each block.
 
     Args:
-        grid: Its `open` is filled in.
+        grid: Raster; its `open` is filled in.
     """
     grid.open[:] = 0
     for row in range(grid.wanted.shape[0]):

@@ -1,4 +1,4 @@
-"""Compiled: the order of lanes by simulated annealing, with what neighbours that turn apart leave between them."""
+"""Compiled: order of lanes by simulated annealing, with a price for neighbours that turn apart."""
 
 import math
 from typing import NamedTuple
@@ -10,22 +10,22 @@ from touchline.core.jit import kernel
 from touchline.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
-# Sums of the same seconds in another order differ by less.
+# Rounding (s) between sums of the same seconds in different orders.
 ROUNDING_S = 1e-6
 
 
 class LaneCosts(NamedTuple):
-    """What an order of nodes costs: lane k along is 2k, back 2k + 1.
+    """Costs of an order of nodes; lane k is node 2k along, 2k + 1 back.
 
     Attributes:
-        way: (2n, 2n) seconds from the end of one to the beginning of another.
-        entry: (2n,) seconds to the beginning of each from what comes before the lanes.
-        level: (n,) where each lane lies across the lanes.
+        transition: (2n, 2n) seconds from the end of one to the beginning of another.
+        entry: (2n,) seconds to the beginning of each from before the lanes.
+        level: (n,) position of each lane across the lanes (m).
         pairs: (p, 3) lane, its upper neighbour, and the end (0: where `along` begins, 1: where it ends).
-        apart_s: What it costs where the lower one of a pair turns down and the upper one up.
+        apart_s: Price where the lower one of a pair turns down and the upper one up (s).
     """
 
-    way: Floats
+    transition: Floats
     entry: Floats
     level: Floats
     pairs: Ints
@@ -38,16 +38,16 @@ def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
 
     Args:
         order: (n,) nodes, one of the two of each lane.
-        costs: What they cost.
-        turned: (n, 2) filled in: whether the way at each end of a lane leads up (1) or down (−1); 0: there is none.
+        costs: Costs of the nodes.
+        turned: (n, 2) filled in: direction of the transition at each end of a lane, 1 up, −1 down, 0 none.
     """
     total = costs.entry[order[0]]
     turned[:] = 0
     for k in range(len(order) - 1):
-        # Nodes are not negative: their lane and way are quicker by shift and mask than by floor and remainder.
+        # Nodes are not negative: shift and mask give lane and direction faster than floor and remainder.
         a, b = order[k], order[k + 1]
         first, last = a >> 1, b >> 1
-        total += costs.way[a, b]
+        total += costs.transition[a, b]
         up = 1 if costs.level[last] > costs.level[first] else -1
         turned[first, 1 - (a & 1)] = up
         turned[last, b & 1] = -up
@@ -61,49 +61,49 @@ def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
 
 
 @kernel
-def add_up(order: Ints, way: Floats, upto: Floats) -> None:
-    """Write the seconds for the ways in an order up to each node.
+def add_up(order: Ints, transition: Floats, upto: Floats) -> None:
+    """Write the accumulated seconds of the transitions up to each node.
 
     Args:
         order: (n,) nodes.
-        way: (2n, 2n) seconds, as in `LaneCosts`.
+        transition: (2n, 2n) seconds, as in `LaneCosts`.
         upto: (n,) filled in.
     """
     upto[0] = 0.0
     for k in range(1, len(order)):
-        upto[k] = upto[k - 1] + way[order[k - 1], order[k]]
+        upto[k] = upto[k - 1] + transition[order[k - 1], order[k]]
 
 
 @kernel
 def least_price(trial: Ints, costs: LaneCosts, upto: Floats, stretch: Ints) -> float:
-    """What `price` of an order is at least, but for rounding, without looking at all of it.
+    """Lower bound of `price` of an order, but for rounding, from a changed stretch only.
 
     Args:
         trial: (n,) nodes.
-        costs: What they cost.
-        upto: (n,) as of `add_up`, of an order that differs in a stretch only.
-        stretch: (2,) the first and the last place of it.
+        costs: Costs of the nodes.
+        upto: (n,) from `add_up`, of an order that differs in the stretch only.
+        stretch: (2,) first and last index of the stretch.
     """
     first, last = max(stretch[0], 1), min(stretch[1] + 1, len(trial) - 1)
     total = costs.entry[trial[0]] + upto[first - 1] + upto[-1] - upto[last]
     for k in range(first, last + 1):
-        total += costs.way[trial[k - 1], trial[k]]
+        total += costs.transition[trial[k - 1], trial[k]]
     return float(total)
 
 
 @kernel
 def moved(order: Ints, trial: Ints, seed: int, at: int, stretch: Ints) -> None:
-    """Write a neighbouring order: a stretch turned round, one lane put elsewhere, or two exchanged.
+    """Write a neighbouring order: a stretch reversed, one lane moved, or two exchanged.
 
-    A stretch turned round is the move of 2-opt (G. A. Croes, "A method for solving traveling-salesman problems",
-    Operations Research 6(6), 1958); its lanes are then driven the other way, too.
+    Reversing a stretch is the move of 2-opt (G. A. Croes, "A method for solving traveling-salesman problems",
+    Operations Research 6(6), 1958); its lanes are then driven in the opposite direction, too.
 
     Args:
         order: (n,) nodes.
         trial: (n,) filled in.
-        seed: Of the random numbers.
-        at: The first one of the four that it may take.
-        stretch: (2,) filled in: the first and the last place that differ.
+        seed: Seed of the random numbers.
+        at: Index of the first of the four random numbers that it may take.
+        stretch: (2,) filled in: first and last index that differ.
     """
     n = len(order)
     copy(order, trial)
@@ -130,24 +130,24 @@ def moved(order: Ints, trial: Ints, seed: int, at: int, stretch: Ints) -> None:
 
 @kernel
 def annealed(start: Ints, costs: LaneCosts, steps: int, hot_s: float, seed: int) -> Ints:
-    """The best order found by simulated annealing.
+    """Find an order by simulated annealing.
 
     Kirkpatrick, Gelatt, Vecchi, "Optimization by Simulated Annealing", Science 220(4598), 1983; a worse order is taken
-    with probability exp(−Δ/T). That T falls with the square of the steps left is this project's own choice.
+    with probability exp(−Δ/T). That T falls with the square of the remaining steps is this project's own choice.
 
     Args:
-        start: (n,) nodes, the order to begin with.
-        costs: What they cost.
-        steps: How many orders are tried.
-        hot_s: The temperature T at first (s).
-        seed: Of the random numbers.
+        start: (n,) nodes in the initial order.
+        costs: Costs of the nodes.
+        steps: Number of orders that are tried.
+        hot_s: Initial temperature T (s).
+        seed: Seed of the random numbers.
 
     Returns:
         (n,) nodes.
     """
     order, trial, best = start.copy(), start.copy(), start.copy()
     turned, stretch, upto = np.zeros((len(start), 2), np.int64), np.zeros(2, np.int64), np.zeros(len(start))
-    add_up(order, costs.way, upto)
+    add_up(order, costs.transition, upto)
     now = price(order, costs, turned)
     least = now
     for step in range(steps):
@@ -161,7 +161,7 @@ def annealed(start: Ints, costs: LaneCosts, steps: int, hot_s: float, seed: int)
         if cost_now < now + allowed:
             copy(trial, order)
             now = cost_now
-            add_up(order, costs.way, upto)
+            add_up(order, costs.transition, upto)
             if now < least:
                 least = now
                 copy(order, best)

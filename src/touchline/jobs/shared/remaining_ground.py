@@ -17,9 +17,9 @@ from touchline.jobs.shared.shared_job import APART_M, ASTRAY_M, SharedJob
 from touchline.jobs.shared.unfinished_lines import Standing
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, size_m2, wide_parts
 from touchline.services.robot_sim.accounting.planned_way import planned_way

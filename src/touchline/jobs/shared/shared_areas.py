@@ -28,9 +28,9 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.coverage.lanes import lane_angle
 from touchline.services.planner.coverage.shapes import as_area
+from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
 from touchline.services.planner.sharing.ground_parts import (

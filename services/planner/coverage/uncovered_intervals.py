@@ -1,4 +1,4 @@
-"""Of an area of which much has been covered before: where along a straight there is something left."""
+"""Uncovered intervals along a straight, in an area of which a part has been covered before."""
 
 from typing import Final
 
@@ -10,26 +10,28 @@ from touchline.services.planner.coverage.shapes import Area, as_area, turned
 from touchline.services.planner.geometry.clothoid import PathPose
 
 GAP_M: Final = 12.0
-"""A straight goes on over a shorter gap: a turn is worth as much."""
-LEAST_M2: Final = 0.3
-"""Less is left to turns and to touching up."""
+"""A straight continues over a shorter gap, which costs less than a turn."""
+INTERVAL_MIN_M2: Final = 0.3
+"""An interval with less to cover is dropped: turns and touching up cover it."""
 
 
-def left_along(left: Area, pose: PathPose, length_m: float, half_width_m: float) -> list[tuple[float, float]]:
-    """From where to where (m, along the heading) a straight from a pose has something to cover.
+def uncovered_intervals(
+    remaining: Area, pose: PathPose, length_m: float, half_width_m: float
+) -> list[tuple[float, float]]:
+    """Intervals (m, along the heading) of a straight from a pose in which there is something to cover.
 
     Args:
-        left: That is to be covered.
-        pose: Where it begins.
-        length_m: Of the straight.
-        half_width_m: So far to each side it covers.
+        remaining: Ground still to be covered (m, map frame).
+        pose: Start of the straight (m, rad, map frame).
+        length_m: Its length.
+        half_width_m: Half the width of the tool.
     """
     strip = shapely.transform(
         shapely.box(0.0, -half_width_m, length_m, half_width_m),
         lambda points: turned(points, pose.heading_rad) + pose[:2],
     )
     found = list[tuple[float, float, float]]()
-    for part in shapely.get_parts(as_area(intersection(left, strip))):
+    for part in shapely.get_parts(as_area(intersection(remaining, strip))):
         if part.is_empty:
             continue
         along = turned(shapely.get_coordinates(part) - pose[:2], -pose.heading_rad)[:, 0]
@@ -41,4 +43,4 @@ def left_along(left: Area, pose: PathPose, length_m: float, half_width_m: float)
             merged.append((begun, max(ended, last), before_m2 + area_m2))
         else:
             merged.append((first, last, area_m2))
-    return [(first, last) for first, last, area_m2 in merged if area_m2 >= LEAST_M2]
+    return [(first, last) for first, last, area_m2 in merged if area_m2 >= INTERVAL_MIN_M2]

@@ -1,4 +1,4 @@
-"""Compiled: the pieces, lengths and times of what a machine drives between two strokes: turns, words, straights."""
+"""Compiled: pieces, lengths and times of turns, words and straights between strokes."""
 
 import math
 from typing import NamedTuple
@@ -10,22 +10,22 @@ from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTIO
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, shortest_word, turn_length
 
-# So many pieces make a word: three turns of three.
+# Pieces of a word: three turns of three.
 WORD_PIECES = 9
-# Behind the eight words of turning circles: turn on the spot, straight, turn on the spot.
+# After the eight words of turning circles: turn on the spot, straight, turn on the spot.
 SPUN, KINDS = 8, 9
 
 
 class Mover(NamedTuple):
-    """How the machine moves.
+    """Motion of a machine: turning circle, speed and acceleration.
 
     Attributes:
-        circle: Figures of its turning circle at unit sharpness.
+        circle: Dimensions of its turning circle at unit sharpness; see `circles.circle`.
         root: √sharpness (1/m).
-        speed_mps: Straight on.
-        acceleration_mps2: From and to standstill.
-        spin_lever_m: As of `CoverageMachine`.
-        bend_s_per_m: As of `CoverageMachine`.
+        speed_mps: Speed on straights.
+        acceleration_mps2: Acceleration and deceleration.
+        spin_lever_m: See `CoverageMachine`.
+        bend_s_per_m: See `CoverageMachine`.
     """
 
     circle: Floats
@@ -38,22 +38,22 @@ class Mover(NamedTuple):
 
 @kernel
 def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, row: int) -> int:
-    """Write the pieces of a turn: two clothoids and an arc, or the flatter pair of clothoids where it turns little.
+    """Write the pieces of a turn: two clothoids and an arc, or a flatter pair of clothoids for small deflections.
 
     Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature paths", IEEE T-RO 20(6), 2004.
 
     Args:
-        deflection: Of the direction of travel, to the left (rad).
+        deflection: Change of the direction of travel, left positive (rad).
         direction: 1 forward, −1 backward.
-        mover: How the machine moves.
+        mover: Motion of the machine.
         table: (n, COLUMNS) filled in: length (m), curvature (1/m), sharpness (1/m²), direction; see grid.py.
-        row: The first one to fill in.
+        row: First row to fill in.
 
     Returns:
         The next free row.
     """
     c, root, size = mover.circle, mover.root, abs(deflection)
-    # What turns the direction of travel to the left turns a robot that drives backward with negative curvature.
+    # Backward, a turn of the direction of travel to the left takes negative curvature.
     side = direction * (1.0 if deflection >= 0.0 else -1.0)
     if size == 0.0:
         table[row, LENGTH], table[row, CURVATURE] = turn_length(0.0, c) / root, 0.0
@@ -79,17 +79,17 @@ def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, 
 
 @kernel
 def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table: Floats) -> int:
-    """Write the pieces of a word that is driven one way.
+    """Write the pieces of a word that is driven in one direction.
 
     Args:
-        amounts: (3,) its row of `word_table`, straights in units of unit sharpness; of `SPUN` as of `spun_between`.
-        kind: The number of that row, which says whether the middle is a straight.
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness; for `SPUN` from `spun_between`.
+        kind: Number of that row, which tells whether the middle is a straight.
         direction: 1 forward, −1 backward.
-        mover: How the machine moves.
+        mover: Motion of the machine.
         table: (WORD_PIECES, COLUMNS) filled in from the first row on; see `turn_rows`.
 
     Returns:
-        How many pieces there are.
+        Number of pieces.
     """
     if kind == SPUN:
         table[:3, :SPIN], table[:3, DIRECTION] = 0.0, direction
@@ -108,12 +108,12 @@ def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table:
 
 @kernel
 def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
-    """Length of a word (m); infinite if there is none.
+    """Length of a word (m); infinite if it does not exist.
 
     Args:
         amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
-        kind: The number of that row, which says whether the middle is a straight.
-        mover: How the machine moves.
+        kind: Number of that row, which tells whether the middle is a straight.
+        mover: Motion of the machine.
     """
     if not math.isfinite(amounts[1]):
         return math.inf
@@ -127,10 +127,10 @@ def spun_between(x: float, y: float, heading: float, direction: float, amounts: 
     """Write the turn on the spot, straight and turn on the spot that lead to a pose.
 
     Args:
-        x: Of the goal, seen from the start (m).
-        y: Of the goal (m).
-        heading: Of the goal (rad).
-        direction: Of the straight: 1 forward, −1 backward.
+        x: x of the goal in the frame of the start (m).
+        y: y of the goal (m).
+        heading: Heading of the goal (rad).
+        direction: Direction of the straight: 1 forward, −1 backward.
         amounts: (3,) filled in: turn (rad, left positive), straight (m), turn (rad).
     """
     amounts[1] = math.hypot(x, y)
@@ -141,11 +141,11 @@ def spun_between(x: float, y: float, heading: float, direction: float, amounts: 
 
 @kernel
 def spun_s(amounts: Floats, mover: Mover) -> float:
-    """Seconds for a turn on the spot, a straight and a turn on the spot, from standstill to standstill.
+    """Seconds for a turn on the spot, a straight and a turn on the spot, from rest to rest.
 
     Args:
-        amounts: (3,) as of `spun_between`.
-        mover: How the machine moves.
+        amounts: (3,) from `spun_between`.
+        mover: Motion of the machine.
     """
     first, last = abs(amounts[0]) * mover.spin_lever_m, abs(amounts[2]) * mover.spin_lever_m
     return float(run_s(first, mover, 2) + run_s(amounts[1], mover, 2) + run_s(last, mover, 2))
@@ -153,14 +153,14 @@ def spun_s(amounts: Floats, mover: Mover) -> float:
 
 @kernel
 def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
-    """Seconds for the shortest words from each of some poses to each of others, whatever is in their way.
+    """Seconds for the shortest words from each start to each goal, regardless of obstacles.
 
-    Where the machine turns on the spot, it does so if that is quicker, with the standstills that this takes.
+    A machine that can turn on the spot does so where that is quicker, stops included.
 
     Args:
         starts: (n, 3) x (m), y (m), heading (rad).
         goals: (m, 3) the same.
-        mover: How the machine moves.
+        mover: Motion of the machine.
 
     Returns:
         (n, m).
@@ -175,7 +175,7 @@ def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
             there = complex(math.cos(turn), math.sin(turn))
             length = shortest_word(z * mover.root, there, turn, mover.circle, 1.0)
             seconds[i, j] = length / mover.root / mover.speed_mps
-            # A word is longer than the straight distance by about what it bends.
+            # A word is longer than the straight distance by about the length of its bends.
             bent = max(length / mover.root - math.hypot(z.real, z.imag), 0.0)
             seconds[i, j] += bent * mover.bend_s_per_m
             if math.isfinite(mover.spin_lever_m):
@@ -186,12 +186,12 @@ def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
 
 @kernel
 def along(pose: Floats, direction: float, length: float) -> Floats:
-    """The pose (3,) after a straight.
+    """Pose (3,) after a straight.
 
     Args:
         pose: (3,) x (m), y (m), heading (rad).
-        direction: Of travel: 1 forward, −1 backward.
-        length: In that direction (m); negative: back.
+        direction: Direction of travel: 1 forward, −1 backward.
+        length: Length in that direction (m); negative: back.
     """
     moved = np.empty(3)
     moved[0] = pose[0] + direction * length * math.cos(pose[2])
@@ -207,9 +207,9 @@ def run_s(length: float, mover: Mover, standstills: int) -> float:
     Speed is a trapezoid over time, or a triangle where a stretch from standstill to standstill is too short for it.
 
     Args:
-        length: m.
-        mover: How the machine moves.
-        standstills: How many of its ends (0 to 2) are at rest; at the others it is at full speed.
+        length: Length of the stretch (m).
+        mover: Motion of the machine.
+        standstills: Number of its ends (0 to 2) at rest; at the others it is at full speed.
     """
     if standstills == 2 and length < mover.speed_mps**2 / mover.acceleration_mps2:
         return 2.0 * math.sqrt(length / mover.acceleration_mps2)
@@ -217,15 +217,15 @@ def run_s(length: float, mover: Mover, standstills: int) -> float:
 
 
 @kernel
-def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
-    """Seconds for stretches one after the other; the machine rests where the direction changes.
+def stretches_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
+    """Seconds for consecutive stretches; the machine rests where the direction changes.
 
     The first is entered and the last left at full speed.
 
     Args:
-        driven: (n,) their lengths (m); 0: there is none.
+        driven: (n,) their lengths (m); 0: absent.
         heading_to: (n,) their directions, 1 forward, −1 backward; the first one's counts even if its length is 0.
-        mover: How the machine moves.
+        mover: Motion of the machine.
     """
     total, length, direction, standstills = 0.0, 0.0, heading_to[0], 0
     for k in range(len(driven)):

@@ -1,4 +1,4 @@
-"""Exactly: what the tool passes over along a path, and by how much the body leaves where it may be."""
+"""Exact geometry of a driven path: area swept by the tool, and excess of the body beyond the free ground."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -8,24 +8,24 @@ import shapely
 from numpy.typing import NDArray
 
 from touchline.core.robust_overlay import buffer, difference, intersections, union
-from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
-# Along bends the tool is looked at this often (m): between two places its ends are within a tenth of a millimetre.
+# Sampling of the tool along bends (m): the chord error of its ends is below a tenth of a millimetre.
 STEP_M = 0.05
-# The body is looked at this often (m), and the distance to the border is measured at one of so many places.
+# Sampling of the body (m); the distance to the border is measured at one of BLOCK samples.
 BODY_STEP_M, BLOCK = 0.05, 20
 
 
 def swept(paths: Iterable[PiecePath], width_m: float) -> Area:
-    """What a tool of this width passes over that lies across the middle of its paths."""
+    """Area swept by a tool of this width, centred on the paths."""
     passes = [single for path in paths for single in _passes(path, width_m)]
     return as_area(union(passes)) if passes else shapely.Polygon()
 
 
 def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
-    """What a tool of this width passes over more than once, each piece of a path counted as one pass."""
+    """Area that the tool sweeps more than once, each piece of a path counted as one pass."""
     passes = np.array([single for path in paths for single in _passes(path, width_m)], dtype=object)
     first, second = shapely.STRtree(passes).query(passes, predicate="intersects")
     apart = first < second
@@ -33,7 +33,7 @@ def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
 
 
 def _passes(path: PiecePath, width_m: float) -> list[Area]:
-    """What the tool passes over on each piece of a path that is not a point."""
+    """Area swept along each piece of a path that has a length."""
     sides = [_sides(part, width_m) for part in _parts(path)]
     if not sides:
         return []
@@ -45,7 +45,7 @@ def _passes(path: PiecePath, width_m: float) -> list[Area]:
 
 
 def _sides(part: PiecePath, width_m: float) -> tuple[Floats, Floats]:
-    """(n, 2) places of the tool's left and right end along a path of one piece."""
+    """Positions (n, 2) of the tool's left and right end along a path of one piece."""
     (piece,) = part.pieces
     bent = piece.curvature_1pm != 0.0 or piece.sharpness_1pm2 != 0.0
     count = 1 + math.ceil(piece.length_m / STEP_M) if bent else 2
@@ -56,7 +56,7 @@ def _sides(part: PiecePath, width_m: float) -> tuple[Floats, Floats]:
 
 
 def _folded(left: Floats, right: Floats) -> Area:
-    """What lies between the ends of a tool that turns about a place within its width, or over its own track."""
+    """Area swept by a tool that turns about a point within its width, or over its own track."""
     shapes = np.asarray(shapely.polygons(np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1)))
     # A quad that is folded is two triangles.
     folded = ~shapely.is_valid(shapes)
@@ -65,14 +65,14 @@ def _folded(left: Floats, right: Floats) -> Area:
 
 
 def _parts(path: PiecePath) -> Iterator[PiecePath]:
-    """Its pieces that are not points, each a path."""
+    """Pieces that have a length, each as a path."""
     for piece, start in zip(path.pieces, path.knots, strict=False):
         if piece.length_m > 0.0:
             yield PiecePath(start, (piece,))
 
 
 def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: Area) -> float:
-    """How far the body's corners and sides get out of the free area at most (m); negative: how far it keeps inside."""
+    """Maximum distance of the body beyond the free area (m); negative: minimum clearance inside."""
     shapely.prepare(free)
     border = shapely.boundary(free)
     shapely.prepare(border)
@@ -82,7 +82,7 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
         spun = path.spun(BODY_STEP_M / machine.reach_m)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
         poses, count = np.concatenate((poses, spun)), count + len(spun)
-        # Where no part of the body comes nearer to the border than another already did, nobody needs to look.
+        # Bodies that cannot be nearer to the border than the worst one so far are skipped.
         block = np.repeat(np.arange(0, count, BLOCK), BLOCK)[:count]
         within_m = np.hypot(*(poses[:, :2] - poses[block, :2]).T)
         middles = np.asarray(shapely.points(poses[::BLOCK, :2]))
@@ -98,7 +98,7 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
 
 
 def _out_m(body: shapely.Polygon, free: Area) -> float:
-    """How far a body is out of the free area; what pokes into it, such as a post, is so far inside it."""
+    """Distance of a body beyond the free area (m), or the depth of an obstacle, such as a post, inside the body."""
     out = difference(body, free)
     if out.is_empty:
         return 0.0
@@ -113,7 +113,7 @@ def _depth(body: shapely.Polygon, free: Area) -> float:
 
 
 def body_at(poses: Floats, machine: CoverageMachine) -> NDArray[np.object_]:
-    """The body as a polygon at each of the poses (n, 3)."""
+    """Polygons of the body at poses (n, 3)."""
     corners = np.array(machine.outline) @ np.array([[1.0], [1.0j]])
     turned = poses[:, 0, None] + 1j * poses[:, 1, None] + np.exp(1j * poses[:, 2, None]) * corners[:, 0]
     return np.asarray(shapely.polygons(np.stack((turned.real, turned.imag), axis=-1)))

@@ -1,4 +1,4 @@
-"""The way from the end of one stroke to the beginning of the next."""
+"""Transitions from one stroke to the next."""
 
 import math
 from dataclasses import dataclass
@@ -6,54 +6,54 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
+from touchline.services.planner.coverage.coverage_raster import CoverageRaster
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.kernels.stroke_ways import Join
-from touchline.services.planner.coverage.kernels.survey import survey
-from touchline.services.planner.coverage.kernels.turn_words import SPUN, Mover, spun_between
-from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.coverage.kernels.best_transition import survey
+from touchline.services.planner.coverage.kernels.transition_candidates import Join
+from touchline.services.planner.coverage.kernels.turn_pieces import SPUN, Mover, spun_between
 from touchline.services.planner.coverage.wall_slide import WallSlide
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.steering.words import words
 
-# A word may begin and end so far (m) from the ends of its strokes: first looked at every metre, then around the best.
+# A word may begin and end this far (m) from the ends of its strokes; searched in coarse steps, then finely.
 ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
-# As the kernel counts them.
+# Words in the kernel's order.
 WORDS = ("LSL", "LSR", "LRL", "LRL", "RSR", "RSL", "RLR", "RLR")
-# So many ways are looked at behind the best one.
+# Candidates that are examined after the best one so far.
 PATIENCE = 250
 
 
 @dataclass(frozen=True)
-class StrokeJoin:
-    """How one stroke is left and the next one joined.
+class StrokeTransition:
+    """Transition from one stroke to the next; positions are distances along the strokes.
 
     Attributes:
-        leave_m: So far the first stroke is driven.
-        depart_m: It is left for good beside this place; less than `leave_m` after a way back.
-        way: From where the first stroke is left to the second one.
-        arrive_m: There, on the second stroke, the way ends.
-        begin_m: From there it is driven; less than `arrive_m` after a way back.
-        seconds: For the end zones and what lies between.
-        gained_m2: What only that passes over.
+        leave_m: End of the driven part of the first stroke.
+        depart_m: Position at which it is left; less than `leave_m` after driving back.
+        path: From the first stroke to the second.
+        arrive_m: End of the path on the second stroke.
+        begin_m: Beginning of the driven part of the second stroke; less than `arrive_m` after driving back.
+        seconds: Time for the end zones and the path.
+        gained_m2: Area that nothing else covers.
     """
 
     leave_m: float
     depart_m: float
-    way: PiecePath
+    path: PiecePath
     arrive_m: float
     begin_m: float
     seconds: float
     gained_m2: float
 
 
-class Joiner:
-    """Finds the ways, given the machine, where it may be, and what the plan covers so far."""
+class TransitionFinder:
+    """Finds transitions, given the machine, its free space, and what the plan covers so far."""
 
-    def __init__(self, space: FreeSpace, covered: StrokeMap, seconds_per_m2: float, *, reversing: bool) -> None:
-        """A square metre is worth so many seconds."""
+    def __init__(self, space: FreeSpace, covered: CoverageRaster, seconds_per_m2: float, *, reversing: bool) -> None:
+        """Price uncovered ground at `seconds_per_m2`."""
         machine = space.machine
         self.space, self.covered, self.seconds_per_m2, self.reversing = space, covered, seconds_per_m2, reversing
         self.slide = WallSlide.of(machine, space.swing_m)
@@ -65,16 +65,16 @@ class Joiner:
 
     def best(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float = 0.0, last_to_m: float = math.inf
-    ) -> StrokeJoin | None:
-        """The best way; None if there is none without touching anything.
+    ) -> StrokeTransition | None:
+        """Return the best transition, or None if the body touches something on all of them.
 
-        The strokes' zones must not be counted as covered when it is called.
+        The end zones of the strokes must be discounted before.
 
         Args:
-            first: Is left beyond `first_from_m`.
-            last: Is joined before `last_to_m`.
-            first_from_m: See first.
-            last_to_m: See last.
+            first: Stroke to leave.
+            last: Stroke to join.
+            first_from_m: Position on `first` from which it may be left.
+            last_to_m: Position on `last` up to which it may be joined.
         """
         last_to_m = min(last_to_m, last.length_m)
         leaves = _places(first.length_m - np.arange(0.0, ZONE_M + COARSE_M, COARSE_M), first_from_m, first.length_m)
@@ -93,11 +93,11 @@ class Joiner:
     def zones(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float, last_to_m: float
     ) -> tuple[float, float]:
-        """Where the end zone of the first stroke begins and the begin zone of the last one ends (m along each)."""
+        """Beginning of the first stroke's end zone and end of the last one's begin zone (m along each)."""
         return max(first.length_m - ZONE_M, first_from_m), min(ZONE_M, last_to_m, last.length_m)
 
     def _leave(self, stroke: CoverStroke, places: Floats, back: bool | None = None) -> Floats:
-        """Rows (how far the stroke is driven, how far back, slide, which way); the tail needs that beside a wall."""
+        """Rows of `Join.leave`, with slides where the tail needs them beside a wall."""
         none, behind = np.zeros((len(places), 3)), stroke.length_m - places[places < stroke.length_m]
         there, last = np.column_stack((places, none)), np.full_like(behind, stroke.length_m)
         walled = stroke.kind in (DriveKind.LAP, DriveKind.SETTING_OUT) or self.slide.both
@@ -108,7 +108,7 @@ class Joiner:
         return np.concatenate((there, _onward(there), *(rows if self.reversing else ())))
 
     def _join(self, places: Floats, back: bool | None = None) -> Floats:
-        """Rows (where the word or the slide behind it ends, from where the stroke is driven, slide, which way)."""
+        """Rows of `Join.join`."""
         none = np.zeros((len(places), 3))
         there, returned = np.column_stack((places, places, none[:, :2])), np.column_stack((places, none))
         if not self.slide.both:
@@ -119,7 +119,7 @@ class Joiner:
 
     def _among(
         self, first: CoverStroke, last: CoverStroke, zone: tuple[float, float], leave: Floats, join: Floats
-    ) -> StrokeJoin | None:
+    ) -> StrokeTransition | None:
         slides = [
             self.slide.pieces(onward * stroke.direction, onto=stroke is last)
             for onward in (-1, 1)
@@ -155,15 +155,15 @@ class Joiner:
             word = _spun(*ends, int(direction))
         else:
             word = self._word(ends, int(direction), WORDS[int(kind)], abs(first_rad))
-        way = PiecePath(behind.start, (*behind.pieces, *word, *on))
-        if self.space.touched(way):
+        path = PiecePath(behind.start, (*behind.pieces, *word, *on))
+        if self.space.touched(path):
             return None
-        return StrokeJoin(leave_m, leave_m - behind_m, way, arrive_m, begin_m, seconds, gained)
+        return StrokeTransition(leave_m, leave_m - behind_m, path, arrive_m, begin_m, seconds, gained)
 
     def _word(
         self, ends: tuple[PathPose, PathPose], direction: int, letters: str, first_rad: float
     ) -> tuple[Piece, ...]:
-        """A word that the survey found, to the last digit; driven backward where the direction is −1."""
+        """Pieces of a word that the kernel found, in full precision; backward where the direction is −1."""
         about = 0.0 if direction > 0 else math.pi
         start, goal = (pose._replace(heading_rad=pose.heading_rad + about) for pose in ends)
         offers = words(start, goal, self.turn)
@@ -176,17 +176,17 @@ class Joiner:
 
 
 def _onward(there: Floats) -> Floats:
-    """The same rows with slides to either side in the direction of travel."""
+    """Copies of rows with slides to either side in the direction of travel."""
     return np.concatenate([there + np.array((0.0, 0.0, side, 1.0)) for side in (-1.0, 1.0)])
 
 
 def _sideways(slide: tuple[Piece, ...], side: float) -> tuple[Piece, ...]:
-    """A slide to the left, to the other side where that is negative, or none (0)."""
+    """Slide to the left for a positive side, to the right for a negative one, none for 0."""
     return () if side == 0.0 else slide if side > 0.0 else tuple(piece.mirrored() for piece in slide)
 
 
 def _spun(start: PathPose, goal: PathPose, direction: int) -> tuple[Piece, ...]:
-    """Turn on the spot, straight, turn on the spot, from one pose to another."""
+    """Pieces from one pose to another: turn on the spot, straight, turn on the spot."""
     (seen, heading), amounts = goal.seen_from(start), np.empty(3)
     spun_between(seen.real, seen.imag, heading, float(direction), amounts)
     first_rad, straight_m, last_rad = amounts.tolist()

@@ -1,4 +1,4 @@
-"""Compiled: the ways from one straight stroke to another, listed with their times and a rough score.
+"""Compiled: candidate transitions from one straight stroke to another, with their times and a rough score.
 
 A stroke may be left anywhere along its end zone, and the next one joined anywhere along its begin zone; or the zone is
 driven to its end and the machine goes back, which takes a cusp. In between lies one of the eight words of turning
@@ -11,47 +11,47 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.core.jit import kernel
-from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, LENGTH, SHARPNESS
-from touchline.services.planner.coverage.kernels.turn_words import (
+from touchline.services.planner.coverage.kernels.turn_pieces import (
     SPUN,
     Mover,
     along,
     run_s,
     spun_between,
     spun_s,
-    way_s,
+    stretches_s,
     word_m,
     word_rows,
 )
+from touchline.services.planner.coverage.kernels.wall_clearance import Walls, keeps_off, poses_along, stands_free
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.circles import word_table
 
-# Longer words wind round themselves to no purpose: so many turning radii, beside the straight distance.
+# Longer words only wind round themselves: limit in turning radii beyond the straight distance.
 LONGEST_RADII = 12.0
 # Slides are numbered by where they lead and by direction: backward off the first stroke and onto the second, forward
 # off the first and onto the second.
 OFF, ONTO, SLIDES = 0, 1, 4
-# Roughly, driving a zone further is worth so many times the seconds that it takes.
+# In the rough score, driving a zone further is worth this multiple of its seconds.
 WORKED_MORE = 2.5
 
 
 class Join(NamedTuple):
-    """Zones of two strokes and where they may be left and joined; lengths (m) along the direction of travel.
+    """Zones of two strokes, and the positions at which they may be left and joined (m along the direction of travel).
 
     Attributes:
         leaving: (3,) pose at the beginning of the first stroke's end zone.
         leaving_direction: ±1.
-        leave: (n, 4) how far the zone is driven, how far straight back from there, to which side a slide follows
-            (±1, 0: none), and whether that is driven on in the direction of travel (0: back, 1).
+        leave: (n, 4) length driven of the zone, length driven straight back from there, side of the slide that
+            follows (±1, 0: none), and its direction (1: of travel, 0: back).
         slides: (SLIDES, 4, COLUMNS) pieces of the slides to the left.
-        slid: (SLIDES, 2) where each ends, seen from where it begins.
+        slid: (SLIDES, 2) end of each slide relative to its beginning.
         joining: (3,) pose at the beginning of the second stroke's begin zone.
         joining_direction: ±1.
         zone_m: Length of the begin zone.
-        join: (m, 4) where the word or the slide behind it ends, from where on the zone is driven: the same, or before
-            it; to which side that slide leads (±1, 0: none), and whether it is driven on in the direction of travel.
-        cusps: Whether the machine may go back on a zone.
+        join: (m, 4) end of the word, or of the slide after it; beginning of the driven part of the zone, there or
+            before it; side of the slide (±1, 0: none), and its direction (1: of travel, 0: back).
+        cusps: Whether the machine may drive back on a zone.
         backward: Whether words may be driven backward.
     """
 
@@ -70,7 +70,7 @@ class Join(NamedTuple):
 
 @kernel
 def departure(join: Join, i: int) -> Floats:
-    """The pose (3,) at which the word begins: x (m), y (m), heading (rad).
+    """Pose (3,) at which the word begins: x (m), y (m), heading (rad).
 
     Args:
         join: Zones of the two strokes.
@@ -87,7 +87,7 @@ def departure(join: Join, i: int) -> Floats:
 
 @kernel
 def arrival(join: Join, j: int) -> Floats:
-    """The pose (3,) at which the word ends: x (m), y (m), heading (rad).
+    """Pose (3,) at which the word ends: x (m), y (m), heading (rad).
 
     Args:
         join: Zones of the two strokes.
@@ -104,7 +104,7 @@ def arrival(join: Join, j: int) -> Floats:
 
 @kernel
 def slide_of(row: Floats, which: int) -> int:
-    """The number of the slide of a row of `leave` or `join`.
+    """Number of the slide of a row of `leave` or `join`.
 
     Args:
         row: (4,) of `Join.leave` or `Join.join`.
@@ -115,7 +115,7 @@ def slide_of(row: Floats, which: int) -> int:
 
 @kernel
 def slide_table(join: Join, row: Floats, which: int) -> Floats:
-    """Pieces (4, COLUMNS) of the slide of a row, which has one.
+    """Pieces (4, COLUMNS) of the slide of a row that has one.
 
     Args:
         join: Zones of the two strokes.
@@ -130,13 +130,13 @@ def slide_table(join: Join, row: Floats, which: int) -> Floats:
 
 @kernel
 def slid_m(join: Join, row: Floats, which: int, onward: float) -> float:
-    """Length of the slide of a row that is driven back (0) or on (1) in the direction of travel; 0 if it has none.
+    """Length of a row's slide if it has the given direction, else 0 (m).
 
     Args:
         join: Zones of the two strokes.
         row: (4,) of `Join.leave` or `Join.join`.
         which: `OFF` or `ONTO`.
-        onward: 0 or 1.
+        onward: 1 in the direction of travel, 0 back.
     """
     if row[3] != onward:
         return 0.0
@@ -145,12 +145,12 @@ def slid_m(join: Join, row: Floats, which: int, onward: float) -> float:
 
 @kernel
 def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
-    """Whether the body touches nothing on the slide that follows a zone; true if there is no slide.
+    """True if the body touches nothing on the slide after a zone, or there is none.
 
     Args:
         join: Zones of the two strokes.
         i: Row of `leave`.
-        walls: What the body keeps off.
+        walls: Outlines that the body keeps off.
         poses: (n, 3) working space.
     """
     if join.leave[i, 2] == 0.0:
@@ -163,12 +163,12 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
 
 @kernel
 def slide_on_is_free(join: Join, j: int, walls: Walls, poses: Floats) -> bool:
-    """Whether the body touches nothing on the slide that leads to a zone; true if there is no slide.
+    """True if the body touches nothing on the slide before a zone, or there is none.
 
     Args:
         join: Zones of the two strokes.
         j: Row of `join`.
-        walls: What the body keeps off.
+        walls: Outlines that the body keeps off.
         poses: (n, 3) working space.
     """
     if join.join[j, 2] == 0.0:
@@ -178,8 +178,8 @@ def slide_on_is_free(join: Join, j: int, walls: Walls, poses: Floats) -> bool:
     return bool(stands_free(start, walls) and keeps_off(poses[:length], walls))
 
 
-class Ways(NamedTuple):
-    """Ways that are listed: seconds, a rough score (s), and (n, 4) row of `leave`, of `join`, backward, kind."""
+class Candidates(NamedTuple):
+    """List of candidates: seconds, a rough score (s), and (n, 4) row of `leave`, of `join`, backward, kind."""
 
     times: Floats
     rough: Floats
@@ -187,17 +187,17 @@ class Ways(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Working space, and what is known of places on zones so far.
+    """Working space, and results that are cached by position on the zones.
 
     Attributes:
         amounts: (KINDS, 3) words of `word_table`, and turns on the spot of `spun_between`.
         table: (WORD_PIECES, COLUMNS) pieces of one.
         poses: (MOST_POSES, 3) along it.
-        driven: (5,) lengths of the stretches of a way.
+        driven: (5,) lengths of the stretches of a transition.
         heading_to: (5,) their directions.
-        stands: (n,) for each row of `leave`: whether the body stands free where the word begins (1, 0; −1: not known).
-        left: (n,) for each row of `leave`: cells that only its zone passes over; −1: not known.
-        joined: (m,) the same for each row of `join`.
+        stands: (n,) for each row of `leave`: 1 if the body is free where the word begins, 0 if not, −1: unknown.
+        leave_cells: (n,) for each row of `leave`: cells that only its zone passes over; −1: unknown.
+        join_cells: (m,) the same for each row of `join`.
     """
 
     amounts: Floats
@@ -206,8 +206,8 @@ class Room(NamedTuple):
     driven: Floats
     heading_to: Floats
     stands: Ints
-    left: Ints
-    joined: Ints
+    leave_cells: Ints
+    join_cells: Ints
 
 
 @kernel
@@ -218,8 +218,8 @@ def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, am
         join: Zones of the two strokes.
         i: Row of `leave`.
         j: Row of `join`.
-        direction: Of the word: 1 forward, −1 backward.
-        mover: How the machine moves.
+        direction: Direction of the word: 1 forward, −1 backward.
+        mover: Motion of the machine.
         amounts: (KINDS, 3) filled in as by `word_table`, straights in units of unit sharpness, and by `spun_between`.
 
     Returns:
@@ -242,9 +242,9 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
         join: Zones of the two strokes.
         i: Row of `leave`.
         j: Row of `join`.
-        direction: Of the word: 1 forward, −1 backward.
-        length: Of the word (m).
-        mover: How the machine moves.
+        direction: Direction of the word: 1 forward, −1 backward.
+        length: Length of the word (m).
+        mover: Motion of the machine.
         room: Working space.
     """
     driven, sides = room.driven, room.heading_to
@@ -255,18 +255,18 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
     driven[3], sides[3] = again, -join.joining_direction
     onto = join.zone_m - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 1.0)
     driven[4], sides[4] = onto, join.joining_direction
-    return float(way_s(driven, sides, mover))
+    return float(stretches_s(driven, sides, mover))
 
 
 @kernel
 def resting_s(join: Join, i: int, j: int, mover: Mover) -> float:
-    """Seconds for both zones, at whose near ends the machine rests.
+    """Seconds for both zones, with a rest at the ends of the transition.
 
     Args:
         join: Zones of the two strokes.
         i: Row of `leave`.
         j: Row of `join`.
-        mover: How the machine moves.
+        mover: Motion of the machine.
     """
     back = join.leave[i, 1] + slid_m(join, join.leave[i], OFF, 0.0)
     again = join.join[j, 0] - join.join[j, 1] + slid_m(join, join.join[j], ONTO, 0.0)
@@ -276,19 +276,19 @@ def resting_s(join: Join, i: int, j: int, mover: Mover) -> float:
 
 
 @kernel
-def list_words(join: Join, at: Ints, mover: Mover, room: Room, ways: Ways, found: int) -> int:
-    """List the words between two places that are not too long; see `LONGEST_RADII`.
+def list_words(join: Join, at: Ints, mover: Mover, room: Room, candidates: Candidates, found: int) -> int:
+    """List the words between two positions that are not too long; see `LONGEST_RADII`.
 
     Args:
         join: Zones of the two strokes.
         at: (3,) row of `leave`, row of `join`, and whether the word is driven backward (0, 1).
-        mover: How the machine moves.
+        mover: Motion of the machine.
         room: Working space.
-        ways: Filled in from row `found` on.
-        found: How many ways it has.
+        candidates: Filled in from row `found` on.
+        found: Number of candidates so far.
 
     Returns:
-        How many it has now.
+        Number of candidates now.
     """
     i, j, direction = at[0], at[1], -1.0 if at[2] else 1.0
     longest = LONGEST_RADII * mover.circle[4] / mover.root
@@ -298,35 +298,35 @@ def list_words(join: Join, at: Ints, mover: Mover, room: Room, ways: Ways, found
         if length > direct + longest:
             continue
         middle = room.amounts[kind, 1] / mover.root if kind % 4 < 2 else 0.0
-        ways.times[found] = over_zones_s(join, i, j, direction, length, mover, room)
-        ways.times[found] += (length - middle) * mover.bend_s_per_m
-        # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
+        candidates.times[found] = over_zones_s(join, i, j, direction, length, mover, room)
+        candidates.times[found] += (length - middle) * mover.bend_s_per_m
+        # The driven part of a zone is rarely covered by anything else.
         worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
-        ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
-        ways.which[found, :3], ways.which[found, 3] = at, kind
+        candidates.rough[found] = candidates.times[found] - WORKED_MORE * worked / mover.speed_mps
+        candidates.which[found, :3], candidates.which[found, 3] = at, kind
         found += 1
     if math.isfinite(mover.spin_lever_m):
-        ways.times[found] = resting_s(join, i, j, mover) + spun_s(room.amounts[SPUN], mover)
+        candidates.times[found] = resting_s(join, i, j, mover) + spun_s(room.amounts[SPUN], mover)
         worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
-        ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
-        ways.which[found, :3], ways.which[found, 3] = at, SPUN
+        candidates.rough[found] = candidates.times[found] - WORKED_MORE * worked / mover.speed_mps
+        candidates.which[found, :3], candidates.which[found, 3] = at, SPUN
         found += 1
     return found
 
 
 @kernel
-def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) -> int:
-    """List all ways whose slide is free, from the first row on.
+def list_candidates(join: Join, walls: Walls, mover: Mover, room: Room, candidates: Candidates) -> int:
+    """List all candidates whose slide is free, from the first row on.
 
     Args:
         join: Zones of the two strokes.
-        walls: What the body keeps off.
-        mover: How the machine moves.
+        walls: Outlines that the body keeps off.
+        mover: Motion of the machine.
         room: Working space.
-        ways: Filled in; room for 2·KINDS for each row of `leave` with each of `join`.
+        candidates: Filled in; room for 2·KINDS for each row of `leave` with each of `join`.
 
     Returns:
-        How many there are.
+        Number of candidates.
     """
     found, at = 0, np.zeros(3, np.int64)
     arrives = np.zeros(len(join.join), np.bool_)
@@ -342,23 +342,23 @@ def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) ->
                 continue
             for back in range(2 if join.backward else 1):
                 at[0], at[1], at[2] = i, j, back
-                found = list_words(join, at, mover, room, ways, found)
+                found = list_words(join, at, mover, room, candidates, found)
     return found
 
 
 @kernel
-def lay_word(join: Join, way: Ints, mover: Mover, room: Room) -> int:
-    """Write the word of a way.
+def lay_word(join: Join, candidate: Ints, mover: Mover, room: Room) -> int:
+    """Write the word of a candidate.
 
     Args:
         join: Zones of the two strokes.
-        way: (4,) a row of `Ways.which`.
-        mover: How the machine moves.
-        room: Filled in: `amounts` are the words of this way's places, `table` the pieces of its own.
+        candidate: (4,) a row of `Candidates.which`.
+        mover: Motion of the machine.
+        room: Filled in: `amounts` with all words between its positions, `table` with the pieces of its own.
 
     Returns:
-        How many pieces there are.
+        Number of pieces.
     """
-    direction, kind = -1.0 if way[2] else 1.0, way[3]
-    words_between(join, way[0], way[1], direction, mover, room.amounts)
+    direction, kind = -1.0 if candidate[2] else 1.0, candidate[3]
+    words_between(join, candidate[0], candidate[1], direction, mover, room.amounts)
     return int(word_rows(room.amounts[kind], kind, direction, mover, room.table))

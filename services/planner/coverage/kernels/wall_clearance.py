@@ -1,7 +1,7 @@
-"""Compiled: whether the body keeps off walls along a path.
+"""Compiled: clearance of the body from walls along a path.
 
-Where the body is well off everything it may move as far before it needs to be looked at again, so most places along a
-path are never looked at: the conservative advancement of Mirtich, "Impulse-based Dynamic Simulation of Rigid Body
+A body well off everything may move that far before the next check, so most poses along a path are never checked: the
+conservative advancement of Mirtich, "Impulse-based Dynamic Simulation of Rigid Body
 Systems", PhD thesis, University of California, Berkeley, 1996, ch. 2, from place to place.
 """
 
@@ -17,20 +17,20 @@ from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, SPIN, chord
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
-# The body is looked at this often (m) along a word.
+# Sampling of the body along a word (m).
 BODY_STEP_M = 0.12
-# And this often (rad) in turns on the spot.
+# Sampling of the body in turns on the spot (rad).
 SPIN_STEP_RAD = 0.05
-# How far off the body is is measured exactly up to so much (m).
+# Clearances are exact up to this distance (m).
 MEASURED_M = 1.0
-# Places are no nearer than they are measured but for this (m).
+# Error of measured clearances (m).
 ROUNDING_M = 1e-9
 
 Complexes = NDArray[np.complex128]
 
 
 class Walls(NamedTuple):
-    """Outlines that the body keeps off (see collision/checker.py) by `margin_m`; it reaches so far from its origin."""
+    """Outlines (see collision/checker.py) that a body, which reaches `reach_m` from its origin, keeps off."""
 
     edges: Floats
     owner: Ints
@@ -41,16 +41,16 @@ class Walls(NamedTuple):
 
 @borrowing
 def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
-    """Write poses along pieces, close enough to look at the body.
+    """Write poses along pieces, close enough for checks of the body.
 
     Args:
         start: (3,) x (m), y (m), heading (rad) at the beginning.
         table: (n, COLUMNS) pieces; see `pass_path`.
-        count: So many of its rows are driven.
-        poses: (m, 3) filled in, `start` first; what there is no room for is left out.
+        count: Number of rows that are driven.
+        poses: (m, 3) filled in, `start` first, as far as there is room.
 
     Returns:
-        How many poses are filled in.
+        Number of poses filled in.
     """
     x, y, heading, n = start[0], start[1], start[2], 1
     poses[0, 0], poses[0, 1], poses[0, 2] = x, y, heading
@@ -74,7 +74,7 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
                 if sharpness == 0.0 and turn != 0.0:
                     cos, sin = math.cos(turn), math.sin(turn)
             else:
-                # Along an arc every step is the last one, turned.
+                # Along an arc every step is the previous one, rotated.
                 dx, dy = cos * dx - sin * dy, sin * dx + cos * dy
             x, y, heading = x + dx, y + dy, heading + turn
             if n < len(poses):
@@ -85,11 +85,11 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
 
 @borrowing
 def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
-    """How far the body is off the walls (m), or less if that is more than `MEASURED_M`.
+    """Distance of the body from the walls (m); beyond `MEASURED_M` a lower bound of it.
 
     Args:
         pose: (3,) x (m), y (m), heading (rad).
-        walls: What the body keeps off.
+        walls: Outlines that the body keeps off.
         corners: (body's corners + 1,) working space.
     """
     cos, sin, sides = math.cos(pose[2]), math.sin(pose[2]), len(walls.body)
@@ -113,22 +113,22 @@ def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
 
 @kernel
 def stands_free(pose: Floats, walls: Walls) -> bool:
-    """Whether the body keeps off the walls at a pose, on their right side.
+    """True if the body keeps off the walls at a pose and is on their right side.
 
     Args:
         pose: (3,) x (m), y (m), heading (rad).
-        walls: What the body keeps off.
+        walls: Outlines that the body keeps off.
     """
     return bool(first_touch(pose.reshape(1, 3), walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
 
 
 @kernel
 def keeps_off(poses: Floats, walls: Walls) -> bool:
-    """Whether the body is nowhere nearer to a wall than it may be; on their right side it is, if it is at the first.
+    """True if the body keeps off the walls along a path; the first pose is taken to be on their right side.
 
     Args:
-        poses: (n, 3) x (m), y (m), heading (rad), one after the other.
-        walls: What the body keeps off.
+        poses: (n, 3) x (m), y (m), heading (rad), in driving order.
+        walls: Outlines that the body keeps off.
     """
     corners, p = np.empty(len(walls.body) + 1, np.complex128), 0
     while p < len(poses):
