@@ -21,7 +21,7 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
 from touchline.services.planner.steering.g2 import Steering
-from touchline.services.planner.steering.method import CurveEnd, before, carried_on
+from touchline.services.planner.steering.method import CurveEnd, before, extension
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Transition, TransitionFamily
 from touchline_research.bound import turning_bound_s
@@ -78,7 +78,7 @@ class Match(NamedTuple):
 
     @property
     def met(self) -> bool:
-        """Whether ours takes less, with curvature that does not step and wheels within their limits."""
+        """True if ours takes less, with curvature that does not step and wheels within their limits."""
         return self.ours_kept and self.ours_s < self.dpp_s
 
 
@@ -136,12 +136,12 @@ def _padded_transition(transitions: TransitionFamily, start: CurveEnd, goal: Cur
         path = PiecePath(start.pose, joined((*out, *between, *into)))
         offers.append(Transition(transitions.seconds(path.pieces, *speeds), path))
     quickest = min(offers, key=lambda transition: transition.seconds)
-    straight_on = carried_on(start, goal, quickest.path.length_m)
+    straight_on = extension(start, goal, quickest.path.length_m)
     return Transition(transitions.seconds(straight_on.pieces, *speeds), straight_on) if straight_on else quickest
 
 
 def _kept(pitch: Pitch, planned: Plan) -> bool:
-    """Whether curvature does not step and both wheels keep their limits."""
+    """True if curvature does not step and both wheels keep their limits."""
     report, vehicle = planned.report, pitch.vehicle
     most = 1.0 + LIMIT_SLACK
     return isfinite(report.max_sharpness_1pm2) and all(

@@ -9,7 +9,7 @@ from touchline.services.planner.steering.words import shortest_word
 
 
 class ContinuousDubins:
-    """CC-Dubins transitions within a largest curvature (1/m) and a largest sharpness (1/m²).
+    """CC-Dubins transitions within a maximum curvature (1/m) and a maximum sharpness (1/m²).
 
     A painted arc is left and reached by a clothoid between its curvature and zero, so the whole trajectory is
     continuous in curvature, arcs included.
@@ -22,24 +22,24 @@ class ContinuousDubins:
         self.turn = ContinuousTurn(curvature_max_1pm, sharpness_max_1pm2)
 
     def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The clothoid from straight to `curvature_1pm`."""
+        """Clothoid from straight to `curvature_1pm`."""
         if curvature_1pm == 0.0:
             return ()
         sharpness = math.copysign(self.sharpness_max_1pm2, curvature_1pm)
         return (Piece(curvature_1pm / sharpness, 0.0, sharpness),)
 
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The clothoid from `curvature_1pm` to straight."""
+        """Clothoid from `curvature_1pm` to straight."""
         return tuple(Piece(p.length_m, curvature_1pm, -p.sharpness_1pm2) for p in self.lead_in(curvature_1pm))
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The shortest of the CC words."""
+        """Shortest of the CC words."""
         return shortest_word(start, goal, self.turn).pieces(self.turn)
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """Out to a straight, on, and in from a straight."""
+        """Lead-out, the shortest word between the straights, and lead-in."""
         return through_straights(self, start, goal)
 
     def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """None: the words are driven forward throughout."""
+        """Return no transitions: all words are driven forward."""
         return []

@@ -18,10 +18,10 @@ from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, spiral
 
-# As in words.py: deflections this close below a full turn are none, goals this close to a line or turn are on it.
+# As in words.py: deflections this close below a full turn count as none, goals this close to a line or turn as on it.
 WRAP_RAD = 1e-12
 ON_PATH = 1e-12
-# Rows of a circle's figures.
+# Indices of a circle's dimensions.
 LIMIT, LIMIT_TURN, FORWARD, SIDE, RADIUS, CROSSING = range(6)
 # ∫₀¹ cos(h(1 − t²)) dt as a series in h² (h: half the deflection), exact to rounding up to h = π/2.
 _TERMS = 13
@@ -46,10 +46,11 @@ NONE: Amounts = (0.0, -1.0, 0.0)
 
 
 def circle(limit: float) -> Floats:
-    """(6,) the figures of the turning circle for a largest curvature in units of unit sharpness.
+    """Dimensions (6,) of the turning circle for a maximum curvature in units of unit sharpness.
 
     They are, in the order of the constants: the curvature that turns keep to, the deflection of two whole clothoids
-    (rad), the centre seen from where a turn begins, its distance, and the angle (rad) at which the circle is crossed.
+    (rad), the centre relative to the start of a turn (2), its distance, and the angle (rad) at which turns cross the
+    circle.
     """
     limit = min(limit, CURVATURE_CAP)
     half = 0.5 * limit * limit
@@ -66,8 +67,8 @@ def turn_length(deflection: float, c: Floats) -> float:
     circle.
 
     Args:
-        deflection: By which it turns, not negative (rad).
-        c: (6,) figures of the turning circle.
+        deflection: Angle by which it turns, not negative (rad).
+        c: (6,) dimensions of the turning circle.
     """
     if deflection >= c[LIMIT_TURN]:
         return float(c[LIMIT] + deflection / c[LIMIT])
@@ -80,7 +81,7 @@ def turn_length(deflection: float, c: Floats) -> float:
 
 @kernel
 def wrapped(angle: float) -> float:
-    """The angle (rad) as a deflection in [0, 2π), where a rounding error short of a full turn is no turn."""
+    """Wrap an angle (rad) to a deflection in [0, 2π); a rounding error short of a full turn counts as 0."""
     turn = angle - TAU * math.floor(angle / TAU)
     return 0.0 if turn >= TAU - WRAP_RAD else turn
 
@@ -90,10 +91,10 @@ def same_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
     """The word LSL (Dubins 1957), or `NONE`.
 
     Args:
-        x: Of the vector from the first to the last left centre.
-        y: Of that vector.
-        heading: Of the goal (rad).
-        c: (6,) figures of the turning circle.
+        x: x of the vector from the first to the last left centre.
+        y: y of that vector.
+        heading: Heading of the goal (rad).
+        c: (6,) dimensions of the turning circle.
     """
     straight = math.sqrt(x * x + y * y) - 2.0 * c[FORWARD]
     if straight < 0.0:
@@ -107,16 +108,16 @@ def other_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
     """The word LSR (Dubins 1957), or `NONE`.
 
     Args:
-        x: Of the vector from the first left to the last right centre.
-        y: Of that vector.
-        heading: Of the goal (rad).
-        c: (6,) figures of the turning circle.
+        x: x of the vector from the first left to the last right centre.
+        y: y of that vector.
+        heading: Heading of the goal (rad).
+        c: (6,) dimensions of the turning circle.
     """
     square = x * x + y * y
     if square < 4.0 * c[RADIUS] * c[RADIUS]:
         return NONE
     tangent = math.sqrt(square - 4.0 * c[SIDE] * c[SIDE])
-    # The course is that of the vector turned by atan(2·side / tangent).
+    # The course is that of the vector rotated by atan(2·side / tangent).
     course = math.atan2(y * tangent + x * 2.0 * c[SIDE], x * tangent - y * 2.0 * c[SIDE])
     return wrapped(course), max(tangent - 2.0 * c[FORWARD], 0.0), wrapped(course - heading)
 
@@ -126,11 +127,11 @@ def three_turns(x: float, y: float, heading: float, side: float, c: Floats) -> A
     """The word LRL (Dubins 1957), or `NONE`.
 
     Args:
-        x: Of the vector from the first to the last left centre.
-        y: Of that vector.
-        heading: Of the goal (rad).
-        side: On which side of the vector the middle centre lies: 1 left, −1 right.
-        c: (6,) figures of the turning circle.
+        x: x of the vector from the first to the last left centre.
+        y: y of that vector.
+        heading: Heading of the goal (rad).
+        side: Side of the vector on which the middle centre lies: 1 left, −1 right.
+        c: (6,) dimensions of the turning circle.
     """
     square = x * x + y * y
     height = 4.0 * c[RADIUS] * c[RADIUS] - 0.25 * square
@@ -149,13 +150,13 @@ def three_turns(x: float, y: float, heading: float, side: float, c: Floats) -> A
 
 @kernel
 def cost(word: Amounts, straight: bool, weight: float, c: Floats) -> float:
-    """Length of a word, its turns counted `weight` times; infinite if there is no such word.
+    """Length of a word with its turns weighted; infinite if the word does not exist.
 
     Args:
         word: Its three amounts.
         straight: Whether the middle one is a straight, not a turn.
-        weight: The length of turns counts so many times.
-        c: (6,) figures of the turning circle.
+        weight: Factor on the length of turns.
+        c: (6,) dimensions of the turning circle.
     """
     if word[1] < 0.0:
         return math.inf
@@ -171,11 +172,11 @@ def left_centres(x: float, y: float, cos: float, sin: float, c: Floats) -> tuple
     """Vectors from the first left centre to the last left and to the last right one, as x, y, x, y.
 
     Args:
-        x: Of the goal.
-        y: Of the goal.
-        cos: The goal looks along (cos, sin).
-        sin: See cos.
-        c: (6,) figures of the turning circle.
+        x: x of the goal.
+        y: y of the goal.
+        cos: Cosine of the heading of the goal.
+        sin: Sine of the heading of the goal.
+        c: (6,) dimensions of the turning circle.
     """
     # The last centre is goal − direction·conj(centre), or goal − direction·centre.
     left_x, left_y = cos * c[FORWARD] + sin * c[SIDE], sin * c[FORWARD] - cos * c[SIDE]
@@ -186,15 +187,15 @@ def left_centres(x: float, y: float, cos: float, sin: float, c: Floats) -> tuple
 
 @kernel
 def left_first(goal: complex, facing: complex, heading: float, c: Floats, weight: float, best: float) -> float:
-    """The least cost of the words that begin to the left, or `best` if that is less.
+    """Minimum cost of the words that begin to the left, or `best` if that is less.
 
     Args:
-        goal: Seen from the start.
-        facing: The unit vector of the heading there.
-        heading: The same as an angle (rad).
-        c: (6,) figures of the turning circle.
-        weight: The length of turns counts so many times.
-        best: The least cost so far.
+        goal: Position relative to the start.
+        facing: Unit vector of its heading.
+        heading: Heading as an angle (rad).
+        c: (6,) dimensions of the turning circle.
+        weight: Factor on the length of turns.
+        best: Minimum cost so far.
     """
     left_x, left_y, right_x, right_y = left_centres(goal.real, goal.imag, facing.real, facing.imag, c)
     square = left_x * left_x + left_y * left_y
@@ -214,14 +215,14 @@ def left_first(goal: complex, facing: complex, heading: float, c: Floats, weight
 
 @kernel
 def shortest_word(goal: complex, facing: complex, heading: float, c: Floats, weight: float) -> float:
-    """The least cost of all words between straight ends.
+    """Minimum cost of all words between straight ends.
 
     Args:
-        goal: Seen from the start.
-        facing: The unit vector of the heading there.
-        heading: The same as an angle (rad).
-        c: (6,) figures of the turning circle.
-        weight: The length of turns counts so many times.
+        goal: Position relative to the start.
+        facing: Unit vector of its heading.
+        heading: Heading as an angle (rad).
+        c: (6,) dimensions of the turning circle.
+        weight: Factor on the length of turns.
     """
     best = math.inf
     if abs(goal.imag) <= ON_PATH and goal.real >= -ON_PATH and facing.real > 0.0 and abs(facing.imag) <= ON_PATH:
@@ -237,10 +238,10 @@ def word_table(x: float, y: float, heading: float, c: Floats, table: Floats) -> 
     Rows of words that do not exist have an infinite straight.
 
     Args:
-        x: Of the goal.
-        y: Of the goal.
-        heading: Of the goal (rad).
-        c: (6,) figures of the turning circle.
+        x: x of the goal.
+        y: y of the goal.
+        heading: Heading of the goal (rad).
+        c: (6,) dimensions of the turning circle.
         table: (8, 3) filled in: signed deflection (rad), signed deflection or straight, signed deflection.
     """
     cos, sin = math.cos(heading), math.sin(heading)

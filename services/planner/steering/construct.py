@@ -1,4 +1,4 @@
-"""Compiled: builds the pieces of the shortest transition, as rows of length, curvature, sharpness and direction.
+"""Compiled: pieces of the shortest transition, as rows of length, curvature, sharpness and direction.
 
 All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return their new number.
 """
@@ -28,7 +28,7 @@ from touchline.services.planner.steering.forward import (
 )
 from touchline.services.planner.steering.profile import DIRECTION, shape, shape_for
 from touchline.services.planner.steering.query import Query
-from touchline.services.planner.steering.symmetry import turn_pieces_round
+from touchline.services.planner.steering.symmetry import reverse_pieces
 
 # No path has more pieces: two ramps and three turns of three.
 MAX_PIECES = 12
@@ -36,12 +36,12 @@ MAX_PIECES = 12
 
 @kernel
 def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direction: float) -> int:
-    """Append a piece, unless it is empty; the number of pieces.
+    """Append a piece, unless it is empty; return the number of pieces.
 
     Args:
         pieces: (many, 4 or 5) filled in.
-        n: Pieces so far.
-        length: Not appended if it is not positive.
+        n: Number of pieces so far.
+        length: Length; the piece is appended only if this is positive.
         k: Curvature at the beginning.
         sharpness: Change of curvature along it.
         direction: 1 forward, −1 backward.
@@ -54,11 +54,11 @@ def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direc
 
 @kernel
 def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: float) -> int:
-    """Append the clothoid of unit sharpness between two curvatures; the number of pieces.
+    """Append the clothoid of unit sharpness between two curvatures; return the number of pieces.
 
     Args:
         pieces: (many, 4 or 5) filled in.
-        n: Pieces so far.
+        n: Number of pieces so far.
         k_from: Curvature at its beginning.
         k_to: Curvature at its end.
         direction: 1 forward, −1 backward.
@@ -68,17 +68,17 @@ def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: floa
 
 @kernel
 def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Floats) -> int:
-    """Append a turn of the words; the number of pieces.
+    """Append a turn of a word; return the number of pieces.
 
     It is clothoid, arc, clothoid; below the limit deflection two flatter clothoids; for no deflection their chord
     (Fraichard and Scheuer 2004, see circles.py).
 
     Args:
         pieces: (many, 4 or 5) filled in.
-        n: Pieces so far.
-        deflection: By which it turns (rad), positive to the left.
+        n: Number of pieces so far.
+        deflection: Angle by which it turns, left positive (rad).
         direction: 1 forward, −1 backward.
-        c: (6,) figures of the turning circle.
+        c: (6,) dimensions of the turning circle.
     """
     size, side = abs(deflection), math.copysign(1.0, deflection)
     if size >= c[LIMIT_TURN]:
@@ -93,15 +93,15 @@ def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Flo
 
 @kernel
 def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n: int) -> int:
-    """Append the shortest word between straight ends, the same one that `shortest_word` measures; the number of pieces.
+    """Append the word between straight ends that `shortest_word` measures; return the number of pieces.
 
     Args:
-        x: Of the goal.
-        y: Of the goal.
-        heading: Of the goal (rad).
-        c: (6,) figures of the turning circle.
+        x: x of the goal.
+        y: y of the goal.
+        heading: Heading of the goal (rad).
+        c: (6,) dimensions of the turning circle.
         pieces: (MAX_PIECES or more, 4 or 5) filled in.
-        n: Pieces so far.
+        n: Number of pieces so far.
     """
     best, chosen = math.inf, -1
     table = np.empty((8, 3))
@@ -133,13 +133,13 @@ def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n
 
 @kernel
 def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> int:
-    """Fill in the pieces of a profile; their number.
+    """Fill in the pieces of a profile; return their number.
 
     Args:
         elements: (n, 4) of the profile, see profile.py.
         u: (3,) the unknown amounts.
-        ends: (2,) curvatures before the first element and behind the last.
-        limit: Largest curvature.
+        ends: (2,) curvatures before the first element and after the last one.
+        limit: Maximum curvature.
         pieces: (MAX_PIECES, 4 or 5) filled in.
     """
     shaped = shape_for(elements)
@@ -159,22 +159,22 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 
 @kernel
 def forward_pieces(query: Query, pieces: Floats) -> int:
-    """Fill in the pieces of the shortest forward path, as `shortest_forward` finds it; their number.
+    """Fill in the pieces of the path that `shortest_forward` finds; return their number.
 
     Args:
-        query: What is asked.
+        query: Query of the path search.
         pieces: (MAX_PIECES, 4 or 5) filled in, in units of the query.
     """
     ends, c = query.ends, query.circle
     amounts = np.empty(3)
-    _, family, turned_round = shortest_forward(query, amounts)
+    _, family, from_goal = shortest_forward(query, amounts)
     if family != WORDS:
         elements = three_elements(family == WITH_A_STRAIGHT)
-        if not turned_round:
+        if not from_goal:
             return int(profile_pieces(elements, amounts, ends, c[LIMIT], pieces))
         other_ends = np.array((-ends[1], -ends[0]))
         n = profile_pieces(elements, amounts, other_ends, c[LIMIT], pieces)
-        turn_pieces_round(pieces, n)
+        reverse_pieces(pieces, n)
         return int(n)
     between, turn_between = lead_poses(ends, query.goal, query.turn)
     n = put_ramp(pieces, 0, ends[0], 0.0, 1.0)

@@ -2,12 +2,12 @@
 
 The families are those of hybrid curvature (HC) steer: the words of Reeds and Shepp and a few more, where a turn begins
 and ends with a clothoid, but at a cusp at full curvature. A bend's arc lies on a circle of radius 1/κ, so a word
-follows from its joints alone: in a joint's own heading the next circle's centre lies at a fixed place from the last's.
-A word whose bends are all long enough to reach the limit is a path as it is; from the others Newton's method finds one.
+follows from its joints alone: in the frame of a joint, the offset from one circle's centre to the next is fixed.
+A word whose bends all reach the limit is a path already; from the others Newton's method finds one.
 
 Source: Banzhaf, Palmieri, Nienhüser, Schmidt, Knoop, Zöllner, "Hybrid curvature steer: a novel extend function for
 sampling-based nonholonomic motion planning in tight environments", ITSC 2017. Names: C circle, s side (left 1, right
-−1), d direction of travel, F and S the forward and sideward part of a turn's centre seen from where it begins straight.
+−1), d direction of travel, F and S the forward and sideways offset of a turn's centre from its straight beginning.
 """
 
 import math
@@ -25,15 +25,15 @@ from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_E
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.unit_clothoid import ramp
 
-# How the joints' headings are found: from the sides of a triangle (three bends, or four whose middle turns cancel out),
-# for four bends whose middle turns add up, or from a straight's tangent.
+# Rules for the joints' headings: from the sides of a triangle (three bends, or four whose middle turns cancel out), for
+# four bends whose middle turns add up, or from the tangent of a straight.
 TRIANGLE, CANCELLING, ADDING, TANGENT = range(4)
-# The directions of three elements, but for those that are all driven forward.
+# Directions of three elements, except all forward.
 WITH_CUSPS = ["".join(directions) for directions in product("+-", repeat=3)][1:]
 
 
 class Family(NamedTuple):
-    """Element kinds and directions (see patterns.py), sides of the bends, how it is solved, number of solutions."""
+    """Element kinds, directions (see patterns.py), sides of the bends, rule for headings, and number of solutions."""
 
     kinds: str
     directions: str
@@ -58,7 +58,7 @@ def _families() -> list[Family]:
 
 
 def _ended(family: Family) -> list[Family]:
-    """The family; if it begins or ends backward, also its variants with a clothoid at that end."""
+    """Return a family and, if it begins or ends backward, its variants with a clothoid at that end."""
     families = [family]
     if family.directions[0] == "-":
         families += [
@@ -85,22 +85,22 @@ CUSPS = np.array([cusps_of(family.directions) for family in FAMILIES])
 
 @kernel
 def word(family: int, branch: int, query: Query, elements: Floats, u: Floats) -> float:
-    """Length of a word, exact if all its bends reach the limit; infinite if there is no such word.
+    """Length of a word, exact if all its bends reach the limit; infinite if the word does not exist.
 
     Args:
-        family: A row of `FAMILIES`.
-        branch: Which of the family's solutions.
-        query: What is asked.
-        elements: (n, 4) those of the family; the amounts of fixed bends are filled in.
-        u: (3,) the unknowns, filled in.
+        family: Row of `FAMILIES`.
+        branch: Number of the solution.
+        query: Query of the path search.
+        elements: (n, 4) elements of the family; the amounts of fixed bends are filled in.
+        u: (3,) unknowns, filled in.
     """
     ends, turn, c = query.ends, query.turn, query.circle
     begin, n = LEADS[family], BENDS[family]
     bends, sides = elements[begin : begin + n], SIDES[family, begin:]
-    # Headings between which each bend turns, as if its clothoids led from and to straights.
+    # Headings at both ends of each bend, as if its clothoids led from and to straights.
     into, out = np.empty(n), np.empty(n)
     first, into[0] = end_circle(ends[0], sides[0], bends[0, DIRECTION], begin > 0, c)
-    # The goal, looking backward, is a start from which bends turn the other way.
+    # Seen backward, the goal is a start from which bends turn to the other side.
     last, out[n - 1] = end_circle(-ends[1], -sides[n - 1], bends[n - 1, DIRECTION], begin + n < len(elements), c)
     out[n - 1] += turn
     across = query.goal - unit(turn) * last - first
@@ -139,14 +139,14 @@ def word(family: int, branch: int, query: Query, elements: Floats, u: Floats) ->
 
 @kernel
 def end_circle(k: float, side: float, direction: float, clothoid: bool, c: Floats) -> tuple[complex, float]:
-    """The centre of the first bend's circle, and the heading (rad) from which it would turn if it began straight.
+    """Centre of the first bend's circle, and the heading (rad) at which it would begin if it began straight.
 
     Args:
-        k: Curvature before the bend, where it begins forward.
-        side: To which it turns: left 1, right −1.
+        k: Curvature before the bend, if it begins forward.
+        side: Side to which it turns: 1 left, −1 right.
         direction: 1 forward, −1 backward.
-        clothoid: Whether a bend that begins backward does so with a clothoid from straight; else at the limit.
-        c: (6,) figures of the turning circle.
+        clothoid: Whether a bend that begins backward begins with a clothoid from straight, not at the limit.
+        c: (6,) dimensions of the turning circle.
     """
     if direction < 0.0 and clothoid:
         return complex(-c[FORWARD], side * c[SIDE]), 0.0
@@ -158,16 +158,16 @@ def end_circle(k: float, side: float, direction: float, clothoid: bool, c: Float
 
 @kernel
 def joint(elements: Floats, sides: Floats, i: int, c: Floats) -> complex:
-    """The vector from the centre of a bend's circle to that of the next, which turns to the other side.
+    """Vector from the centre of a bend's circle to that of the next, which turns to the other side.
 
-    It is seen along the heading of their joint, which lies in its middle: a cusp at full curvature, or where curvature
-    is 0 between the clothoids of the two.
+    It is given in the frame of the heading of their joint: a cusp at full curvature, or the point of zero curvature
+    between the clothoids of the two.
 
     Args:
-        elements: (n, 4) the bends, see profile.py.
-        sides: (n or more,) to which they turn: left 1, right −1.
-        i: The first of the two bends.
-        c: (6,) figures of the turning circle.
+        elements: (n, 4) bends, see profile.py.
+        sides: (n or more,) sides to which they turn: 1 left, −1 right.
+        i: Index of the first of the two bends.
+        c: (6,) dimensions of the turning circle.
     """
     direction = elements[i, DIRECTION]
     if elements[i + 1, DIRECTION] == direction:
@@ -182,7 +182,7 @@ def _angle(z: complex) -> float:
 
 @kernel
 def _triangle(across: complex, first: complex, second: complex, branch: int, out: Floats) -> bool:
-    """The headings by which two joints have to be turned for their sum to lead `across`."""
+    """Headings by which two joint vectors have to be rotated so that their sum is `across`; false if there are none."""
     a, b, distance = abs(first), abs(second), abs(across)
     if distance > a + b or distance < abs(a - b) or distance == 0.0:
         return False
@@ -195,9 +195,9 @@ def _triangle(across: complex, first: complex, second: complex, branch: int, out
 
 @kernel
 def _adding(across: complex, first: complex, side: float, limit: float, branch: int, out: Floats) -> bool:
-    """The joints' headings of four bends with a cusp in the middle, on either side of which they turn as much.
+    """Joint headings of four bends with a cusp in the middle, which turn by the same angle on either side of it.
 
-    Turned back by that much, φ, the first joint, and its mirror image for the last, leave only sideward distance:
+    Rotated back by that angle, φ, the first joint, and its mirror image for the last, leave a sideways distance only:
     across = exp(iθ)·2i·(Im(first·exp(−iφ)) + s/κ).
     """
     sideward = abs(across) if branch < 2 else -abs(across)
@@ -213,11 +213,11 @@ def _adding(across: complex, first: complex, side: float, limit: float, branch: 
 
 @kernel
 def _tangent(across: complex, elements: Floats, sides: Floats, c: Floats, branch: int, out: Floats) -> float:
-    """The joints' headings of bends with a straight; the straight's length, negative if there is none."""
+    """Joint headings of bends with a straight; returns the straight's length, negative if there is none."""
     n = len(elements)
     at = 1 if elements[1, STRAIGHT] != 0.0 else 2
     direction = elements[at, DIRECTION]
-    # From circle to circle, but for the straight, in its heading. A quarter turn and the cusp beyond lie along it.
+    # From circle to circle without the straight, in its frame. A quarter turn and the cusp beyond lie along it.
     beside = _tangent_point(direction, elements[at + 1, DIRECTION], sides[at + 1], c)
     beside += _tangent_point(direction, elements[at - 1, DIRECTION], -sides[at - 1], c)
     beside += direction * (n - 3) * 2.0 / c[LIMIT]
@@ -236,5 +236,5 @@ def _tangent(across: complex, elements: Floats, sides: Floats, c: Floats, branch
 
 @kernel
 def _tangent_point(straight: float, bend: float, side: float, c: Floats) -> complex:
-    """The centre of a bend that follows a straight, seen from the straight's end."""
+    """Centre of a bend that follows a straight, relative to the straight's end."""
     return complex(straight * c[FORWARD], side * c[SIDE]) if bend == straight else complex(0.0, side / c[LIMIT])

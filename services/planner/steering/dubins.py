@@ -6,6 +6,6 @@ from touchline.services.planner.steering.words import shortest_word
 
 
 def dubins_pieces(start: PathPose, goal: PathPose, curvature_max_1pm: float) -> tuple[Piece, ...]:
-    """The pieces of the optimal Dubins path from `start` to `goal` (all six words; arcs at `curvature_max_1pm`)."""
+    """Pieces of the optimal Dubins path from `start` to `goal` (all six words; arcs at `curvature_max_1pm`)."""
     turn = ArcTurn(curvature_max_1pm)
     return shortest_word(start, goal, turn).pieces(turn)

@@ -8,9 +8,9 @@ from touchline.core.angles import TAU
 from touchline.core.jit import kernel
 from touchline.services.planner.steering.circles import left_centres, other_side, same_side, three_turns, wrapped
 
-# Figures (see circles.py) of a turn that is nothing but an arc of radius 1.
+# Dimensions (see circles.py) of a turn that is just an arc of radius 1.
 PLAIN = np.array((1.0, 0.0, 0.0, 1.0, 1.0, 0.0))
-# A deflection (rad) this close below a full turn, and circles this close to one another, may be blurred by rounding.
+# A deflection (rad) this close below a full turn, and circles this close to one another, may be due to rounding.
 BLURRED = 1e-6
 
 
@@ -18,12 +18,12 @@ BLURRED = 1e-6
 def least_plain(x: float, y: float, heading: float) -> float:
     """Length of the plain Dubins path of radius 1 (Dubins 1957) from the origin, heading along +x, to a goal.
 
-    Where rounding blurs it, it is a little less, never more: a lower bound for curvature of at most 1.
+    Rounding makes it a little less, never more: a lower bound for curvature of at most 1.
 
     Args:
-        x: Of the goal, in radii.
-        y: Of the goal, in radii.
-        heading: Of the goal (rad).
+        x: x of the goal, in radii.
+        y: y of the goal, in radii.
+        heading: Heading of the goal (rad).
     """
     cos, sin = math.cos(heading), math.sin(heading)
     best = math.inf

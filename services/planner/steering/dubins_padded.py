@@ -4,13 +4,13 @@ from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.method import CurveEnd, through_straights
 
-# The study drives straight this far before and after every painted segment, to lower the discs and to settle.
+# Lengths (m) that the study drives straight before and after every painted segment, to lower the discs and to settle.
 PADDING_BEFORE_M = 0.5
 PADDING_AFTER_M = 0.1
 
 
 class PaddedDubins:
-    """Dubins transitions within a largest curvature (1/m); curvature steps at every joint."""
+    """Dubins transitions within a maximum curvature (1/m); curvature steps at every joint."""
 
     name = "dubins-padded"
 
@@ -18,21 +18,21 @@ class PaddedDubins:
         self.curvature_max_1pm = curvature_max_1pm
 
     def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The straight padding before a segment, whatever its curvature."""
+        """Straight padding before a segment, for any curvature."""
         return (Piece(PADDING_BEFORE_M),)
 
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The straight padding after a segment, whatever its curvature."""
+        """Straight padding after a segment, for any curvature."""
         return (Piece(PADDING_AFTER_M),)
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The optimal Dubins path."""
+        """Pieces of the optimal Dubins path."""
         return dubins_pieces(start, goal, self.curvature_max_1pm)
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """Out to a straight, on, and in from a straight."""
+        """Lead-out, the shortest word between the straights, and lead-in."""
         return through_straights(self, start, goal)
 
     def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """None: the words are driven forward throughout."""
+        """Return no transitions: all words are driven forward."""
         return []

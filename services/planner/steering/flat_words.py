@@ -1,8 +1,8 @@
-"""Words with cusps driven as they are, where turns between straights are too small to reach the curvature limit.
+"""Words with cusps that are paths already, although turns between straights do not reach the curvature limit.
 
-Such a turn is the flatter pair of clothoids on the turning circle (see `circles.turn_length`). Newton's method knows
-clothoids of full sharpness only: a turn of these is shorter, but ends elsewhere, and the rest of the path may have
-to be longer by more than that.
+Such a turn is the flatter pair of clothoids on the turning circle (see `circles.turn_length`). Newton's method uses
+clothoids of full sharpness only: a turn of these is shorter, but ends elsewhere, which may lengthen the rest of the
+path by more than that.
 """
 
 import math
@@ -17,15 +17,15 @@ from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, STRAI
 
 @kernel
 def flat_pieces(elements: Floats, u: Floats, ends: Floats, c: Floats, pieces: Floats) -> int:
-    """Fill in the pieces of a word with flat turns; their number, 0 if there is no such path.
+    """Fill in the pieces of a word with flat turns; return their number, 0 if there is no such path.
 
     There is none where a bend beside a cusp or beside a curved end does not reach the limit.
 
     Args:
-        elements: (n, 4) of the word, as `cusp_words.word` leaves them.
-        u: (3,) the unknowns.
+        elements: (n, 4) elements of the word, filled in by `cusp_words.word`.
+        u: (3,) unknowns.
         ends: (2,) curvatures at the start and at the goal.
-        c: (6,) figures of the turning circle.
+        c: (6,) dimensions of the turning circle.
         pieces: (MAX_PIECES, 4) filled in.
     """
     if not _has_flat_turns(elements, u, ends, c[LIMIT]):
@@ -52,7 +52,7 @@ def flat_pieces(elements: Floats, u: Floats, ends: Floats, c: Floats, pieces: Fl
 
 @kernel
 def _has_flat_turns(elements: Floats, u: Floats, ends: Floats, limit: float) -> bool:
-    """Whether some bends do not reach the limit, and all of those lie between straights."""
+    """True if there are bends that do not reach the limit, all of them between straights."""
     n, flat = len(elements), False
     for i in range(n):
         ramps = ramps_beside(elements, i)

@@ -1,8 +1,8 @@
-"""The shortest path driven forward, where the goal is so close that the six words of turning circles are too long.
+"""Shortest forward path, also to goals so close that the six words of turning circles are too long.
 
-Two families of profiles between any two curvatures: bend, bend, bend (the middle one may also be a dent between two
-bends to one side) and bend, straight, bend. Newton's method starts from a fixed set of deflections, which was chosen
-greedily from a twelve times larger one, and finds as short a path in all but a few of a thousand random pairs.
+Two families of profiles join any two curvatures: bend, bend, bend (the middle one may also be a dent between two bends
+to one side) and bend, straight, bend. Newton's method starts from a fixed set of deflections, chosen greedily from one
+twelve times as large, which finds as short a path in all but a few of a thousand random pairs.
 """
 
 import math
@@ -18,17 +18,17 @@ from touchline.services.planner.steering.circles import LIMIT, RADIUS, cost, sho
 from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, FAILED, STRAIGHT, UNKNOWN, amount_of
 from touchline.services.planner.steering.query import Query
-from touchline.services.planner.steering.symmetry import turn_query_round
+from touchline.services.planner.steering.symmetry import reversed_query
 from touchline.services.planner.steering.unit_clothoid import ramp
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
 TIE = 1e-10
-# A word this much longer than the best one is not polished: it gains little more than the ramps at its ends.
+# A word this much longer than the best one is not polished: polishing gains little more than the ramps at its ends.
 POLISH_MARGIN = 2.0
 BENDS_ONLY, WITH_A_STRAIGHT, WORDS = range(3)
 
-# Deflections (rad) of the bends; in BEND_STRAIGHT_BEND the middle one is a length. All are used to both sides and in
-# both orders.
+# Deflections (rad) of the bends; in BEND_STRAIGHT_BEND the middle value is a length. All are used mirrored and
+# reversed, too.
 BENDS = (
     (-2.5, 0.4, -1.2),
     (-0.4, 4.2, -0.05),
@@ -57,12 +57,12 @@ BEND_STRAIGHT_BEND = (
     (-4.2, 3.0, 2.5),
     (-4.2, 0.5, 0.05),
 )
-# Further away than this, in radii of the turning circle, the words lead Newton's method to the best profile.
+# Beyond this distance, in radii of the turning circle, Newton's method finds the best profile from the words.
 HOP_RADII = 5.5
 
 
 def _both_directions(starts: tuple[tuple[float, float, float], ...], middle: float) -> Floats:
-    """The starts, mirrored (the middle one multiplied by `middle`) and turned round, each once."""
+    """Add the mirrored (middle value multiplied by `middle`) and reversed starts, each once."""
     found = [
         start for a, b, c in starts for start in ((a, b, c), (c, b, a), (-a, middle * b, -c), (-c, middle * b, -a))
     ]
@@ -71,7 +71,7 @@ def _both_directions(starts: tuple[tuple[float, float, float], ...], middle: flo
 
 _BENDS = _both_directions(BENDS, -1.0)
 _STRAIGHTS = _both_directions(BEND_STRAIGHT_BEND, 1.0)
-# Bends about the ends' own curvatures, in shares of the limit.
+# Bends about the curvatures of the ends, as fractions of the limit.
 WIGGLES = np.array([(a * d, b * d, c * d) for d in (0.1, 0.4) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
 STARTS = np.concatenate((_BENDS, _STRAIGHTS))
 WITH_STRAIGHT = np.arange(len(STARTS)) >= len(_BENDS)
@@ -79,7 +79,7 @@ WITH_STRAIGHT = np.arange(len(STARTS)) >= len(_BENDS)
 
 @kernel
 def three_elements(straight_middle: bool) -> Floats:
-    """Bend, bend or straight, bend, all forward, each with an unknown of its own."""
+    """Elements of bend, bend or straight, bend, all forward, each with an unknown of its own."""
     elements = np.zeros((3, 4))
     for i in range(3):
         elements[i, DIRECTION] = 1.0
@@ -91,21 +91,21 @@ def three_elements(straight_middle: bool) -> Floats:
 
 @kernel
 def shortest_forward(query: Query, amounts: Floats) -> tuple[float, int, bool]:
-    """The shortest path driven forward: a profile of three elements, or one of the six words between two ramps.
+    """Find the shortest forward path: a profile of three elements, or one of the six words between two ramps.
 
     Args:
-        query: What is asked.
-        amounts: (3,) those of the profile, filled in if it is one.
+        query: Query of the path search.
+        amounts: (3,) amounts of the profile, filled in if the path is one.
 
     Returns:
-        Its length; BENDS_ONLY, WITH_A_STRAIGHT or WORDS; and whether the profile is that of the query turned round
-        (see symmetry.py).
+        Its length; BENDS_ONLY, WITH_A_STRAIGHT or WORDS; and whether the profile solves the reversed query (see
+        symmetry.py).
     """
     ends, c = query.ends, query.circle
     between, turn_between = lead_poses(ends, query.goal, query.turn)
     word = abs(ends[0]) + abs(ends[1]) + shortest_word(between, unit(turn_between), turn_between, c, 1.0)
     best, family = shortest_profile(query, word, word, amounts)
-    length, found = shortest_profile(turn_query_round(query), word, best, amounts)
+    length, found = shortest_profile(reversed_query(query), word, best, amounts)
     if found != WORDS:
         return length, found, True
     return best, family, False
@@ -113,13 +113,13 @@ def shortest_forward(query: Query, amounts: Floats) -> tuple[float, int, bool]:
 
 @kernel
 def shortest_profile(query: Query, word: float, best: float, amounts: Floats) -> tuple[float, int]:
-    """The shortest profile below `best`, and its family; or `best` and WORDS.
+    """Find the shortest profile below `best`; return its length and family, or `best` and WORDS.
 
     Args:
-        query: What is asked.
+        query: Query of the path search.
         word: Length of the best word.
         best: Length of the best path so far.
-        amounts: (3,) those of the profile, filled in if there is one.
+        amounts: (3,) amounts of the profile, filled in if there is one.
     """
     family = WORDS
     lead = lead_poses(query.ends, query.goal, query.turn)
@@ -135,15 +135,15 @@ def shortest_profile(query: Query, word: float, best: float, amounts: Floats) ->
 
 @kernel
 def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float]:
-    """Where a word has to lead that lies between a ramp from the start's curvature and a ramp to the goal's.
+    """Goal of a word between a ramp from the start's curvature and a ramp to the goal's.
 
     Args:
         ends: (2,) curvatures at the start and at the goal.
-        goal: Where the goal lies, seen from the start.
+        goal: Position of the goal relative to the start.
         turn: Its heading (rad).
 
     Returns:
-        Place and heading (rad) of the straight pose before the last ramp, seen from the straight pose after the first.
+        Position and heading (rad) of the straight pose before the last ramp, relative to the one after the first.
     """
     to_straight, out_turn = ramp(0.0, ends[0], 0.0)
     from_straight, in_turn = ramp(0.0, 0.0, ends[1])
@@ -155,17 +155,17 @@ def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float
 def polished_words(
     query: Query, lead: tuple[complex, float], longest: float, best: float, amounts: Floats
 ) -> tuple[float, int]:
-    """The shortest profile below `best` that Newton's method reaches from the words between the ends' straights.
+    """Find the shortest profile below `best` that Newton's method reaches from the words between the ramps.
 
     Args:
-        query: What is asked.
-        lead: Place and heading (rad) of the words' goal, as `lead_poses` has it.
-        longest: Words that are longer are not tried.
+        query: Query of the path search.
+        lead: Position and heading (rad) of the words' goal, from `lead_poses`.
+        longest: Maximum length of the words.
         best: Length of the best path so far.
-        amounts: (3,) those of the profile, filled in if there is one.
+        amounts: (3,) amounts of the profile, filled in if there is one.
 
     Returns:
-        Its length, and its family; `best` and −1 if there is none.
+        Its length and family; `best` and −1 if there is none.
     """
     ends, c = query.ends, query.circle
     limit = c[LIMIT]
@@ -200,12 +200,12 @@ def _ramp_deflection(deflection: float, position: int, ends: Floats) -> float:
 
 @kernel
 def short_hop(query: Query, best: float, amounts: Floats) -> tuple[float, int]:
-    """The shortest profile below `best` that Newton's method reaches from the fixed starts.
+    """Find the shortest profile below `best` that Newton's method reaches from the fixed starts.
 
     Args:
-        query: What is asked.
+        query: Query of the path search.
         best: Length of the best path so far.
-        amounts: (3,) those of the profile, filled in if there is one.
+        amounts: (3,) amounts of the profile, filled in if there is one.
 
     Returns:
         Its length, and BENDS_ONLY or WITH_A_STRAIGHT; `best` and −1 if there is none.
@@ -234,14 +234,14 @@ def short_hop(query: Query, best: float, amounts: Floats) -> tuple[float, int]:
 
 @borrowing
 def attempt(u: Floats, straight: bool, query: Query, longest: float) -> float:
-    """Length of the profile that Newton's method reaches, with the number of full turns that its start intends.
+    """Length of the profile that Newton's method reaches, with the number of full turns of its start.
 
-    FAILED if there is none; it may be FAILED, too, if the profile is no shorter than `longest`.
+    FAILED if there is none, and possibly if it is no shorter than `longest`.
 
     Args:
-        u: (3,) the amounts: where to start, and then the solution.
+        u: (3,) amounts: the start, replaced by the solution.
         straight: Whether the middle element is a straight.
-        query: What is asked.
+        query: Query of the path search.
         longest: Length of the best path so far.
     """
     ends, goal, limit = query.ends, query.goal, query.circle[LIMIT]
@@ -254,22 +254,22 @@ def attempt(u: Floats, straight: bool, query: Query, longest: float) -> float:
 
 @kernel
 def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> float:
-    """A lower bound: no path from curvature to curvature that leads to a goal and turns by so much in all is shorter.
+    """Lower bound on the length of a path with given curvatures at its ends, given goal and total turn.
 
-    A path of length L, heading θ and largest curvature κ leads to where its turn at κ alone would lead, and further by
+    A path of length L, heading θ and maximum curvature κ ends where its turn at κ alone would end, displaced by
     ∫(1 − θ'/κ)·exp(iθ) ds (with the signs of a left turn), which is no longer than ∫(1 − θ'/κ) ds = L − turn/κ.
 
     Args:
         ends: (2,) curvatures at the start and at the goal.
-        goal: Seen from the start.
-        turn: Of the whole path, full turns included (rad).
-        limit: Largest curvature.
+        goal: Position of the goal relative to the start.
+        turn: Turn of the whole path, full turns included (rad).
+        limit: Maximum curvature.
     """
     side = 1.0 if turn >= 0.0 else -1.0
     size = abs(turn)
     further = abs(limit * goal - side * 1j * (1.0 - unit(turn)))
     first, last = limit - side * ends[0], limit - side * ends[1]
-    # Up to the limit and down again it turns by less than at the limit, by so much.
+    # Turn lost on the ramps up to the limit and down again.
     lost = 0.5 * (first * first + last * last)
     if size <= limit * (first + last) - lost:
         lost = 0.0
@@ -282,10 +282,10 @@ def turn_of(u: Floats, straight_middle: bool, ends: Floats, limit: float) -> flo
     """Turn (rad) of a forward profile of bend, bend or straight, bend.
 
     Args:
-        u: (3,) the amounts of its elements.
+        u: (3,) amounts of its elements.
         straight_middle: Whether the middle element is a straight.
         ends: (2,) curvatures at the start and at the goal.
-        limit: Largest curvature.
+        limit: Maximum curvature.
     """
     turn, last = 0.0, ends[0]
     for i in range(4):

@@ -1,4 +1,4 @@
-"""Method `g2`: the shortest path between any two poses and curvatures, continuous in curvature throughout."""
+"""Method `g2`: shortest curvature-continuous path between any two poses and curvatures."""
 
 import cmath
 import math
@@ -14,16 +14,16 @@ from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, Shortest, shortest_reversing
 
-# A turn on the spot by no more than this is none.
+# Turns on the spot up to this angle count as none.
 ROUNDING_RAD = 1e-12
-# A goal that is no further off (m) and turned by no more (rad) is where the start is: no loop is to lead to it.
+# A goal this close to the start (m, rad) is at the start, and needs no loop.
 SAME = 1e-9
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
 
 class Steering:
-    """Transitions within a largest curvature (1/m) and a largest sharpness (1/m²), from curvature to curvature."""
+    """Transitions within a maximum curvature (1/m) and a maximum sharpness (1/m²), from curvature to curvature."""
 
     name = "g2"
 
@@ -34,26 +34,26 @@ class Steering:
         self.curvature_cap_1pm = self.words.turn.curvature
 
     def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The clothoid from straight to `curvature_1pm`."""
+        """Clothoid from straight to `curvature_1pm`."""
         return self.words.lead_in(curvature_1pm)
 
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """The clothoid from `curvature_1pm` to straight."""
+        """Clothoid from `curvature_1pm` to straight."""
         return self.words.lead_out(curvature_1pm)
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The shortest forward path between poses that are straight at both ends."""
+        """Shortest forward path between poses, straight at both ends."""
         return self.between(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The shortest forward path."""
+        """Shortest forward path between two curvatures."""
         return self._capped(start, goal, self._forward)[0]
 
     def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """Paths with cusps, for every number of them the shortest, and with turns on the spot.
+        """Shortest path for every number of cusps, and paths with turns on the spot.
 
-        Before the first and after the last standstill the painted curves are carried on for `room_m`, to brake and to
-        gather speed.
+        The painted curves are extended by `room_m` up to the first and from the last standstill, to brake and to
+        accelerate.
         """
         run_out, run_in = Piece(room_m, start.curvature_1pm), Piece(room_m, goal.curvature_1pm)
         stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
@@ -62,7 +62,7 @@ class Steering:
         return [joined((run_out, *path, run_in)) for path in standing]
 
     def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
-        """The paths that `find` finds between ramps from and to end curvatures beyond the cap.
+        """Paths that `find` finds, with ramps at the ends whose curvature exceeds the cap.
 
         Where κ_max²/σ_max exceeds π, transitions keep to a smaller curvature than painted curves may have: the cap.
         """
@@ -92,13 +92,13 @@ class Steering:
         return paths
 
     def _query(self, start: CurveEnd, goal: CurveEnd) -> Query:
-        """The goal as seen from the start, in units of unit sharpness."""
+        """Express the goal in the frame of the start, in units of unit sharpness."""
         z, turn = goal.pose.seen_from(start.pose)
         ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
         return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
     def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
-        """The clothoid from a curvature down to the cap, and the curvature (1/m) after it."""
+        """Clothoid from a curvature down to the cap, and the curvature (1/m) after it."""
         capped = math.copysign(min(abs(curvature_1pm), self.curvature_cap_1pm), curvature_1pm)
         if capped == curvature_1pm:
             return (), curvature_1pm
@@ -106,8 +106,8 @@ class Steering:
         return (Piece((capped - curvature_1pm) / sharpness, curvature_1pm, sharpness),), capped
 
     def _pieces(self, table: Floats) -> tuple[Piece, ...]:
-        """The pieces in metres (see construct.py)."""
-        # The unit must not round a curvature at the limit to above it.
+        """Convert pieces (see construct.py) to metres."""
+        # The conversion must not round a curvature at the limit to above it.
         cap = self.curvature_cap_1pm
         return tuple(
             Piece(
@@ -121,7 +121,7 @@ class Steering:
 
 
 def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
-    """Turn on the spot, drive straight, turn on the spot: forward, and backward.
+    """Paths of turn on the spot, straight, turn on the spot: forward, and backward.
 
     A path is left out if it would step in curvature where it neither turns on the spot nor changes direction, or if
     the straight is too short to drive.
@@ -144,12 +144,12 @@ def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]
 
 
 def _turn(angle_rad: float) -> float:
-    """The angle in (−π, π]; 0 where it is rounding error."""
+    """Wrap an angle to (−π, π]; 0 where it is a rounding error."""
     turn = math.remainder(angle_rad, math.tau)
     return turn if abs(turn) > ROUNDING_RAD else 0.0
 
 
 def _same(start: PathPose, goal: PathPose) -> bool:
-    """Whether two poses differ by rounding errors alone."""
+    """True if two poses differ by rounding errors only."""
     z, turn = goal.seen_from(start)
     return max(abs(z), abs(math.remainder(turn, math.tau))) < SAME

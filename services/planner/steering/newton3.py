@@ -1,7 +1,7 @@
 """Newton's method in three unknowns for forward profiles: bend, bend or straight, bend.
 
-The same as `profile.solve` for three elements that are all driven forward, each with an unknown of its own, but without
-tables, and with each clothoid's series taken once: nearly all the time that short hops take is spent here.
+`profile.solve` specialised to three elements that are all driven forward, each with an unknown of its own: without
+tables, and with each clothoid's series evaluated once. Short hops spend nearly all their time here.
 """
 
 import math
@@ -38,7 +38,7 @@ def _rate(amount: float, extreme: float, before: float, after: float) -> float:
 
 @kernel
 def _ramp(p: complex, heading: float, k: float, at: complex, k_to: float, to: complex) -> tuple[complex, float]:
-    """Where the clothoid from curvature `k` to `k_to` leads, given `spiral` of both; the same as `spiral.ramp`."""
+    """Position and heading after the clothoid from `k` to `k_to`, given `spiral` of both (see `unit_clothoid.ramp`)."""
     if k_to == k:
         return p, heading
     turn = 0.5 * (k + k_to) * abs(k_to - k)
@@ -49,7 +49,7 @@ def _ramp(p: complex, heading: float, k: float, at: complex, k_to: float, to: co
 
 @kernel
 def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex, float]:
-    """Position and heading at the end of an arc (or line)."""
+    """Position and heading at the end of an arc or line."""
     if length == 0.0:
         return p, heading
     step, turn = arc(heading, k, length)
@@ -58,15 +58,15 @@ def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex,
 
 @kernel
 def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float) -> float:
-    """Length of the profile of bend, bend or straight, bend that leads to a goal, or FAILED if none is found.
+    """Length of the profile of bend, bend or straight, bend to a goal, or FAILED if none is found.
 
     Args:
-        u: (3,) the amounts: where to start, and then the solution.
+        u: (3,) amounts: the start, replaced by the solution.
         straight: Whether the middle element is a straight.
         ends: (2,) curvatures at the start and at the goal.
-        limit: Largest curvature.
-        goal: Seen from the start.
-        turn: By which the whole profile shall turn (rad), full turns included.
+        limit: Maximum curvature.
+        goal: Position of the goal relative to the start.
+        turn: Turn of the whole profile, full turns included (rad).
     """
     u0, u1, u2 = u[0], u[1], u[2]
     l0, l1, l2 = u0, u1, u2
@@ -105,7 +105,7 @@ def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: com
             u[0], u[1], u[2] = u0, u1, u2
             length: float = abs(k0 - k_from) + hold0 + abs(k1 - k0) + hold1 + abs(k2 - k1) + hold2 + abs(k_to - k2)
             return length
-        # How the end moves with each amount (see profile.py).
+        # Derivative of the end by each amount (see profile.py).
         r0 = _rate(u0, k0, k_from, k1)
         r1 = 1.0 if straight else _rate(u1, k1, k0, k2)
         r2 = _rate(u2, k2, k1, k_to)

@@ -1,4 +1,4 @@
-"""Patterns of paths with cusps: what elements they have (see profile.py) and how many cusps."""
+"""Patterns of paths with cusps: their elements (see profile.py) and number of cusps."""
 
 import math
 
@@ -12,7 +12,7 @@ QUARTER = 0.5 * math.pi
 
 
 def elements_of(kinds: str, directions: str) -> Floats:
-    """The elements (MAX_ELEMENTS, 4) of a pattern; the amounts of fixed bends are still 0.
+    """Elements (MAX_ELEMENTS, 4) of a pattern; the amounts of fixed bends are still 0.
 
     Kinds are B: bend, S: straight, Q: bend by a quarter turn, which is fixed, Z: straight without length, towards which
     curvature goes to zero. Of four bends the inner two share one unknown with opposite signs.
@@ -31,18 +31,18 @@ def elements_of(kinds: str, directions: str) -> Floats:
 
 
 def cusps_of(directions: str) -> int:
-    """How many cusps a pattern has between forward motion before and after it."""
+    """Number of cusps of a pattern between forward motion before and after it."""
     around = f"+{directions}+"
     return around.count("+-") + around.count("-+")
 
 
 @kernel
 def ramps_beside(elements: Floats, i: int) -> int:
-    """How many clothoids lie beside an element: one towards each neighbour that is driven in its direction.
+    """Number of clothoids beside an element: one towards each neighbour that is driven in its direction.
 
     Args:
-        elements: (n, 4) see profile.py; before the first and behind the last the robot drives forward.
-        i: The element.
+        elements: (n, 4) see profile.py; before the first and after the last the robot drives forward.
+        i: Index of the element.
     """
     before = elements[i - 1, DIRECTION] if i > 0 else 1.0
     after = elements[i + 1, DIRECTION] if i + 1 < len(elements) else 1.0
@@ -51,12 +51,12 @@ def ramps_beside(elements: Floats, i: int) -> int:
 
 @kernel
 def bend_amount(deflection: float, ramps: int, limit: float) -> float:
-    """The amount of a bend, as if its clothoids led from and to straights.
+    """Amount of a bend, as if its clothoids led from and to straights.
 
     Args:
-        deflection: By which it turns (rad), positive to the left.
-        ramps: How many clothoids it has: 0, 1 or 2.
-        limit: Largest curvature.
+        deflection: Angle by which it turns, left positive (rad).
+        ramps: Number of its clothoids: 0, 1 or 2.
+        limit: Maximum curvature.
     """
     size, spirals = abs(deflection), 0.5 * ramps * limit * limit
     if ramps == 0:

@@ -1,4 +1,4 @@
-"""Compiled: the shortest plain Dubins path (Dubins 1957), as pieces or as a length, for many pairs of poses at once.
+"""Compiled: shortest plain Dubins paths (Dubins 1957), as pieces, or as lengths for many pairs of poses at once.
 
 Lengths are in units of the turning radius inside the kernels, so that a turn is as long as its deflection.
 """
@@ -15,20 +15,20 @@ from touchline.services.planner.steering.circles import ON_PATH, left_centres, w
 from touchline.services.planner.steering.construct import put
 from touchline.services.planner.steering.dubins_bound import PLAIN
 
-# Rows of `word_table` in the order of `words.py`, which decides between words that are equally long.
+# Rows of `word_table` in the order of `words.py`, which decides between words of equal length.
 _ORDER = (0, 2, 3, 1, 4, 6, 7, 5)
 _TIE = 1e-9
 
 
 @kernel
 def plain_word(x: float, y: float, heading: float, weight: float, word: Floats) -> tuple[float, bool]:
-    """The cost of the cheapest word to a pose, and whether its middle is straight; the turns' radius is 1.
+    """Cost of the cheapest word to a pose, and whether its middle is straight; the radius of turns is 1.
 
     Args:
-        x: Of the goal.
-        y: Of the goal.
-        heading: Of the goal (rad).
-        weight: The length of turns counts so many times.
+        x: x of the goal.
+        y: y of the goal.
+        heading: Heading of the goal (rad).
+        weight: Factor on the length of turns.
         word: (3,) signed deflection (rad), signed deflection or length of the straight, signed deflection; filled in.
     """
     cos, sin = math.cos(heading), math.sin(heading)
@@ -60,14 +60,14 @@ def plain_word(x: float, y: float, heading: float, weight: float, word: Floats) 
 
 @kernel
 def put_plain_word(start: Floats, goal: Floats, curvature: float, pieces: Floats, n: int) -> int:
-    """Append the shortest plain word (Dubins 1957) between two poses; the number of pieces.
+    """Append the shortest plain word (Dubins 1957) between two poses; return the number of pieces.
 
     Args:
         start: (3 or more,) x (m), y (m) and heading (rad).
         goal: (3 or more,) the same.
-        curvature: Of the turns (1/m).
+        curvature: Curvature of the turns (1/m).
         pieces: (many, 4 or 5) filled in, in metres.
-        n: Pieces so far.
+        n: Number of pieces so far.
     """
     seen = complex(goal[0] - start[0], goal[1] - start[1]) * unit(-start[2]) * curvature
     word = np.empty(3)
@@ -91,8 +91,8 @@ def _fill_lengths(starts: Floats, goals: Floats, curvature: float, weight: float
 def plain_lengths(starts: Floats, goals: Floats, curvature_max_1pm: float, *, turn_weight: float = 1.0) -> Floats:
     """Lengths (m) (n, m) of plain Dubins paths from every start (n, 3) to every goal (m, 3).
 
-    Both are rows of x (m), y (m) and heading (rad); further columns are ignored. The length of turns counts
-    `turn_weight` times, by which words are chosen too (see `word_lengths`).
+    Both are rows of x (m), y (m) and heading (rad); further columns are ignored. `turn_weight` multiplies the length
+    of turns, also in the choice of words (see `word_lengths`).
     """
     out = np.empty((len(starts), len(goals)))
     tables = (np.ascontiguousarray(rows[:, :3], dtype=np.float64) for rows in (starts, goals))

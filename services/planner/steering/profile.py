@@ -1,4 +1,4 @@
-"""Compiled: paths as curvature profiles with three unknown amounts, found by Newton's method with shortened steps.
+"""Compiled: paths as curvature profiles with three unknown amounts, found by damped Newton iteration.
 
 A profile is a row of elements, driven forward or backward. A bend climbs to an extreme curvature and, if that is the
 limit, holds it; a straight holds zero. Neighbours of one direction are joined by clothoids of full sharpness; between
@@ -7,8 +7,8 @@ curvature that are driven forward.
 
 An element's amount u is signed (left positive). A bend with r clothoids beside it has its extreme at u clipped to the
 limit and holds it for r·(|u| − limit); so its length grows by r per unit of u throughout. A bend between cusps is an
-arc of length |u| at the limit. More of u puts more path in at the extreme, where the curvature is k: whatever follows
-is turned by k per length about that point. That is the whole Jacobian.
+arc of length |u| at the limit. A larger u inserts path at the extreme, where the curvature is k: the rest of the path
+is rotated by k per length about that point. That is the whole Jacobian.
 """
 
 import math
@@ -24,30 +24,30 @@ from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.unit_clothoid import ramp
 
 MAX_ELEMENTS = 7
-# Columns of an element: is it straight, driven forward (+1) or backward (−1), which unknown it takes (−1: none), and
-# its amount: a factor to that unknown, or itself.
+# Columns of an element: 1 for a straight, direction (+1 forward, −1 backward), index of its unknown (−1: none), and its
+# amount: the factor on that unknown, or the amount itself.
 STRAIGHT, DIRECTION, UNKNOWN, AMOUNT = range(4)
-# A step in Newton's method changes no amount by more than this; a solution is this close.
+# Maximum change of an amount in a step of Newton's method; tolerance of a solution.
 STEP_MAX = 0.7
 TOLERANCE = 2e-12
 ITERATIONS = 24
-# A step that makes matters worse by this factor is shortened, a few times.
+# A step that increases the error by this factor is shortened, a few times.
 WORSE, SHORTEN, SHORTEN_MAX = 1.05, 0.4, 3
-# From this iteration on, what is still further off than this per iteration left is given up, as it rarely gets there;
-# far goals are allowed more in proportion to their distance over HOPE_NEAR.
+# From this iteration on, the search ends if the error exceeds this much per remaining iteration, as it rarely converges
+# then; far goals are allowed more, in proportion to their distance over HOPE_NEAR.
 HOPE_FROM, HOPE, HOPE_NEAR = 5, 0.3, 6.0
-# Stand-in for the rate of a bend that is none: one that lies between its neighbours' curvatures.
+# Rate of a degenerate bend, whose extreme lies between its neighbours' curvatures.
 FLAT = 1e-3
 FAILED = math.inf
 
 
 @kernel
 def amount_of(deflection: float, limit: float) -> float:
-    """The amount u of a bend between two straights.
+    """Amount u of a bend between two straights.
 
     Args:
-        deflection: By which it turns (rad), positive to the left.
-        limit: Largest curvature.
+        deflection: Angle by which it turns, left positive (rad).
+        limit: Maximum curvature.
     """
     size = abs(deflection)
     amount = math.sqrt(size) if size < limit * limit else limit + (size - limit * limit) / (2.0 * limit)
@@ -59,7 +59,7 @@ class Shape(NamedTuple):
 
     Attributes:
         extreme: (n,) extreme curvature of each element.
-        hold: (n,) length at it.
+        hold: (n,) length at the extreme.
         rate: (n,) added length per unit of the element's amount.
     """
 
@@ -70,7 +70,7 @@ class Shape(NamedTuple):
 
 @kernel
 def shape_for(elements: Floats) -> Shape:
-    """An uninitialised shape for elements (n, 4)."""
+    """Create an uninitialised shape for elements (n, 4)."""
     n = len(elements)
     return Shape(np.empty(n), np.empty(n), np.empty(n))
 
@@ -81,10 +81,10 @@ def shape(elements: Floats, u: Floats, ends: Floats, limit: float, out: Shape) -
 
     Args:
         elements: (n, 4) see the constants above.
-        u: (3,) the unknown amounts.
-        ends: (2,) curvatures before the first element and behind the last.
-        limit: Largest curvature.
-        out: Filled in.
+        u: (3,) unknown amounts.
+        ends: (2,) curvatures before the first element and after the last.
+        limit: Maximum curvature.
+        out: Shape, filled in.
     """
     extreme, hold, rate = out.extreme, out.hold, out.rate
     n = len(elements)
@@ -129,10 +129,10 @@ def shoot(
 
     Args:
         elements: (n, 4) see the constants above.
-        ends: (2,) curvatures before the first element and behind the last.
+        ends: (2,) curvatures before the first element and after the last.
         shaped: Their shape.
-        points: (n,) where each extreme begins, filled in.
-        headings: (n,) the heading there (rad), filled in.
+        points: (n,) beginning of each extreme, filled in.
+        headings: (n,) heading there (rad), filled in.
     """
     extreme, hold = shaped.extreme, shaped.hold
     p, heading, length = 0j, 0.0, 0.0
@@ -164,11 +164,11 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
 
     Args:
         elements: (n, 4) see the constants above.
-        u: (3,) the unknown amounts: where to start, and then the solution.
-        ends: (2,) curvatures before the first element and behind the last.
-        limit: Largest curvature.
-        goal: Seen from the start.
-        turn: By which the whole profile shall turn (rad), full turns included.
+        u: (3,) unknown amounts: the start, replaced by the solution.
+        ends: (2,) curvatures before the first element and after the last.
+        limit: Maximum curvature.
+        goal: Position of the goal relative to the start.
+        turn: Turn of the whole profile, full turns included (rad).
     """
     n = len(elements)
     shaped = shape_for(elements)
@@ -222,10 +222,10 @@ def newton_step(
     """A step of Newton's method in three amounts, by Cramer's rule; no amount changes by more than STEP_MAX.
 
     Args:
-        moves: How far the end moves per unit of each amount.
-        turns: By how much it turns (rad).
-        off: From the end to the goal.
-        off_turn: The turn (rad) that the end lacks.
+        moves: Displacement of the end per unit of each amount.
+        turns: Rotation of the end per unit of each amount (rad).
+        off: Vector from the end to the goal.
+        off_turn: Missing turn (rad).
 
     Returns:
         Whether there is a step, and the change of each amount.

@@ -1,4 +1,4 @@
-"""The input of a path search, in units in which the largest sharpness is 1."""
+"""Input of a path search, in units in which the maximum sharpness is 1."""
 
 from typing import NamedTuple
 
@@ -10,9 +10,9 @@ class Query(NamedTuple):
 
     Attributes:
         ends: (2,) curvatures at the start and at the goal, at most that of the circle.
-        goal: Where the goal lies.
+        goal: Position of the goal.
         turn: Its heading (rad).
-        circle: (6,) figures of the turning circle, which hold the largest curvature (see circles.py).
+        circle: (6,) dimensions of the turning circle, with the maximum curvature (see circles.py).
     """
 
     ends: Floats

@@ -1,13 +1,12 @@
-"""Compiled: the shortest transitions with cusps, curvature-continuous relatives of the words of Reeds and Shepp.
+"""Compiled: shortest transitions with cusps, curvature-continuous relatives of the words of Reeds and Shepp.
 
 Reeds and Shepp, "Optimal paths for a car that goes both forwards and backwards", Pacific Journal of Mathematics 145(2),
 1990.
 
-Curvature is continuous between cusps, and may step at a cusp, where the robot stands. A path that begins or ends
+Curvature is continuous between cusps, and may step at a cusp, where the robot rests. A path that begins or ends
 backward has a cusp there, against the forward motion before or after it. Each row below is a pattern of elements (see
-profile.py) with deflections (rad) from which Newton's method starts; a straight has a share of the distance instead.
-Every row is used to both sides and in both orders. The rows were chosen so that they find the best that four thousand
-find.
+profile.py) with deflections (rad) from which Newton's method starts; a straight has a fraction of the distance instead.
+Every row is used mirrored and reversed, too. The rows were chosen to find the best paths that four thousand rows find.
 """
 
 import math
@@ -38,21 +37,21 @@ from touchline.services.planner.steering.profile import (
     solve,
 )
 from touchline.services.planner.steering.query import Query
-from touchline.services.planner.steering.symmetry import turn_pieces_round, turn_query_round
+from touchline.services.planner.steering.symmetry import reverse_pieces, reversed_query
 
 MAX_CUSPS = 4
-# Between two standstills the robot drives at least this far (m); less would be a disguise for steering at a standstill.
+# Minimum length (m) between two standstills; less would amount to steering at rest.
 STRETCH_MIN_M = 1e-3
-# No straight starts from zero length.
+# Minimum length of a straight where Newton's method starts.
 STRAIGHT_MIN = 0.05
-# A word this much longer than the best path is not tried: bends that do not reach the limit make it hardly shorter.
+# A word this much longer than the best path is not tried: bends below the limit hardly shorten it.
 WORD_MARGIN = 1.0
-# Curvatures that differ by less are one (in units of unit sharpness).
+# Curvatures that differ by less are equal (in units of unit sharpness).
 STEP = 1e-9
 
 
 class PatternRow(NamedTuple):
-    """Element kinds and directions (see patterns.py), and values."""
+    """Element kinds and directions (see patterns.py), and start values."""
 
     kinds: str
     directions: str
@@ -93,7 +92,7 @@ ROWS = (
 
 
 def _both_directions(row: PatternRow) -> list[PatternRow]:
-    """The row, mirrored and turned round."""
+    """Return a row and its mirrored and reversed versions."""
     kinds, directions, values = row
     mirrored = tuple(v if kind == "S" else -v for kind, v in zip(kinds, values, strict=True))
     sides = (values, mirrored)
@@ -111,13 +110,13 @@ CUSPS = np.array([cusps_of(row.directions) for row in _ALL])
 
 @kernel
 def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
-    """The elements (n, 4) of a row, with the amounts of its fixed bends, and where Newton's method starts.
+    """Elements (n, 4) of a row, with the amounts of its fixed bends; fills in the start of Newton's method.
 
     Args:
-        row: A row of `ELEMENTS`.
-        limit: Largest curvature.
-        distance: From the start to the goal.
-        u: (3,) the unknown amounts, filled in.
+        row: Row of `ELEMENTS`.
+        limit: Maximum curvature.
+        distance: Distance from the start to the goal.
+        u: (3,) unknown amounts, filled in.
     """
     elements = ELEMENTS[row, : COUNTS[row]].copy()
     for i in range(len(elements) - 1, -1, -1):
@@ -134,12 +133,12 @@ def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
 
 
 class Shortest(NamedTuple):
-    """The shortest path for every number of cusps.
+    """Shortest path for every number of cusps.
 
     Attributes:
-        lengths: (MAX_CUSPS + 1,) infinite where there is no path.
-        paths: (MAX_CUSPS + 1, MAX_PIECES, 4) their pieces.
-        counts: (MAX_CUSPS + 1,) how many these are.
+        lengths: (MAX_CUSPS + 1,) lengths, infinite where there is no path.
+        paths: (MAX_CUSPS + 1, MAX_PIECES, 4) pieces.
+        counts: (MAX_CUSPS + 1,) numbers of pieces.
     """
 
     lengths: Floats
@@ -151,21 +150,21 @@ class Shortest(NamedTuple):
 def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> None:
     """Find the shortest path for every number of cusps up to MAX_CUSPS.
 
-    The curvatures at both ends matter where it begins or ends forward.
+    The curvatures of the ends matter only where the path begins or ends forward.
 
     Args:
-        query: What is asked.
-        stretch_min: No stretch in one direction is shorter.
-        found: Filled in.
+        query: Query of the path search.
+        stretch_min: Minimum length of a stretch in one direction.
+        found: Paths, filled in.
     """
     found.lengths[:] = FAILED
     _shorten(query, stretch_min, False, found)
-    _shorten(turn_query_round(query), stretch_min, True, found)
+    _shorten(reversed_query(query), stretch_min, True, found)
 
 
 @kernel
-def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shortest) -> None:
-    """Replace the paths for which Newton's method, started from the rows and the words, finds shorter ones."""
+def _shorten(query: Query, stretch_min: float, from_goal: bool, found: Shortest) -> None:
+    """Replace paths by shorter ones that Newton's method finds from the rows and the words."""
     c, lengths = query.circle, found.lengths
     u, pieces = np.empty(3), np.empty((MAX_PIECES, 4))
     for row in range(len(COUNTS)):
@@ -173,7 +172,7 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
         cusps = CUSPS[row]
         length, n = attempt(elements, u, query, stretch_min, lengths[cusps] - TIE, pieces)
         if n:
-            _keep(pieces, n, length, turned_round, cusps, found)
+            _keep(pieces, n, length, from_goal, cusps, found)
     for family in range(len(cusp_words.COUNTS)):
         elements = cusp_words.ELEMENTS[family, : cusp_words.COUNTS[family]].copy()
         cusps = cusp_words.CUSPS[family]
@@ -184,19 +183,19 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
             n = flat_pieces(elements, u, query.ends, c, pieces)
             length = pieces[:n, 0].sum()
             if n and length < lengths[cusps] - TIE and is_feasible(pieces, n, query.ends, stretch_min):
-                _keep(pieces, n, length, turned_round, cusps, found)
+                _keep(pieces, n, length, from_goal, cusps, found)
             length, n = attempt(elements, u, query, stretch_min, lengths[cusps] - TIE, pieces)
             if n:
-                _keep(pieces, n, length, turned_round, cusps, found)
+                _keep(pieces, n, length, from_goal, cusps, found)
 
 
 @kernel
-def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int, found: Shortest) -> None:
-    """Store a path as the shortest with its number of cusps; one of the query turned round is turned back."""
+def _keep(pieces: Floats, n: int, length: float, from_goal: bool, cusps: int, found: Shortest) -> None:
+    """Store a path as the shortest with its number of cusps; a path of the reversed query is reversed back."""
     path = found.paths[cusps]
     copy_rows(pieces, path, n)
-    if turned_round:
-        turn_pieces_round(path, n)
+    if from_goal:
+        reverse_pieces(path, n)
     found.lengths[cusps], found.counts[cusps] = length, n
 
 
@@ -204,14 +203,14 @@ def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int,
 def attempt(
     elements: Floats, u: Floats, query: Query, stretch_min: float, longest: float, pieces: Floats
 ) -> tuple[float, int]:
-    """The path that Newton's method reaches: its length and number of pieces; FAILED and 0 if there is none.
+    """Length and number of pieces of the path that Newton's method reaches; FAILED and 0 if there is none.
 
     Args:
         elements: (n, 4) with the amounts of fixed bends.
-        u: (3,) the unknown amounts: where to start, and then the solution.
-        query: What is asked.
-        stretch_min: Least length of a stretch in one direction.
-        longest: Only a shorter path counts.
+        u: (3,) unknown amounts: the start, replaced by the solution.
+        query: Query of the path search.
+        stretch_min: Minimum length of a stretch in one direction.
+        longest: Length that the path has to beat.
         pieces: (MAX_PIECES, 4) filled in.
     """
     n = len(elements)
@@ -229,26 +228,26 @@ def attempt(
 
 @kernel
 def is_feasible(pieces: Floats, count: int, ends: Floats, stretch_min: float) -> bool:
-    """Whether a path can be driven: no stretch is too short, and curvature steps at cusps alone.
+    """True if a path can be driven: no stretch is too short, and curvature steps at cusps only.
 
     Args:
-        pieces: (MAX_PIECES, 4) those of the path.
-        count: How many of them there are.
+        pieces: (MAX_PIECES, 4) pieces of the path.
+        count: Number of pieces.
         ends: (2,) curvatures at the start and at the goal.
-        stretch_min: Least length of a stretch in one direction.
+        stretch_min: Minimum length of a stretch in one direction.
     """
     return bool(shortest_stretch(pieces, count) >= stretch_min and meets(pieces, count, ends))
 
 
 @kernel
 def meets(pieces: Floats, count: int, ends: Floats) -> bool:
-    """Whether curvature steps at cusps alone; before and behind the path the robot drives forward.
+    """True if curvature steps at cusps only; before and after the path the robot drives forward.
 
     It steps elsewhere if a stretch between two cusps has shrunk to nothing, so that its neighbours meet.
 
     Args:
-        pieces: (MAX_PIECES, 4) those of the path.
-        count: How many of them there are.
+        pieces: (MAX_PIECES, 4) pieces of the path.
+        count: Number of pieces.
         ends: (2,) curvatures at the start and at the goal.
     """
     direction, curvature = 1.0, ends[0]
@@ -264,8 +263,8 @@ def shortest_stretch(pieces: Floats, n: int) -> float:
     """Length of the shortest stretch in one direction.
 
     Args:
-        pieces: (MAX_PIECES, 4) those of the path.
-        n: How many of them there are.
+        pieces: (MAX_PIECES, 4) pieces of the path.
+        n: Number of pieces.
     """
     shortest, stretch = math.inf, 0.0
     for i in range(n):

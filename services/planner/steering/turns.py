@@ -1,6 +1,6 @@
-"""Turns that join two straight headings: the plain arc and the curvature-continuous (CC) turn.
+"""Turns between two straight headings: the plain arc and the curvature-continuous (CC) turn.
 
-Both are described by where the turning centre lies, so that one geometry of words (words.py) serves both.
+Both are described by their turning centre, so that one geometry of words (words.py) serves both.
 Source: Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature paths", IEEE T-RO 20(6), 2004.
 """
 
@@ -18,33 +18,33 @@ class Turn(Protocol):
 
     @property
     def centre(self) -> complex:
-        """The turning centre (m) seen from the pose where the turn starts."""
+        """Turning centre (m) relative to the pose at which the turn begins."""
 
     def length(self, deflection_rad: float) -> float:
         """Arc length (m) of the turn by `deflection_rad` in [0, 2π)."""
 
     def pieces(self, deflection_rad: float) -> tuple[Piece, ...]:
-        """The pieces of the left turn by `deflection_rad` in [0, 2π)."""
+        """Pieces of the left turn by `deflection_rad` in [0, 2π)."""
 
 
 class ArcTurn:
-    """The turn of plain Dubins paths: one arc at the largest curvature (1/m); curvature steps at both ends."""
+    """Turn of plain Dubins paths: one arc at the maximum curvature (1/m); curvature steps at both ends."""
 
     def __init__(self, curvature_max_1pm: float) -> None:
         self.curvature_max_1pm = curvature_max_1pm
         self.centre = complex(0.0, 1.0 / curvature_max_1pm)
 
     def length(self, deflection_rad: float) -> float:
-        """Arc length, metres."""
+        """Arc length of the turn (m)."""
         return deflection_rad / self.curvature_max_1pm
 
     def pieces(self, deflection_rad: float) -> tuple[Piece, ...]:
-        """The arc."""
+        """Pieces of the turn: an arc."""
         return (Piece(self.length(deflection_rad), self.curvature_max_1pm),)
 
 
 class ContinuousTurn:
-    """The CC turn: clothoid, arc, clothoid; below the limit deflection θ_lim = κ²/σ a flatter pair of clothoids.
+    """CC turn: clothoid, arc, clothoid; below the limit deflection θ_lim = κ²/σ a flatter pair of clothoids.
 
     All turns of any deflection start and end on one circle round `centre`, crossing it at one angle μ. A turn below
     θ_lim is the symmetric clothoid pair whose chord is the chord of that circle: its sharpness is at most σ_max and its
@@ -65,13 +65,13 @@ class ContinuousTurn:
         self.crossing_angle = math.atan2(self.centre.real, self.centre.imag)
 
     def length(self, deflection_rad: float) -> float:
-        """Arc length, metres."""
+        """Arc length of the turn (m)."""
         if deflection_rad < self.limit_deflection:
             return 2.0 * self._partial_spiral_length(deflection_rad)
         return 2.0 * self.spiral_length + (deflection_rad - self.limit_deflection) / self.curvature
 
     def pieces(self, deflection_rad: float) -> tuple[Piece, ...]:
-        """Clothoid, arc, clothoid; two clothoids; or a line."""
+        """Pieces of the turn: clothoid, arc, clothoid, or two clothoids, or a line."""
         if deflection_rad == 0.0:
             return (Piece(2.0 * self._partial_spiral_length(0.0)),)
         if deflection_rad < self.limit_deflection:

@@ -37,8 +37,8 @@ def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
 
     Args:
         heading: At its beginning (rad).
-        k_from: Curvature there, at most √π in size.
-        k_to: Curvature at its end, at most √π in size.
+        k_from: Curvature there, at most √π in magnitude.
+        k_to: Curvature at its end, at most √π in magnitude.
     """
     turn = 0.5 * (k_from + k_to) * abs(k_to - k_from)
     if k_to >= k_from:
@@ -48,7 +48,7 @@ def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
 
 @kernel
 def steep_ramp(k_from: float, k_to: float) -> tuple[complex, float]:
-    """As `ramp` from heading 0, for curvatures of any size: by Gauss-Legendre quadrature in panels of little turn.
+    """Displacement and turn as of `ramp` from heading 0, for any curvatures, by Gauss-Legendre quadrature in panels.
 
     Args:
         k_from: Curvature at its beginning.

@@ -2,7 +2,7 @@
 
 Poses are rows of x (m), y (m), heading (rad) and curvature (1/m). The words are the six of `circles.py`, with ramps
 between straight and the curvatures at both ends. The shortest forward path (`Steering.between`) has the same length or
-is a few per cent shorter, but for goals within five turning radii: an ordering of many segments times those anew.
+is a few per cent shorter, except for goals within five turning radii, whose transitions are timed again.
 """
 
 import math
@@ -15,7 +15,7 @@ from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import circle, shortest_word
 from touchline.services.planner.steering.unit_clothoid import steep_ramp
 
-# Columns of a straight pose: position, direction, heading, and the length of the ramp between it and the pose.
+# Columns of a straight pose: position, direction, heading, and length of the ramp between it and the original pose.
 _X, _Y, _COS, _SIN, _HEADING, _RAMP = range(6)
 
 
@@ -26,11 +26,11 @@ def word_lengths(
 
     Args:
         starts: (n, 4) x (m), y (m), heading (rad), curvature (1/m).
-        goals: (m, 4) likewise.
-        curvature_max_1pm: Largest curvature of turns.
-        sharpness_max_1pm2: Largest sharpness.
-        turn_weight: The length of turns counts so many times. With the speed on the straight over that in turns, words
-            are chosen and measured by time: the result divided by the former is seconds.
+        goals: (m, 4) the same.
+        curvature_max_1pm: Maximum curvature of turns.
+        sharpness_max_1pm2: Maximum sharpness.
+        turn_weight: Factor on the length of turns. With the ratio of the speeds on straights and in turns, words are
+            chosen and measured by time: the result divided by the speed on straights is seconds.
     """
     root = math.sqrt(sharpness_max_1pm2)
     leaving, reaching = _straight_poses(starts, root, leaving=True), _straight_poses(goals, root, leaving=False)
@@ -40,7 +40,7 @@ def word_lengths(
 
 
 def _straight_poses(poses: Floats, root: float, *, leaving: bool) -> Floats:
-    """The poses (n, 6) after the ramps to straight (before those from straight, if not `leaving`)."""
+    """Poses (n, 6) after the ramps to straight (before those from straight, if not `leaving`)."""
     table = np.empty((len(poses), 6))
     _fill_straight_poses(np.asarray(poses, dtype=np.float64), root, leaving, table)
     return table
@@ -48,12 +48,12 @@ def _straight_poses(poses: Floats, root: float, *, leaving: bool) -> Floats:
 
 @kernel
 def _fill_straight_poses(poses: Floats, root: float, leaving: bool, table: Floats) -> None:
-    """For poses (n, 4) in metres, in units of unit sharpness."""
+    """Fill in the straight poses of poses (n, 4) in metres, in units of unit sharpness."""
     for i in range(len(poses)):
         k, heading = poses[i, 3] / root, poses[i, 2]
         move, turn = steep_ramp(k, 0.0)
         if not leaving:
-            # A ramp into a goal is the mirror image, seen from the goal, of the ramp out of a start of its curvature.
+            # A ramp into a goal is, seen from the goal, the mirror image of the ramp out of a start of its curvature.
             move, turn = -move.conjugate(), -turn
         point = complex(poses[i, 0], poses[i, 1]) * root + unit(heading) * move
         heading += turn

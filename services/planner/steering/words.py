@@ -1,4 +1,4 @@
-"""The six Dubins words (LSL RSR LSR RSL LRL RLR) for turns of any kind, and the straight line and the single turn.
+"""The six Dubins words (LSL RSR LSR RSL LRL RLR) for any kind of turn, and the straight line and the single turn.
 
 Dubins, "On curves of minimal length with a constraint on average curvature, and with prescribed initial and terminal
 positions and tangents", American Journal of Mathematics 79(3), 1957. `circles.py` has the same compiled.
@@ -20,7 +20,7 @@ from touchline.services.planner.steering.turns import Turn
 
 # Deflections this close below a full turn are a zero turn blurred by rounding, not a full circle.
 WRAP_RAD = 1e-12
-# A goal this close to straight ahead, or to the single turn's end, is on it.
+# A goal this close to the straight ahead, or to the end of a single turn, is on it.
 ON_PATH = 1e-12
 # A word must be this much shorter to replace one earlier in the list, so that ties do not depend on rounding.
 TIE_M = 1e-9
@@ -35,11 +35,11 @@ class Word(NamedTuple):
     amounts: tuple[float, ...]
 
     def length(self, turn: Turn) -> float:
-        """Length of the whole word, metres."""
+        """Length of the whole word (m)."""
         return sum(a if c == "S" else turn.length(a) for c, a in zip(self.letters, self.amounts, strict=True))
 
     def pieces(self, turn: Turn) -> tuple[Piece, ...]:
-        """The word's pieces, in order."""
+        """Pieces of the word, in driving order."""
         pieces: list[Piece] = []
         for letter, amount in zip(self.letters, self.amounts, strict=True):
             if letter == "S":
@@ -52,7 +52,7 @@ class Word(NamedTuple):
 
 
 def shortest_word(start: PathPose, goal: PathPose, turn: Turn) -> Word:
-    """The shortest word from `start` to `goal`, each word measured by its own length."""
+    """Find the word of least length from `start` to `goal`."""
     best, best_length = Word("", ()), math.inf
     for word in words(start, goal, turn):
         length = word.length(turn)
@@ -62,7 +62,7 @@ def shortest_word(start: PathPose, goal: PathPose, turn: Turn) -> Word:
 
 
 def words(start: PathPose, goal: PathPose, turn: Turn) -> Iterator[Word]:
-    """Every word that leads from `start` to `goal`: S, L, R where they fit, and the valid ones of the six."""
+    """Generate every word from `start` to `goal`: S, L, R where they fit, and the valid ones of the six."""
     z, heading = goal.seen_from(start)
     if abs(z.imag) <= ON_PATH and z.real >= -ON_PATH and abs(math.remainder(heading, TAU)) <= ON_PATH:
         yield Word("S", (max(z.real, 0.0),))
@@ -72,7 +72,7 @@ def words(start: PathPose, goal: PathPose, turn: Turn) -> Iterator[Word]:
 
 
 def _left_first(goal: complex, heading: float, centre: complex) -> Iterator[Word]:
-    """The words that begin with a left turn, from the origin heading along +x."""
+    """Generate the words that begin with a left turn, from the origin heading along +x."""
     radius, forward, side = abs(centre), centre.real, centre.imag
     goal_direction = cmath.rect(1.0, heading)
     left = goal - goal_direction * centre.conjugate()
@@ -106,6 +106,6 @@ def _left_first(goal: complex, heading: float, centre: complex) -> Iterator[Word
 
 
 def _turn(angle: float) -> float:
-    """The angle as a deflection in [0, 2π), where a rounding error short of a full turn is no turn."""
+    """Wrap an angle to a deflection in [0, 2π); a rounding error short of a full turn counts as 0."""
     turn = math.remainder(angle, TAU)
     return turn + TAU if turn < -WRAP_RAD else max(turn, 0.0)

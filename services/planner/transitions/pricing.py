@@ -6,14 +6,14 @@ import numpy as np
 
 from touchline.core.angles import wrapped_all
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.steering.method import CurveEnd, carried_on
+from touchline.services.planner.steering.method import CurveEnd, extension
 from touchline.services.planner.steering.plain_words import plain_lengths
 from touchline.services.planner.transitions.transitions import Priced, Pricing, Timer, TransitionFamily, Turns
 
 # As many pairs are timed within about 50 ms, one by one.
 ONE_BY_ONE_PART = 50
 # Ends from which a line or arc might be carried on to a beginning are off it by no more than this (1/m, share of the
-# distance), and the transition there is longer by no more (share); `carried_on` then says whether one is.
+# distance), and the transition there is longer by no more (share); `extension` then says whether one is.
 NEARLY_ON = 1e-8
 
 
@@ -89,7 +89,7 @@ def carry_on(
     for i in np.flatnonzero(nearly).tolist():
         start, goal = ends[pairs[i, 0]], begins[pairs[i, 1]]
         length = float(priced.pieces[i, : priced.counts[i], 0].sum())
-        path = carried_on(start, goal, length * (1.0 + NEARLY_ON))
+        path = extension(start, goal, length * (1.0 + NEARLY_ON))
         if path is None:
             continue
         seconds = transitions.seconds(path.pieces, transitions.speed_mps(start), transitions.speed_mps(goal))

@@ -19,7 +19,7 @@ from touchline.services.planner.geometry.clothoid import (
 from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
-from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, carried_on
+from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, extension
 
 # Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
 BRAKING_SHARE = 0.98
@@ -82,7 +82,7 @@ class Pricing(Protocol):
 
     @property
     def looks_closer(self) -> bool:
-        """Whether near pairs may have quicker transitions that are found only by looking closer."""
+        """True if near pairs may have quicker transitions that are found only by looking closer."""
 
     def rough_s(self, transitions: "TransitionFamily", ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
@@ -187,13 +187,13 @@ class TransitionFamily:
         if self.standing:
             transitions += self._standing(start, goal, speeds)
         transitions.sort(key=lambda each: each.seconds)
-        straight_on = carried_on(start, goal, transitions[0].path.length_m)
+        straight_on = extension(start, goal, transitions[0].path.length_m)
         if straight_on:
             transitions.insert(0, Transition(self.seconds(straight_on.pieces, *speeds), straight_on))
         return transitions
 
     def _transition(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Transition:
-        out, into = self.lead(turns, start), turned_round(self.lead(turns, goal))
+        out, into = self.lead(turns, start), from_goal(self.lead(turns, goal))
         leaving = CurveEnd(PiecePath(start.pose, out.pieces).end, out.curvature_1pm)
         reaching = CurveEnd(before(goal.pose, into.pieces), into.curvature_1pm)
         path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
@@ -250,7 +250,7 @@ class TransitionFamily:
         return float(path_time(table, len(table), first_mps, last_mps, self.limits.caps)) if len(table) else 0.0
 
 
-def turned_round(lead: Lead) -> Lead:
+def from_goal(lead: Lead) -> Lead:
     """The same lead, driven into the curve instead of out of it."""
     back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
     return lead._replace(pieces=back[::-1])
