@@ -45,7 +45,7 @@ class TalkingRobot:
         self._log_entries = log_entries
         self._stopped_until_s = 0.0
         self.repeats = False
-        """Whether an event repeats in every tenth of a second."""
+        """True if an event repeats in every tenth of a second."""
         self.stopped: Callable[[str, float], Any] = lambda _request_id, _at_s: None
         """Called with the request id and the time of every emergency stop that comes in."""
 

@@ -49,12 +49,12 @@ class Mishap:
 
     @property
     def frozen(self) -> bool:
-        """Whether a service stands still."""
+        """True if a service stands still."""
         return self.load.startswith("freeze-") and self.thawed_s is None
 
     @property
     def ended(self) -> bool:
-        """Whether the service's process was told to end."""
+        """True if the service's process was told to end."""
         return self.load.startswith(("kill-", "restart-"))
 
     def poll(self) -> None:
@@ -72,7 +72,7 @@ class Mishap:
 
     @property
     def gone(self) -> bool:
-        """Whether its process has ended."""
+        """True if its process has ended."""
         try:
             return Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
         except OSError:

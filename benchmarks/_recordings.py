@@ -47,7 +47,7 @@ class Verdict(NamedTuple):
 
     @property
     def flow(self) -> bool:
-        """Whether paint could flow when it must not."""
+        """True if paint could flow when it must not."""
         return any(problem.startswith(_FLOW) for problem in self.problems)
 
 
@@ -118,5 +118,5 @@ def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
 
 
 def _turns(command: ActuatorCommand, age_ns: int) -> bool:
-    """Whether a command of this age after the stop still turns a wheel; that of its own tick may."""
+    """True if a command of this age after the stop still turns a wheel; that of its own tick may."""
     return age_ns > 0 and bool(command.values.any())

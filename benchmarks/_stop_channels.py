@@ -338,7 +338,7 @@ class ByConsole(StopChannel):
 
     @property
     def alive(self) -> bool:
-        """Whether the console still runs."""
+        """True if the console still runs."""
         return self._process.poll() is None
 
     def wait_until_open(self, timeout_s: float = 30.0) -> bool:

@@ -145,7 +145,7 @@ def _end(system: System) -> None:
 
 
 def _is_service(pid: int) -> bool:
-    """Whether this process, which was one of the system's, still is: ids are given anew."""
+    """True if this process, which was one of the system's, still is: ids are given anew."""
     try:
         return b"-m\0touchline\0" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:

@@ -22,7 +22,7 @@ def main() -> None:
 
 
 def _visit() -> bool:
-    """Whether there was an answer, and leaving was possible."""
+    """True if there was an answer, and leaving was possible."""
     try:
         with Bus.open(topics.OPERATOR) as bus:
             bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(request_id=new_id()))

@@ -172,7 +172,7 @@ class Check(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it is within."""
+        """True if it is within."""
         return self.low <= self.figure <= self.high
 
     def __str__(self) -> str:

@@ -82,7 +82,7 @@ class OpenLoopRobot:
 
     @property
     def within_3_sigma(self) -> bool:
-        """Whether the position is."""
+        """True if the position is."""
         e, p = self.error[:2], self.estimator.covariance[:2, :2]
         return bool(e @ np.linalg.solve(p, e) <= chi2.ppf(1.0 - OUTSIDE_3_SIGMA, 2))
 

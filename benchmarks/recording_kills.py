@@ -183,7 +183,7 @@ def _keep_going(hand: Hand, template: str, listener: _Listener, duration_s: floa
 
 
 def _goes_on(part: Path) -> bool:
-    """Whether a part has messages already, and not only its begin."""
+    """True if a part has messages already, and not only its begin."""
     return part.exists() and part.stat().st_size > _BEGIN_BYTES
 
 

@@ -245,7 +245,7 @@ class _Rig:
         self._measure(stop, channel, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, channel: StopChannel, sent_s: float) -> bool:
-        """Whether the robot has said that it has stopped, and whoever gave the stop has heard of it."""
+        """True if the robot has said that it has stopped, and whoever gave the stop has heard of it."""
         stopped_s = self._observer.estopped_s
         if stopped_s is None or self._observer.braked_s is None:
             return False
@@ -254,7 +254,7 @@ class _Rig:
 
     @staticmethod
     def _in_path(stop: Stop, done: Mishap) -> bool:
-        """Whether what was frozen or ended stands between this channel and the wheels."""
+        """True if what was frozen or ended stands between this channel and the wheels."""
         return done.node == topics.ROBOT_SIM or (done.node == topics.BRIDGE and stop.channel == "ros2")
 
     def _alive_again(self, done: Mishap, robot: bytes) -> float | None:
@@ -307,7 +307,7 @@ class _Rig:
 
     @staticmethod
     def _was_told(channel: StopChannel, base_s: float, until_s: float) -> bool:
-        """Whether who gave a late stop was soon told that it was not acknowledged, and nothing else until it was."""
+        """True if who gave a late stop was soon told that it was not acknowledged, and nothing else until it was."""
         before = [saying for saying in channel.said if saying.at_s < until_s]
         return any(saying.at_s < base_s + TOLD_S for saying in before) and not any(saying.done for saying in before)
 

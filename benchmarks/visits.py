@@ -109,7 +109,7 @@ def _visit(system: System, times: int) -> int:
 
 
 def _stop(bus: Bus, observer: Observer, limit_s: float) -> list[str]:
-    """Whether the robot can still be stopped."""
+    """True if the robot can still be stopped."""
     observer.poll()
     sent_s = time.monotonic()
     problems = []

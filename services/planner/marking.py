@@ -22,7 +22,7 @@ from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.route.route import route
 from touchline.services.planner.route.worked_route import WetCrossings, WorkedRoute
 from touchline.services.planner.sequencing.unavoidable import unavoidable_crossings
-from touchline.services.planner.sequencing.wet import Wheels
+from touchline.services.planner.sequencing.wet_paint import Wheels
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.tour import (
@@ -67,7 +67,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
 
 
 def leaves_out(options: PlanOptions) -> bool:
-    """Whether stretches of lines that an outline is in the way of are left out, rather than that there is no plan.
+    """True if stretches of lines that an outline is in the way of are left out, rather than that there is no plan.
 
     Raises:
         PlanningError: The options ask for something else.

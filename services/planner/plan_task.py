@@ -24,7 +24,7 @@ class Company:
     """Other robots that work on the same ground meanwhile.
 
     Attributes:
-        painted: (n, 7) rows of `sequencing.wet`: what they paint, and when.
+        painted: (n, 7) rows of `sequencing.wet_paint`: what they paint, and when.
         crossing_s: How long it may take at least to avoid one crossing of a wet line, theirs or one's own, seconds.
         grounds: By its id, what of each area this robot covers (m, map frame); of an area that is not named, nothing.
             None: all of every area.

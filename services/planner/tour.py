@@ -14,8 +14,8 @@ from touchline.services.planner.collision.checker import Collision, CollisionChe
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.route.itinerary import Itinerary, ItineraryBuilder
 from touchline.services.planner.sequencing.costs import nodes_of, problem
-from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of
 from touchline.services.planner.sequencing.order import kicks_for, ordered
+from touchline.services.planner.sequencing.wet_aware_order import WetGround, scene_of, wet_aware_order
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.swaths import Swath
 
@@ -36,7 +36,7 @@ AGAIN = 0.25
 
 
 def ordering(options: PlanOptions) -> bool:
-    """Whether the options ask for an order that takes least time.
+    """True if the options ask for an order that takes least time.
 
     Raises:
         PlanningError: They ask for something else.
@@ -144,7 +144,7 @@ def _found(
         budget = Budget(Stage(step, 2 * turn), enough)
         order = ordered(priced, budget, int((AGAIN if turn else 1.0) * kicks), order)
         scene = scene_of(priced, tracks, ground, crossing_s, driver.run_out_m, end)
-        dry = ordered_dry(scene, order, Budget(Stage(step, 2 * turn + 1), enough))
+        dry = wet_aware_order(scene, order, Budget(Stage(step, 2 * turn + 1), enough))
         drive = driver.drive([nodes[k] for k in dry.tolist()])
         if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total

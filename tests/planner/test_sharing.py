@@ -10,7 +10,7 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.planner.plan_task import Company, PlanTask
-from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet_paint import BEGUN, SPEED, Wheels, wet_rows
 from touchline.services.planner.sharing.shares import sharings
 from touchline.services.planner.sharing.wet_between import Clocked, crossings_of
 

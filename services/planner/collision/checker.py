@@ -14,15 +14,15 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
-# Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be
-# larger by as much all round, so that nothing is missed in between.
+# Half the maximum motion (m) of any point of the body between checked poses. The body is enlarged by as much all round,
+# so that no contact in between is missed.
 MARGIN_M = 0.02
 
 Complexes = NDArray[np.complex128]
 
 
 class Collision(NamedTuple):
-    """Where the body touches which outline."""
+    """Contact of the body with an outline: pose, and id of the outline."""
 
     pose: PathPose
     outline: str
@@ -33,11 +33,11 @@ class Collision(NamedTuple):
 
 @dataclass(frozen=True)
 class CollisionChecker:
-    """Checks the vehicle's body against the boundary and the obstacles of a template.
+    """Collision checks of a vehicle's body against the boundary and the obstacles of a template.
 
     Attributes:
-        edges: (n, 4) the outlines' edges x₁ y₁ x₂ y₂, m.
-        owner: (n,) the outline that each edge belongs to, as an index of `names`.
+        edges: (n, 4) edges of the outlines x₁ y₁ x₂ y₂, m.
+        owner: (n,) outline of each edge, as an index of `names`.
         names: Ids of the outlines; the boundary, if there is one, comes first.
         bounded: Whether there is a boundary.
         body: (k, 2) corners of the body.
@@ -51,7 +51,7 @@ class CollisionChecker:
 
     @classmethod
     def of(cls, template: Template, vehicle: Vehicle) -> "CollisionChecker | None":
-        """The checker for a template's boundary and obstacles; None if it has none."""
+        """Checker for a template's boundary and obstacles; None if it has none."""
         outlines = [*([template.boundary] if template.boundary else []), *template.obstacles]
         if not outlines:
             return None
@@ -63,26 +63,26 @@ class CollisionChecker:
 
     @property
     def reach_m(self) -> float:
-        """The distance of the body's furthest corner from the axle's middle, metres."""
+        """Distance of the body's furthest corner from the axle's middle (m)."""
         return float(np.hypot(*self.body.T).max())
 
     def collision(self, path: PiecePath) -> Collision | None:
-        """The first place where the body on `path` touches an outline, or is on its wrong side."""
+        """First collision on a path: the body touches an outline, or is on its wrong side."""
         poses = self._poses(path)
         at, outline = first_touch(poses, self.edges, self.owner, self.bounded, self.body, MARGIN_M)
         return Collision(PathPose(*poses[at].tolist()), self.names[outline]) if at >= 0 else None
 
     def touches(self, poses: Sequence[PathPose]) -> bool:
-        """Whether the body at one of some poses touches an outline, or is on its wrong side."""
+        """True if the body touches an outline, or is on its wrong side, at any of the poses."""
         at, _ = first_touch(np.array(poses), self.edges, self.owner, self.bounded, self.body, MARGIN_M)
         return bool(at >= 0)
 
     def is_clear(self, path: PiecePath) -> bool:
-        """Whether the body keeps off all outlines; on most ways that it does not, it touches one between two pieces."""
+        """True if the body keeps off all outlines; the ends of pieces, where most contacts are, are checked first."""
         return not self.touches(path.knots) and self.collision(path) is None
 
     def _poses(self, path: PiecePath) -> Floats:
-        """(n, 3) poses so close that no point of the body moves more than 2·MARGIN_M from one to the next."""
+        """Poses (n, 3) so close that no point of the body moves by more than 2·MARGIN_M from one to the next."""
         arcs: list[Floats] = [np.zeros(0)]
         turns: list[Floats] = [np.zeros(0)]
         for piece, start in zip(path.pieces, path.stations, strict=False):
@@ -103,17 +103,20 @@ class CollisionChecker:
 def first_touch(
     poses: Floats, edges: Floats, owner: Ints, bounded: bool, body: Floats, margin: float
 ) -> tuple[int, int]:
-    """The first pose at which the body is nearer than `margin` to an edge, and the outline; −1 if there is none.
+    """Find the first pose at which the body is nearer than `margin` to an edge.
 
     At the first pose it must also be inside the boundary, and no obstacle inside the body.
 
     Args:
         poses: (n, 3) x (m), y (m), heading (rad) of the middle of the axle.
         edges: (edges, 4) x₁ y₁ x₂ y₂, m, outline by outline.
-        owner: (edges,) the outline of each edge.
+        owner: (edges,) outline of each edge.
         bounded: Whether outline 0 is a boundary.
         body: (corners, 2) in the body's frame, m.
-        margin: m.
+        margin: Clearance (m).
+
+    Returns:
+        Index of the pose and number of the outline; −1 if there is none.
     """
     reach = 0.0
     for k in range(len(body)):
@@ -131,7 +134,7 @@ def first_touch(
 
 @kernel
 def _place(pose: Floats, body: Floats, corners: Complexes) -> None:
-    """The body's corners at a pose, the first one again behind the last."""
+    """Write the body's corners at a pose, the first one repeated at the end."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     for k in range(len(corners)):
         x, y = body[k % len(body), 0], body[k % len(body), 1]
@@ -140,7 +143,7 @@ def _place(pose: Floats, body: Floats, corners: Complexes) -> None:
 
 @kernel
 def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, far: float, margin: float) -> int:
-    """The first outline nearer to the body than `margin`, −1 if there is none; edges beyond `far` are skipped."""
+    """First outline nearer to the body than `margin`, −1 if there is none; edges beyond `far` are skipped."""
     for e in range(len(edges)):
         a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
         if off_squared(middle, a, b) > far**2:
@@ -153,7 +156,7 @@ def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, fa
 
 @kernel
 def _wrong_side(middle: complex, corners: Complexes, edges: Floats, owner: Ints, bounded: bool) -> int:
-    """The first outline violated as a whole: body outside the boundary, or round or inside an obstacle; −1: none."""
+    """First outline violated as a whole: body outside the boundary, or around or inside an obstacle; −1: none."""
     outline = np.empty((len(corners) - 1, 4))
     for k in range(len(outline)):
         outline[k, 0], outline[k, 1] = corners[k].real, corners[k].imag

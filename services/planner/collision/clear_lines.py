@@ -1,4 +1,4 @@
-"""The parts of lines that can be painted round what stands on the field, and the stretches that cannot."""
+"""Parts of lines that can be painted around obstacles, and the stretches that cannot."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -16,10 +16,10 @@ from touchline.services.planner.geometry.clothoid import PathPose, Piece, PieceP
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.swaths.offset import Stroke, modes
 
-LEAST_M = 0.3
+PART_MIN_M = 0.3
 """Shorter parts are left out."""
 SHORTER_M = 0.3
-"""A part that cannot be reached, or left, ends so much earlier at obstructed ends, a few times; then by ever more."""
+"""A part that cannot be reached or left is shortened by this at obstructed ends, a few times; then by ever more."""
 _EVEN = 6
 
 Span = tuple[float, float]
@@ -27,14 +27,14 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True)
 class ReachableLines:
-    """Lines, and from where to where along each the body touches no outline.
+    """Lines, and the intervals along each in which the body touches no outline.
 
     Attributes:
-        lines: As they are given.
-        spans: Of each line, the parts that are painted (m, along the line in its own direction).
-        strokes: Of each line, one in the way of which something is; None if nothing is.
-        checker: Of what is in the way; None if there is nothing.
-        shortened_before: How often parts have been shortened.
+        lines: Lines of the template.
+        spans: For each line, the parts that are painted (m, along the line in its own direction).
+        strokes: For each line, an obstructed stroke; None if nothing obstructs it.
+        checker: Checker of boundary and obstacles; None if there are none.
+        shortened_before: Number of times that parts have been shortened.
     """
 
     lines: tuple[TemplateSegment, ...]
@@ -45,7 +45,7 @@ class ReachableLines:
 
     @property
     def segments(self) -> tuple[TemplateSegment, ...]:
-        """Whole lines as they are given, and numbered parts of the others."""
+        """Unobstructed lines unchanged, and numbered parts of the others."""
         return tuple(segment for _, _, segment in self._parts())
 
     def _parts(self) -> Iterator[tuple[int, int, TemplateSegment]]:
@@ -59,7 +59,7 @@ class ReachableLines:
 
     @property
     def left_out(self) -> tuple[LeftOutStretch, ...]:
-        """The stretches that are not painted."""
+        """Stretches that are not painted."""
         found = list[LeftOutStretch]()
         for number, (line, spans) in enumerate(zip(self.lines, self.spans, strict=True)):
             curve = line.curve()
@@ -74,7 +74,7 @@ class ReachableLines:
         return tuple(found)
 
     def _outline(self, number: int, span: Span) -> str:
-        """The id of what is in the way of a stretch; "" if that is only too near to be got round."""
+        """Id of the outline that obstructs a stretch; "" if one is only too near to drive around."""
         stroke, line = self.strokes[number], self.lines[number].curve()
         if stroke is None or self.checker is None:
             return ""
@@ -86,11 +86,11 @@ class ReachableLines:
         return hit.outline if hit else ""
 
     def shortened(self, ids: Collection[str], unreached: str) -> "ReachableLines":
-        """With less of parts between which there is no way, or, where none of them has an obstructed end, without one.
+        """Shorten parts between which there is no path, or leave one out if none of them has an obstructed end.
 
         Args:
-            ids: Of the parts.
-            unreached: The part that is left out if none can be shortened.
+            ids: Ids of the parts.
+            unreached: Id of the part that is left out if none can be shortened.
         """
         by_m = SHORTER_M * 2.0 ** max(self.shortened_before + 1 - _EVEN, 0)
         names = {segment.id: (number, part) for number, part, segment in self._parts()}
@@ -104,24 +104,24 @@ class ReachableLines:
         if not changed:
             number, part = names[unreached]
             spans[number][part] = 0.0, 0.0
-        least_m = [min(LEAST_M, line.curve().length_m) for line in self.lines]
-        left = tuple(
+        least_m = [min(PART_MIN_M, line.curve().length_m) for line in self.lines]
+        kept = tuple(
             tuple((a, b) for a, b in each if b - a >= least) for each, least in zip(spans, least_m, strict=True)
         )
-        return replace(self, spans=left, shortened_before=self.shortened_before + 1)
+        return replace(self, spans=kept, shortened_before=self.shortened_before + 1)
 
 
 def reachable_lines(
     lines: tuple[TemplateSegment, ...], template: Template, vehicle: Vehicle, limits: Limits, *, turned: bool = True
 ) -> ReachableLines:
-    """The parts of lines along which the body touches no outline, each part in the direction in which it is longest.
+    """Find the parts of lines along which the body touches no outline, each in the direction in which it is longest.
 
     Args:
-        lines: To be painted.
-        template: Whose boundary and obstacles are kept off.
-        vehicle: That paints.
-        limits: Of its plans.
-        turned: Whether a line may be painted against its direction where it can be painted in it, too.
+        lines: Lines to paint.
+        template: Template with boundary and obstacles.
+        vehicle: Vehicle that paints.
+        limits: Limits of the plan.
+        turned: Whether a line may be painted against its direction if it can be painted along it, too.
 
     Raises:
         PlanningError: An arc is too tight for the robot.
@@ -137,13 +137,13 @@ def reachable_lines(
         if all(checker.collision(stroke.path) for stroke in choice):
             shares = _longest([span for stroke in choice for span in _clear(stroke, checker)])
             parts = ((a * lengths[number], b * lengths[number]) for a, b in shares)
-            found[number] = tuple((a, b) for a, b in parts if b - a >= LEAST_M)
+            found[number] = tuple((a, b) for a, b in parts if b - a >= PART_MIN_M)
             strokes[number] = choice[0]
     return ReachableLines(lines, tuple(found), tuple(strokes), checker)
 
 
 def _longest(spans: Sequence[Span]) -> list[Span]:
-    """Of spans that overlap, the longest of each group."""
+    """Longest span of each group of overlapping ones."""
     groups = list[list[Span]]()
     for span in sorted(spans):
         if groups and span[0] < max(b for _, b in groups[-1]):
@@ -154,14 +154,14 @@ def _longest(spans: Sequence[Span]) -> list[Span]:
 
 
 def clear_lines(template: Template, vehicle: Vehicle, limits: Limits) -> tuple[TemplateSegment, ...]:
-    """The parts of a template's lines along which the body touches no outline; see `reachable_lines`."""
+    """Parts of a template's lines along which the body touches no outline; see `reachable_lines`."""
     return reachable_lines(template.segments, template, vehicle, limits).segments
 
 
 def _clear(stroke: Stroke, checker: CollisionChecker) -> list[Span]:
-    """The shares of a stroke, from → to in the line's own direction, along which the body is clear.
+    """Fractions of a stroke, from and to in the line's own direction, along which the body is clear.
 
-    Where the body is clear by twice the margin at places no further apart than that, it is so by the margin between.
+    Clearance of twice the margin at points no further apart than that means clearance of the margin in between.
     """
     bend = abs(stroke.robot.curvature_1pm)
     count = 2 + math.ceil(stroke.robot.length_m * (1.0 + bend * checker.reach_m) / (2.0 * MARGIN_M))
@@ -174,7 +174,7 @@ def _clear(stroke: Stroke, checker: CollisionChecker) -> list[Span]:
 
 
 def _runs(share: Sequence[float], clear: Sequence[bool]) -> Iterator[Span]:
-    """From → to of the runs of what is clear, single places left out."""
+    """Intervals of the runs of clear points, single points left out."""
     state = np.concatenate(([False], clear, [False])).astype(np.int8)
     begins, ends = np.flatnonzero(np.diff(state) == 1).tolist(), np.flatnonzero(np.diff(state) == -1).tolist()
     for first, last in zip(begins, ends, strict=True):
@@ -183,13 +183,13 @@ def _runs(share: Sequence[float], clear: Sequence[bool]) -> Iterator[Span]:
 
 
 def part_of(curve: Curve, from_m: float, to_m: float) -> Curve:
-    """A part of a line or an arc."""
+    """Cut a part out of a line or an arc."""
     x, y, heading, _ = (float(value) for value in curve.at(from_m))
     return replace(curve, x_m=x, y_m=y, heading_rad=wrap_angle(heading), length_m=to_m - from_m)
 
 
 def redrawn(segment: TemplateSegment, curve: Curve, name: str = "") -> TemplateSegment:
-    """The segment along another curve, under another name if that is given."""
+    """Copy of a segment along another curve, with another id if that is given."""
     line: LineSpec | None = None
     arc: ArcSpec | None = None
     start = curve.x_m, curve.y_m

@@ -11,13 +11,13 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.transitions.pricing import pricing_of
 from touchline.services.planner.transitions.transitions import Transition, TransitionFamily
 
-# Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
+# Via poses: a grid over the neighbourhood of both ends, and points beside the outlines' corners, in several headings.
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
-# So many of them are tried, the quickest detour first.
+# Number of via poses that are tried, the quickest detour first.
 TRIED = 150
-# Of those found clear so many are offered.
+# Number of clear detours that are offered.
 OFFERED = 4
-# An end from which, or to which, so many ways collide, and none does not, is closed in.
+# An end from or to which this many transitions collide, without exception, is closed in.
 MANY = 30
 
 
@@ -30,14 +30,14 @@ def detours(
 ) -> Iterator[Transition]:
     """Collision-free transitions over one via pose, the quickest first by the method's rough times.
 
-    None has mostly the same cause for every partner of an end: there is no room to stop, or to set off.
+    If there is none, the cause is mostly the same for every partner of an end: no room to stop or to start there.
 
     Args:
-        start: Where the last painted curve ends.
-        goal: Where the next one begins.
-        transitions: The transitions of the method in use.
-        checker: The outlines.
-        closed: Ends that are known to be closed in; more are added.
+        start: End of the last painted curve.
+        goal: Beginning of the next one.
+        transitions: Transitions of the method in use.
+        checker: Checker of boundary and obstacles.
+        closed: Ends known to be closed in; more are added.
     """
     leaving, reaching = ("from", start), ("to", goal)
     if leaving in closed or reaching in closed:
@@ -45,16 +45,16 @@ def detours(
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = pricing_of(transitions).rough_s
     around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
-    offered = tried = left = 0
+    offered = tried = departed = 0
     for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():
         middle = via[k]
-        if checker.touches([middle.pose]):  # as every way there would
+        if checker.touches([middle.pose]):  # as every path there would
             continue
         tried += 1
         there = next((w for w in transitions.between(start, middle) if checker.is_clear(w.path)), None)
         if there is None:
             continue
-        left += 1
+        departed += 1
         on = next((w for w in transitions.between(middle, goal) if checker.is_clear(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
@@ -63,14 +63,14 @@ def detours(
             offered += 1
             if offered == OFFERED:
                 return
-    if not left and tried >= MANY:
+    if not departed and tried >= MANY:
         closed.add(leaving)
-    elif not offered and left >= MANY:
+    elif not offered and departed >= MANY:
         closed.add(reaching)
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:
-    """(n, 3) candidates for the via pose: x (m), y (m), heading (rad)."""
+    """Candidates (n, 3) for the via pose: x (m), y (m), heading (rad)."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
     grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)

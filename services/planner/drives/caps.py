@@ -1,4 +1,4 @@
-"""Compiled: limits of speed and acceleration along a path, those of the drive and those of the plan together."""
+"""Compiled: limits of drive and plan on speed and acceleration along a path."""
 
 import math
 from typing import Any, NamedTuple
@@ -14,13 +14,13 @@ STRAIGHT_1PM = 1e-9
 
 
 class Caps(NamedTuple):
-    """The limits that the kernels take.
+    """Limits in the form that kernels take.
 
     Attributes:
-        transit_mps: No speed is above.
-        acceleration_mps2: Along the path.
-        lateral_mps2: Across it.
-        drive: `PlannedDrive.caps`: the type of this decides which drive's kernels they are compiled with.
+        transit_mps: Maximum speed.
+        acceleration_mps2: Maximum acceleration along the path.
+        lateral_mps2: Maximum lateral acceleration.
+        drive: `PlannedDrive.caps`, whose type selects the drive's kernels.
     """
 
     transit_mps: float
@@ -31,14 +31,14 @@ class Caps(NamedTuple):
 
 @kernel
 def square_cap(curvature: float, sharpness: float, limits: Caps) -> float:
-    """The largest squared speed u = v² (m²/s²) on a cell.
+    """Maximum squared speed u = v² (m²/s²) on a cell.
 
-    It is the least of what transit speed, drive and lateral acceleration (v²·|κ|) allow.
+    It is the minimum of what transit speed, drive and lateral acceleration (v²·|κ|) allow.
 
     Args:
-        curvature: The cell's largest |curvature| (1/m).
+        curvature: Maximum |curvature| of the cell (1/m).
         sharpness: Its |sharpness| (1/m²).
-        limits: Of drive and plan.
+        limits: Limits of drive and plan.
     """
     square = min(limits.transit_mps**2, drive.square_cap(limits.drive, curvature, sharpness))
     if curvature > STRAIGHT_1PM:
@@ -48,15 +48,15 @@ def square_cap(curvature: float, sharpness: float, limits: Caps) -> float:
 
 @kernel
 def square_caps(curvature: Floats, sharpness: Floats, limits: Caps) -> Floats:
-    """`square_cap` for many cells.
+    """Compute `square_cap` for many cells.
 
     Args:
-        curvature: (n,) the largest |curvature| (1/m) of each cell.
-        sharpness: (n,) their |sharpness| (1/m²).
-        limits: Of drive and plan.
+        curvature: (n,) maximum |curvature| (1/m) of each cell.
+        sharpness: (n,) |sharpness| (1/m²) of each cell.
+        limits: Limits of drive and plan.
 
     Returns:
-        (n,) the largest u (m²/s²) of each.
+        (n,) maximum u (m²/s²) of each cell.
     """
     square = np.empty(len(curvature))
     for i in range(len(curvature)):
@@ -66,14 +66,14 @@ def square_caps(curvature: Floats, sharpness: Floats, limits: Caps) -> Floats:
 
 @kernel
 def gain(square: float, curvature: float, sharpness: float, length: float, limits: Caps) -> float:
-    """The largest acceleration (m/s²) that can be kept throughout a cell; 0 where the drive could only brake.
+    """Maximum acceleration (m/s²) that can be kept throughout a cell; 0 where the drive could only brake.
 
     Args:
         square: u = v² (m²/s²) at its beginning.
-        curvature: Signed, at its beginning (1/m).
-        sharpness: Signed, constant over the cell (1/m²).
-        length: Of the cell (m).
-        limits: Of drive and plan.
+        curvature: Signed curvature at its beginning (1/m).
+        sharpness: Signed sharpness, constant over the cell (1/m²).
+        length: Length of the cell (m).
+        limits: Limits of drive and plan.
     """
     most = min(limits.acceleration_mps2, drive.gain(limits.drive, square, curvature, sharpness, length))
     return float(max(most, 0.0))
@@ -81,14 +81,14 @@ def gain(square: float, curvature: float, sharpness: float, length: float, limit
 
 @kernel
 def spin_time(angle: float, limits: Caps) -> float:
-    """Seconds to turn on the spot, from standstill to standstill.
+    """Seconds to turn on the spot, from rest to rest.
 
     The rate rises and falls steadily, so that a point at the drive's lever keeps the transit speed and the
     acceleration that hold for driving straight on.
 
     Args:
-        angle: By how much, without a sign (rad).
-        limits: Of drive and plan.
+        angle: Magnitude of the turn (rad).
+        limits: Limits of drive and plan.
     """
     lever = drive.spin_lever_m(limits.drive)
     rate_gain = limits.acceleration_mps2 / lever

@@ -11,11 +11,11 @@ from touchline.services.planner.drives.motor_power import drawn_w
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 
-# This share of the wheels' acceleration is planned with, so that rounding never shows.
+# Fraction of the wheels' acceleration that plans use, so that rounding never exceeds the limit.
 RIM_SHARE = 1.0 - 1e-6
-# The tightest turn, as a share of 1/r: there the inner wheel stands still.
+# Maximum curvature as a fraction of 1/r, at which the inner wheel stands still.
 CURVATURE_SHARE = 0.98
-# Of the wheels' acceleration turns at constant speed take this share.
+# Fraction of the wheels' acceleration that turns at constant speed take.
 TURNING_SHARE = 0.8
 ROLLING_ON_GRASS = 0.06
 
@@ -31,10 +31,10 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def square_cap(self, curvature: float, sharpness: float) -> float:
-        """The largest u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr; |κ|v is ω.
+        """Maximum u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr; |κ|v is ω.
 
         Args:
-            curvature: The largest |curvature| of the stretch (1/m).
+            curvature: Maximum |curvature| of the stretch (1/m).
             sharpness: Its |sharpness| (1/m²).
         """
         square = (self.rim_speed_mps / (1.0 + curvature * self.half_track_m)) ** 2
@@ -46,7 +46,7 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def gain(self, square: float, curvature: float, sharpness: float, length: float) -> float:
-        """The largest acceleration (m/s²) with which both rims keep theirs throughout a stretch; may be negative.
+        """Maximum acceleration (m/s²) with which both rims keep their limits throughout a stretch; may be negative.
 
         A rim gains a(1 ± κr) ± uσr. With u and κ linear in arc length that is linear, too, so the limit holds
         throughout if it holds at both ends. At the end u has grown by 2·a·length, which is why κ is taken there with
@@ -54,9 +54,9 @@ class DifferentialCaps(NamedTuple):
 
         Args:
             square: u at the beginning of the stretch (m²/s²).
-            curvature: Signed, at its beginning (1/m).
-            sharpness: Signed, constant (1/m²).
-            length: Of the stretch (m).
+            curvature: Signed curvature at its beginning (1/m).
+            sharpness: Signed sharpness, constant (1/m²).
+            length: Length of the stretch (m).
         """
         most, r, rim = np.inf, self.half_track_m, self.rim_acceleration_mps2
         for side in (-1.0, 1.0):
@@ -71,12 +71,12 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def spin_lever_m(self) -> float:
-        """See `DifferentialDrive.spin_lever_m`."""
+        """Lever of a turn on the spot (m); see `DifferentialDrive.spin_lever_m`."""
         return float(self.lever_m)
 
 
 class PlannedDifferential(PlannedDrive):
-    """The planner's side of a `DifferentialDrive`."""
+    """Planning model of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         """Take the limits from a vehicle."""
@@ -93,20 +93,20 @@ class PlannedDifferential(PlannedDrive):
         self.curvature_max_1pm, self.tightest_1pm = 1.0 / half_track, CURVATURE_SHARE / half_track
 
     def curvature_at(self, speed_mps: float) -> float:
-        """The curvature (1/m) at which the outer rim reaches its largest speed, or the body its largest yaw rate."""
+        """Curvature (1/m) at which the outer rim reaches its maximum speed, or the body its maximum yaw rate."""
         rim = (self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m)
         return float(min(rim, self.caps.yaw_rate_radps / speed_mps))
 
     def sharpness_at(self, speed_mps: float) -> float:
-        """The sharpness (1/m²) at which turning takes `TURNING_SHARE` of the rims' acceleration."""
+        """Sharpness (1/m²) at which turning takes `TURNING_SHARE` of the rims' acceleration."""
         return float(TURNING_SHARE * self.acceleration_mps2 / (self.caps.half_track_m * speed_mps**2))
 
     def turns_within(self, lateral_mps2: float) -> bool:
-        """With the outer rim at v_w a robot at v is accelerated by v(v_w - v)/r across, at most v_w²/(4r)."""
+        """Compare with the maximum: with the outer rim at v_w, v(v_w - v)/r is at most v_w²/(4r)."""
         return bool(lateral_mps2 >= self.max_speed_mps**2 / (4.0 * self.caps.half_track_m))
 
     def least_s(self, length_m: float, turned_rad: float) -> float:
-        """With the outer rim at v_w a robot drives v = v_w / (1 + |κ|·r): (L + r·θ) / v_w in all."""
+        """Return (L + r·θ) / v_w: with the outer rim at v_w a robot drives v = v_w / (1 + |κ|·r)."""
         return float((length_m + self.caps.half_track_m * turned_rad) / self.max_speed_mps)
 
     def actuation(
@@ -117,7 +117,7 @@ class PlannedDifferential(PlannedDrive):
         curvature_1pm: Floats,
         sharpness_1pm2: Floats,
     ) -> ActuatorMotion:
-        """The left and the right wheel's rate (rad/s) and acceleration (rad/s²)."""
+        """Rate (rad/s) and acceleration (rad/s²) of the left and the right wheel."""
         speed, gain = np.sqrt(square), acceleration_mps2
         reach, turning = self.caps.half_track_m * curvature_1pm, self.caps.half_track_m * square * sharpness_1pm2
         rims = direction * np.stack((speed * (1.0 - reach), speed * (1.0 + reach)))
@@ -125,12 +125,12 @@ class PlannedDifferential(PlannedDrive):
         return ActuatorMotion(rims / self._drive.wheel_radius_m, gains / self._drive.wheel_radius_m)
 
     def spinning(self, rate_radps: float) -> Floats:
-        """The wheels turn against each other."""
+        """Opposite rates (rad/s) of the two wheels."""
         sides = np.array([[-1.0], [1.0]]) * self.caps.half_track_m / self._drive.wheel_radius_m
         return np.asarray(sides * rate_radps)
 
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """What both motors draw on level, dry grass (W).
+        """Power (W) drawn by both motors on level, dry grass.
 
         Torque overcomes rolling resistance, the drives' own friction and the inertia of body and wheels, in turns, too;
         gears and windings lose some. Braking gives back at most what the other losses take.

@@ -15,7 +15,7 @@ from touchline.services.planner.drives.motor_power import drawn_w
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 
-# This share of the steering's rate is planned with, so that rounding never shows.
+# Fraction of the steering's rate that plans use, so that rounding never exceeds the limit.
 RATE_SHARE = 1.0 - 1e-6
 ROLLING_ON_CLAY = 0.12
 
@@ -29,9 +29,9 @@ class RearSteeredCaps(NamedTuple):
 
     @kernel
     def square_cap(self, _curvature: float, sharpness: float) -> float:
-        """See `planned_drive.square_cap`: the steering has to keep up, v·|σ| ≤ δ̇/L.
+        """Maximum u = v² (m²/s²) at which the steering keeps up: v·|σ| ≤ δ̇/L.
 
-        That is what it takes where κ = 0 (see the module), as of a stretch only the tightest place is known.
+        This is the condition at κ = 0, the strictest, as only the maximum curvature of a stretch is known.
         """
         square = self.speed_mps**2
         if sharpness > 0.0:
@@ -40,20 +40,20 @@ class RearSteeredCaps(NamedTuple):
 
     @kernel
     def gain(self, _square: float, _curvature: float, _sharpness: float, _length: float) -> float:
-        """See `planned_drive.gain`: the drum is in the middle of its axle, so turning takes nothing of what it has."""
+        """Maximum acceleration (m/s²): the drum is in the middle of its axle, so turning takes nothing of it."""
         return float(self.acceleration_mps2)
 
     @kernel
     def spin_lever_m(self) -> float:
-        """It never turns on the spot."""
+        """Return infinity: a rear-steered vehicle never turns on the spot."""
         return np.inf
 
 
 class PlannedRearSteered(PlannedDrive):
-    """The planner's side of a `RearSteeredDrive`."""
+    """Planning model of a `RearSteeredDrive`."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """That of a vehicle."""
+        """Take the limits from a vehicle."""
         drive = self._drive = vehicle.drive
         self.max_speed_mps = drive.max_speed_mps
         self.acceleration_mps2 = drive.max_drum_acceleration_radps2 * drive.drum_radius_m
@@ -62,19 +62,19 @@ class PlannedRearSteered(PlannedDrive):
         self.caps = RearSteeredCaps(self.max_speed_mps, self.acceleration_mps2, bending_1pms)
 
     def curvature_at(self, speed_mps: float) -> float:
-        """The same at every speed."""
+        """Maximum curvature (1/m), the same at every speed."""
         return self.curvature_max_1pm
 
     def sharpness_at(self, speed_mps: float) -> float:
-        """All of the steering's rate: braking takes nothing of it."""
+        """Sharpness (1/m²) at the steering's full rate: braking takes nothing of it."""
         return float(self.caps.bending_1pms / speed_mps)
 
     def turns_within(self, lateral_mps2: float) -> bool:
-        """In its tightest turn it is accelerated by v²·κ across."""
+        """Compare with the lateral acceleration v²·κ of the tightest turn."""
         return bool(lateral_mps2 >= self.max_speed_mps**2 * self.curvature_max_1pm)
 
     def least_s(self, length_m: float, turned_rad: float) -> float:
-        """Turning does not slow it down."""
+        """Return the time at full speed: turning does not slow the vehicle down."""
         return length_m / self.max_speed_mps
 
     def actuation(
@@ -85,7 +85,7 @@ class PlannedRearSteered(PlannedDrive):
         curvature_1pm: Floats,
         sharpness_1pm2: Floats,
     ) -> ActuatorMotion:
-        """The drum's rate (rad/s) and the steering angle (rad), and how fast both change."""
+        """Drum rate (rad/s), steering angle (rad), and the change of both."""
         speed, length, radius = np.sqrt(square), self._drive.wheelbase_m, self._drive.drum_radius_m
         bend = length * curvature_1pm
         steering_rate = -length * sharpness_1pm2 * speed / (1.0 + bend * bend)
@@ -95,11 +95,11 @@ class PlannedRearSteered(PlannedDrive):
         )
 
     def spinning(self, rate_radps: float) -> Floats:
-        """Never asked for, as `can_spin` is false."""
+        """Raise an error: `can_spin` is false."""
         raise NotImplementedError("a rear-steered vehicle cannot turn on the spot")
 
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """Of the drum's motor, on level clay, straight on: what turning takes is little.
+        """Power (W) drawn by the drum's motor on level clay; turning takes little and is neglected.
 
         Torque overcomes rolling resistance, friction and the inertia of body and drum; gear and winding lose some.
         Braking gives back at most what the other losses take.

@@ -3,12 +3,12 @@
 Units: metres, radians, 1/m (curvature) and 1/m² (sharpness). Planar points are complex numbers x + iy.
 
 Frames (REP-103): θ is the heading of the robot, which a reversing robot keeps pointing backward along its path. Arc
-length s ≥ 0 is the distance travelled, whichever way. With the direction d = +1 forward, −1 backward:
+length s ≥ 0 is the distance travelled in either direction. With the direction d = +1 forward, −1 backward:
 
     dp/ds = d·exp(iθ),   dθ/ds = d·κ,   dκ/ds = σ
 
 So κ = ω/v is what the robot steers: positive where the turning centre is to the robot's left, forward or backward, and
-the same number on both sides of a cusp where the robot goes back on its own track. σ is the change of κ per metre
+the same number on both sides of a cusp where the robot returns on its own track. σ is the change of κ per metre
 travelled. A turn on the spot has no length: it adds an angle to θ.
 """
 
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Sixteen Gauss-Legendre nodes integrate exp(iθ(s)) to rounding error where θ turns less than this over the panel.
+# Sixteen Gauss-Legendre nodes integrate exp(iθ(s)) to rounding error where θ changes by less than this over the panel.
 _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES: Floats = (_ABSCISSAE + 1.0) / 2.0
 WEIGHTS: Floats = _WEIGHTS / 2.0
@@ -42,16 +42,16 @@ class PathPose(NamedTuple):
 
     @property
     def point(self) -> complex:
-        """The position as x + iy, metres."""
+        """Position as x + iy (m)."""
         return complex(self.x_m, self.y_m)
 
     @property
     def direction(self) -> complex:
-        """The unit vector of the heading."""
+        """Unit vector of the heading."""
         return cmath.rect(1.0, self.heading_rad)
 
     def moved(self, displacement: complex, turn_rad: float) -> "PathPose":
-        """The pose after `displacement` (m, seen from this pose) and a turn of `turn_rad`."""
+        """Pose after `displacement` (m, in the frame of this pose) and a turn of `turn_rad`."""
         point = self.point + self.direction * displacement
         return PathPose(point.real, point.imag, self.heading_rad + turn_rad)
 
@@ -74,7 +74,7 @@ class Piece(NamedTuple):
 
     @classmethod
     def spin(cls, angle_rad: float) -> "Piece":
-        """The turn on the spot by `angle_rad`."""
+        """Turn on the spot by `angle_rad`."""
         return cls(0.0, spin_rad=angle_rad)
 
     @property
@@ -107,7 +107,7 @@ class Piece(NamedTuple):
         return total
 
     def mirrored(self) -> "Piece":
-        """The same piece turning to the other side."""
+        """Mirror image of the piece, which turns to the other side."""
         return Piece(self.length_m, -self.curvature_1pm, -self.sharpness_1pm2, self.direction, -self.spin_rad)
 
 
@@ -119,7 +119,7 @@ def arc_displacement(length_m: float, curvature_1pm: float) -> complex:
 
 
 def joined(pieces: Iterable[Piece]) -> tuple[Piece, ...]:
-    """The pieces without empty ones, and with neighbouring lines or arcs of one curvature and direction made one."""
+    """Drop empty pieces, and merge neighbouring lines or arcs of the same curvature and direction."""
     result: list[Piece] = []
     for piece in pieces:
         if piece.length_m <= 0.0 and not piece.spin_rad:
@@ -134,7 +134,7 @@ def joined(pieces: Iterable[Piece]) -> tuple[Piece, ...]:
 
 @dataclass(frozen=True)
 class PiecePath:
-    """A start pose and the pieces that follow it: the ideal curve, before it is cut into lines and arcs.
+    """A start pose and the pieces that follow it: the ideal curve, before it is divided into lines and arcs.
 
     Where the direction changes from piece to piece there is a cusp: the robot stops, and its curvature may step there,
     as it may at a turn on the spot. Everywhere else it is continuous.
@@ -145,7 +145,7 @@ class PiecePath:
 
     @cached_property
     def knots(self) -> tuple[PathPose, ...]:
-        """The start pose and the pose after each piece."""
+        """Start pose, and pose after each piece."""
         poses = [self.start]
         for piece in self.pieces:
             poses.append(poses[-1].moved(piece.displacement_at(piece.length_m), piece.turn_at(piece.length_m)))
@@ -161,16 +161,16 @@ class PiecePath:
 
     @property
     def length_m(self) -> float:
-        """Total arc length, metres."""
+        """Total arc length (m)."""
         return self.stations[-1]
 
     @property
     def moves(self) -> bool:
-        """Whether the robot moves along it, if only by a turn on the spot."""
+        """True if the robot moves, possibly only by a turn on the spot."""
         return any(piece.length_m > 0.0 or piece.spin_rad != 0.0 for piece in self.pieces)
 
     def spun(self, step_rad: float) -> Floats:
-        """Poses (n, 3) x (m), y (m), heading (rad) during its turns on the spot, no more than a step apart."""
+        """Poses (n, 3) x (m), y (m), heading (rad) during turns on the spot, at most a step apart."""
         found: list[Floats] = [np.empty((0, 3))]
         for piece, pose in zip(self.pieces, self.knots, strict=False):
             if piece.spin_rad:
@@ -180,7 +180,7 @@ class PiecePath:
 
     @property
     def end(self) -> PathPose:
-        """The pose after the last piece."""
+        """Pose after the last piece."""
         return self.knots[-1]
 
     def index_at(self, s_m: float) -> int:
@@ -188,7 +188,7 @@ class PiecePath:
         return max(0, min(int(np.searchsorted(self.stations, s_m, side="right")) - 1, len(self.pieces) - 1))
 
     def pose_at(self, s_m: float) -> PathPose:
-        """The pose at arc length `s_m`; after the turn on the spot, if there is one at `s_m`."""
+        """Pose at arc length `s_m`; after the turn on the spot, if there is one at `s_m`."""
         if not self.pieces:
             return self.start
         i = self.index_at(s_m)

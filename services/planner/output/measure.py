@@ -165,7 +165,7 @@ def extremes(
 
 
 def _has_steps(pieces: Floats) -> bool:
-    """Whether curvature steps anywhere but at a cusp or a turn on the spot."""
+    """True if curvature steps anywhere but at a cusp or a turn on the spot."""
     curvature_end = pieces[:, 1] + pieces[:, 2] * pieces[:, 0]
     going_on = (pieces[1:, 3] == pieces[:-1, 3]) & (pieces[1:, 4] == 0.0) & (pieces[:-1, 0] > 0.0)
     return bool(np.any(going_on & (np.abs(pieces[1:, 1] - curvature_end[:-1]) > CURVATURE_STEP_1PM)))

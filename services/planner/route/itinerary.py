@@ -11,12 +11,12 @@ import numpy as np
 from touchline.services.planner.collision.checker import Collision, CollisionChecker
 from touchline.services.planner.collision.via_poses import detours
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, Piece, PiecePath
-from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet_paint import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.swaths.offset import Stroke
 from touchline.services.planner.swaths.swaths import Painting, Swath, parted
-from touchline.services.planner.transitions.transitions import Lead, Transition, TransitionFamily, turned_round
+from touchline.services.planner.transitions.transitions import Lead, Transition, TransitionFamily, from_goal
 
 # Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
 RUN_IN_M = 5.0
@@ -215,9 +215,9 @@ class ItineraryBuilder:
                 yield from detours(end, CurveEnd(goal, 0.0), self.transitions, self.checker, self.closed)
             return
         out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
-        back = turned_round(Lead(out, 0.0)).pieces
+        back = from_goal(Lead(out, 0.0)).pieces
         for pieces in self._runs(back, length, length, end):
-            turned = turned_round(Lead(pieces, 0.0)).pieces
+            turned = from_goal(Lead(pieces, 0.0)).pieces
             yield Transition(self.transitions.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
 
     def _runs(

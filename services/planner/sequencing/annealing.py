@@ -1,7 +1,7 @@
-"""Compiled: simulated annealing of the order and modes, by time and by crossings of wet paint.
+"""Compiled: simulated annealing of order and modes, by time and crossings of wet paint.
 
 Metropolis' rule with geometric cooling, after Kirkpatrick, Gelatt and Vecchi, "Optimization by simulated annealing",
-Science 220, 1983. Every move is judged by all that it changes (see scene.py).
+Science 220, 1983. Every move is evaluated with all its consequences (see tour_evaluation.py).
 """
 
 import math
@@ -14,24 +14,30 @@ from touchline.core.jit import borrowing, kernel
 from touchline.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
-from touchline.services.planner.sequencing.scene import Judgement, Known, Scene, all_painted, judged
 from touchline.services.planner.sequencing.search import GAIN, Kicks
+from touchline.services.planner.sequencing.tour_evaluation import (
+    CrossingCache,
+    Scene,
+    TourEvaluation,
+    all_painted,
+    evaluate,
+)
 
-# Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
+# Maximum number of segments of a moved block: usually, and now and then (and if it is reversed).
 BLOCK, TURNED = 8, 30
-# A move that does away with more crossings than this may take no longer than if it were so many.
+# Crossings that a single move may be credited with.
 FEWER = 12
-# How much worse an order (s) is taken at last, e-fold.
+# Final temperature (s).
 COLD_S = 0.05
 
 
 class Incumbents(NamedTuple):
-    """The tour that is annealed and the best one so far, in place.
+    """Annealed tour and the best one so far, changed in place.
 
     Attributes:
         tour: (n,) nodes, the depot first.
-        best: (n,) nodes of the cheapest tour met.
-        costs: (2,) seconds of both, with those that crossings are worth; infinite before the first run.
+        best: (n,) nodes of the cheapest tour so far.
+        costs: (2,) seconds of both, crossings included at their price; infinite before the first run.
     """
 
     tour: Ints
@@ -40,17 +46,17 @@ class Incumbents(NamedTuple):
 
 
 @kernel
-def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: float) -> None:
+def anneal(scene: Scene, cache: CrossingCache, found: Incumbents, moves: Kicks, hot_s: float) -> None:
     """Anneal a tour in place by a run of moves.
 
-    Within one call the small shifts in time that a move causes for later segments are neglected.
+    Within one call, the small delays that a move causes for later segments are neglected.
 
     Args:
-        scene: What is ordered.
-        known: What is run over, as far as it has been looked at.
-        found: The tour and the best one.
-        moves: Which.
-        hot_s: At first orders are taken that are worse by about so much (s).
+        scene: Ordering problem with its wet paint.
+        cache: Crossings found so far.
+        found: Current tour and the best one.
+        moves: Range of moves to make.
+        hot_s: Initial temperature (s).
     """
     tour, best, costs = found.tour, found.best, found.costs
     n = len(tour)
@@ -60,7 +66,7 @@ def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: f
     wet, trial_wet = np.zeros(n, np.int64), np.zeros(n, np.int64)
     for i in range(n):
         place[scene.segment[tour[i]]] = i
-    total = judged(scene, known, tour, (0, n - 1), 0.0, Judgement(painted, wet))
+    total = evaluate(scene, cache, tour, (0, n - 1), 0.0, TourEvaluation(painted, wet))
     costs[0] = total + scene.crossing * _count(wet, 0, n - 1)
     if costs[0] < costs[1]:
         costs[1] = costs[0]
@@ -76,7 +82,7 @@ def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: f
         slower = _seconds(scene.cost, trial, low, high) - _seconds(scene.cost, tour, low, high)
         allowed = -heat * math.log((1.0 + whole(moves.seed, 8 * k + 7, 1 << 30)) / (1 << 30))
         wetter = -_count(wet, low, high)
-        # What does away with many crossings seldom takes much longer: that is not even looked at.
+        # A move that removes many crossings seldom takes much longer, so the credit is capped.
         taken = slower + scene.crossing * max(wetter, -FEWER) <= allowed
         if taken:
             done = 0.0
@@ -84,7 +90,7 @@ def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: f
                 done = painted[scene.segment[tour[low]]] + 0.5 * scene.paint[tour[low]]
             for i in range(low, min(high + 2, n)):
                 tried[i] = painted[scene.segment[tour[i]]]
-            judged(scene, known, trial, (low, high), done, Judgement(painted, trial_wet))
+            evaluate(scene, cache, trial, (low, high), done, TourEvaluation(painted, trial_wet))
             wetter += _count(trial_wet, low, high)
             taken = slower + scene.crossing * wetter <= allowed
             if not taken:
@@ -105,7 +111,7 @@ def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: f
 
 @borrowing
 def _count(wet: Ints, low: int, high: int) -> int:
-    """Crossings from position `low` to position `high`."""
+    """Number of crossings from position `low` to position `high`."""
     count = 0
     for i in range(low, high + 1):
         count += wet[i]
@@ -114,7 +120,7 @@ def _count(wet: Ints, low: int, high: int) -> int:
 
 @borrowing
 def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
-    """Seconds of the edges from position `low` to behind position `high`."""
+    """Seconds of the edges from position `low` to after position `high`."""
     n, total = len(tour), 0.0
     for i in range(low, high + 1):
         total += cost[tour[i], tour[(i + 1) % n]]
@@ -123,14 +129,14 @@ def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
 
 @borrowing
 def _block(seed: int, at: int) -> int:
-    """One less than the segments of a block to move."""
+    """Random number of segments of a block, less one."""
     size = whole(seed, at, 4 * TURNED)
     return int(size // 4 if size % 4 == 0 else size % BLOCK)
 
 
 @borrowing
 def _propose(scene: Scene, tour: Ints, board: Board, place: Ints, seed: int, at: int) -> tuple[int, int]:
-    """Change the board's tour from `tour` by one move; the positions between which it differs, or −1."""
+    """Change the board's tour from `tour` by one move; return the range of positions that differ, or −1."""
     n, flip, trial = len(tour), scene.flip, board.tour
     what = whole(seed, at, 8)
     if what == 0:
@@ -161,7 +167,7 @@ def _propose(scene: Scene, tour: Ints, board: Board, place: Ints, seed: int, at:
             put_behind(board, i, back + 1, j, flips)
             return i, j
         return i, e
-    # A near successor is brought behind a segment, with what follows it or turned round with what leads to it.
+    # A near successor is moved after a segment, with the block that follows it, or with the reversed block before it.
     i = whole(seed, at + 1, n)
     b = scene.after[tour[i], whole(seed, at + 2, scene.after.shape[1])]
     j = place[scene.segment[b]]

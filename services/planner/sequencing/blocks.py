@@ -1,7 +1,7 @@
 """Compiled: moves of blocks of a tour.
 
 A tour is an array of nodes; a node is a segment in one of its modes. `flip[a]` is the node that paints the segment of
-node a the other way round.
+node a in the opposite direction.
 """
 
 from typing import NamedTuple
@@ -18,8 +18,8 @@ class Board(NamedTuple):
 
     Attributes:
         tour: (n,) nodes, the depot first.
-        flip: (nodes,) each node the other way round.
-        scratch: (n,) room for a block that is moved.
+        flip: (nodes,) each node's opposite.
+        scratch: (n,) working space for a block that is moved.
     """
 
     tour: Ints
@@ -28,13 +28,13 @@ class Board(NamedTuple):
 
 
 def board_of(tour: Ints, flip: Ints) -> Board:
-    """The board for a tour (n,) that is changed in place."""
+    """Create the board for a tour (n,) that is changed in place."""
     return Board(tour, flip, np.empty(len(tour), dtype=np.int64))
 
 
 @borrowing
 def swap(board: Board, i: int, j: int, e: int, flips: bool) -> None:
-    """Put the block j…e before the block i…j−1, flipped or not."""
+    """Move the block j…e before the block i…j−1, flipped or not."""
     tour, flip, scratch = board.tour, board.flip, board.scratch
     moved = e - j + 1
     for k in range(moved):
@@ -46,7 +46,7 @@ def swap(board: Board, i: int, j: int, e: int, flips: bool) -> None:
 
 @borrowing
 def put_behind(board: Board, i: int, j: int, e: int, flips: bool) -> None:
-    """Put the block i…j−1 behind the block j…e, flipped or not."""
+    """Move the block i…j−1 after the block j…e, flipped or not."""
     tour, flip, scratch = board.tour, board.flip, board.scratch
     moved = j - i
     for k in range(moved):
@@ -58,7 +58,7 @@ def put_behind(board: Board, i: int, j: int, e: int, flips: bool) -> None:
 
 @borrowing
 def reverse(board: Board, i: int, j: int) -> None:
-    """Turn the block i…j round."""
+    """Reverse the block i…j."""
     tour, flip = board.tour, board.flip
     while i < j:
         tour[i], tour[j] = flip[tour[j]], flip[tour[i]]

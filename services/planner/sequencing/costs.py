@@ -1,4 +1,4 @@
-"""The cost matrix of an ordering problem: seconds from every end to every beginning, and for painting."""
+"""Cost matrix of an ordering problem: seconds from every end to every beginning, painting included."""
 
 import math
 from collections.abc import Sequence
@@ -18,25 +18,25 @@ from touchline.services.planner.swaths.swaths import Painting, Swath
 from touchline.services.planner.transitions.pricing import end_rows, pricing_of
 from touchline.services.planner.transitions.transitions import TransitionFamily
 
-# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more transitions look closer.
+# Number of nearest neighbours of a node that are timed exactly, and of those that are examined for more transitions.
 TIMED, CLOSER = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
-# So many pairs take about 50 ms to time roughly, which is done when this share of all time has passed.
+# Number of pairs whose rough timing takes about 50 ms, and the share of all timing that is rough.
 ROUGH_PART, ROUGH_DONE = 150_000, 0.15
-# A segment is not painted twice, nor reached from itself.
+# Price of impossible transitions: a segment is not painted twice, nor reached from itself.
 NEVER_S = 1e6
-# Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
+# Pairs that differ by less (m, rad, 1/m) are rounded copies and take the same time.
 ALIKE = 1e-7
 # No pieces of transitions, and no counts.
 NO_TRANSITIONS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
 
 
 class Timing(NamedTuple):
-    """One pass of timing pairs: a first one, or a `closer` one for methods that then try more transitions.
+    """One pass of timing pairs: the first one, or a `closer` one for methods that then try more transitions.
 
-    At most `part` pairs are timed at once, in about 50 ms; after each part the budget may be used up. `begun` and
-    `ended` are the fractions of all timing that are done before and after the pass.
+    At most `part` pairs are timed at once, in about 50 ms; after each part the budget may end the pass. `begun` and
+    `ended` are the fractions of all timing that are done before and after it.
     """
 
     closer: bool
@@ -49,14 +49,14 @@ FIRST, SECOND = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1
 
 
 @dataclass(frozen=True)
-class Tracks:
-    """The quickest transitions of a matrix.
+class QuickestTransitions:
+    """Quickest transitions of a cost matrix.
 
     Attributes:
-        paint_s: (nodes,) seconds that painting takes.
-        kind: (ends, beginnings) which way, −1 where it has only been timed roughly.
-        pieces: (transitions, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (transitions,) how many of them there are.
+        paint_s: (nodes,) painting time (s).
+        kind: (ends, beginnings) number of the transition, −1 where it has only been timed roughly.
+        pieces: (transitions, k, 5) columns of `Piece`, from the end of the painted segment on.
+        counts: (transitions,) numbers of pieces.
     """
 
     paint_s: Floats
@@ -64,8 +64,8 @@ class Tracks:
     pieces: Floats
     counts: Ints
 
-    def with_pairs(self, pairs: Ints, which: Ints, pieces: Floats, counts: Ints) -> "Tracks":
-        """These and more transitions; pair i of `pairs` (n, 2) takes number `which[i]` of the new ones."""
+    def with_pairs(self, pairs: Ints, which: Ints, pieces: Floats, counts: Ints) -> "QuickestTransitions":
+        """Add transitions; pair i of `pairs` (n, 2) takes number `which[i]` of the new ones."""
         kind = self.kind.copy()
         kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
         pieces, counts = stacked([(self.pieces, self.counts), (pieces, counts)])
@@ -73,7 +73,7 @@ class Tracks:
 
 
 def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]:
-    """All modes as nodes, the swath that each paints, and the node that paints it in reverse (itself, if none can)."""
+    """List all modes as nodes, with the number of each one's swath and its reverse node (itself, if there is none)."""
     nodes = [swath for group in modes for swath in group]
     segment = np.repeat(np.arange(len(modes)), [len(group) for group in modes])
     flip = np.arange(len(nodes))
@@ -88,7 +88,7 @@ def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]
 
 
 def _turned_round(swath: Swath, other: Swath) -> bool:
-    """Whether two modes of a swath are each other's reverse."""
+    """True if two modes of a swath are each other's reverse."""
     first, last = swath.strokes[0], other.strokes[-1]
     x, y, _ = last.nozzle.end
     same = first.id == last.id and first.flipped != last.flipped
@@ -102,16 +102,16 @@ def problem(
     start: CurveEnd | None,
     end: CurveEnd | None = None,
     budget: Budget = UNWATCHED,
-) -> tuple[Problem, Tracks]:
-    """The ordering problem, and the transitions behind it.
+) -> tuple[Problem, QuickestTransitions]:
+    """Set up the ordering problem, and the transitions behind its costs.
 
     Args:
-        modes: For every swath the ways to paint it.
-        transitions: The transitions of the method in use.
-        painting: Decides what is painted in one go.
-        start: Where the robot begins; None: every swath may come first, at no cost.
-        end: Where it ends; None: every swath may be last, at no cost.
-        budget: Told how far it is; if it has enough early, the costs are rougher.
+        modes: Modes of every swath.
+        transitions: Transitions of the method in use.
+        painting: Rules of what is painted without a break.
+        start: Start of the robot; None: every swath may be first, at no cost.
+        end: End of the tour; None: every swath may be last, at no cost.
+        budget: Reports progress; if it ends the timing early, the costs are rougher.
     """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
@@ -129,8 +129,10 @@ def problem(
     return Problem(cost, segment, flip), tracks
 
 
-def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: Tracks) -> Tracks:
-    """Lower the cost between swaths that join to the extra time of painting both in one go."""
+def _going_on(
+    nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: QuickestTransitions
+) -> QuickestTransitions:
+    """Lower the cost between swaths that join to the extra time of painting both without a break."""
     places = [np.array([end.pose[:2] for end in each]) for each in ([n.end for n in nodes], [n.begin for n in nodes])]
     pairs = []
     for a, b in near_pairs(places[0], places[1], GAP_M).tolist():
@@ -154,19 +156,19 @@ def seconds_between(
     segment: Ints,
     paint_s: Floats,
     budget: Budget,
-) -> tuple[Floats, Tracks]:
-    """Seconds (ends, begins) of the quickest transitions, rough for distant pairs; and the transitions.
+) -> tuple[Floats, QuickestTransitions]:
+    """Compute seconds (ends, begins) of the quickest transitions, rough for distant pairs; and the transitions.
 
     Args:
-        ends: Where swaths end, node by node.
-        begins: Where they begin, node by node.
-        transitions: The transitions of the method in use.
-        segment: (nodes,) which swath each node paints.
-        paint_s: (nodes,) seconds that painting takes.
-        budget: Told how far it is, and asked whether that is enough.
+        ends: Ends of swaths, node by node.
+        begins: Beginnings of swaths, node by node.
+        transitions: Transitions of the method in use.
+        segment: (nodes,) number of each node's swath.
+        paint_s: (nodes,) painting time (s).
+        budget: Reports progress, and may end the search.
     """
     count = len(ends)
-    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_TRANSITIONS)
+    tracks = QuickestTransitions(paint_s, np.full((count, count), -1), *NO_TRANSITIONS)
     table = _straight(ends, begins, transitions)
     if count <= ALL_NODES:
         pairs = _all_pairs(count, count)
@@ -184,7 +186,7 @@ def seconds_between(
 
 
 def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
-    """Seconds (ends, begins) of straight lines from each end to each beginning, headings ignored."""
+    """Seconds (ends, begins) of straight lines from ends to beginnings, headings ignored."""
     starts, goals = end_rows(ends), end_rows(begins)
     apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (0, 1)))
     return np.asarray(apart / transitions.limits.transit_speed_mps)
@@ -193,13 +195,13 @@ def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: Transit
 def _rough(
     ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily, table: Floats, budget: Budget
 ) -> None:
-    """Fill in the rough seconds of the method in use."""
+    """Fill in rough seconds by the method in use."""
     for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
         table[part] = pricing_of(transitions).rough_s(transitions, ends[part], begins)
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
-    """The pairs of each end with its cheapest beginnings, and of each beginning with its cheapest ends."""
+    """Pairs of each end with its cheapest beginnings, and of each beginning with its cheapest ends."""
     open_ = np.where(segment[:, None] == segment[None, :], np.inf, table)
     count = min(count, len(table) - 1)
     if count < 1:
@@ -215,7 +217,7 @@ def _all_pairs(starts: int, goals: int) -> Ints:
 
 
 def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
-    """Seconds (n,), timed in a first pass, from one end to all beginnings or from all ends to one beginning."""
+    """Seconds (n,) by the first pass, from one end to all beginnings or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
     return _timed(ends, begins, transitions, pairs, FIRST, UNWATCHED)[1]
 
@@ -228,10 +230,10 @@ def _timed(
     timing: Timing,
     budget: Budget,
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
-    """Time pairs until the budget is used up; pairs that differ only in where they lie share one transition.
+    """Time pairs until the budget ends it; pairs that differ only in position share one transition.
 
     Returns:
-        Which (n,) of the `pairs` were timed, seconds (n,) of their quickest transitions, the number (n,) of each one's
+        Numbers (n,) of the timed `pairs`, seconds (n,) of their quickest transitions, the number (n,) of each one's
         transition, and the pieces (m, k, 5) and counts (m,) of the transitions.
     """
     first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
@@ -247,16 +249,16 @@ def _timed(
 
 
 def stacked(tables: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
-    """Pieces (n, k, 5) and counts (n,) of transitions as one table, as wide as the widest."""
+    """Stack pieces (n, k, 5) and counts (n,) of transitions into one table, as wide as the widest."""
     most = max(pieces.shape[1] for pieces, _ in tables)
     wide = [np.pad(pieces, ((0, 0), (0, most - pieces.shape[1]), (0, 0))) for pieces, _ in tables]
     return np.concatenate(wide), np.concatenate([counts for _, counts in tables])
 
 
 def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
-    """Groups pairs (rows of both) that differ only in where they lie: the first of each group, and each pair's group.
+    """Group pairs (rows of both) that differ only in position: first pair of each group, and group of each pair.
 
-    On an American football field only one pair in ten begins a new group.
+    An American football field has one group per ten pairs.
     """
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
     turn = wrapped_all(goals[:, 2] - starts[:, 2])

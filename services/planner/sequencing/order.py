@@ -1,4 +1,4 @@
-"""The tour: the cheapest order and directions of the segments over a cost matrix, by iterated local search."""
+"""Tour: the cheapest order and directions of the segments over a cost matrix, by iterated local search."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,11 +10,11 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import board_of
 from touchline.services.planner.sequencing.search import CostTables, Kicks, best_modes, improve, tour_cost
 
-# How many of the cheapest successors and predecessors a search looks at.
+# Number of cheapest successors and predecessors in the neighbour lists.
 NEIGHBOURS = 12
-# The budget: so many kicks for every segment, within bounds. It says how good the order is, not how long it takes.
+# Budget: kicks per segment, within bounds. It sets the quality of the order, not a time.
 KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 800, 10_000, 60_000
-# Kicks between two looks at whether that is enough.
+# Kicks between two checks of the budget.
 RUN = 2000
 SEED = 20
 
@@ -26,8 +26,8 @@ class Problem:
     Attributes:
         cost: (nodes + 1, nodes + 1) seconds from node to node, painting the second included; the last row is from the
             start to a node, the last column from a node to the end.
-        segment: (nodes,) which segment each node paints.
-        flip: (nodes,) the node that paints the same the other way round (itself, if there is none).
+        segment: (nodes,) segment that each node paints.
+        flip: (nodes,) node that paints it in the opposite direction (itself, if there is none).
     """
 
     cost: Floats
@@ -36,32 +36,32 @@ class Problem:
 
     @property
     def segments(self) -> int:
-        """How many segments there are."""
+        """Number of segments."""
         return int(self.segment.max()) + 1
 
     @property
     def depot(self) -> int:
-        """The node behind the last one: the start, and the end."""
+        """Number of the depot, after the last node: the start, and the end."""
         return len(self.segment)
 
     @cached_property
     def with_depot(self) -> tuple[Ints, Ints]:
-        """`segment` and `flip` (nodes + 1,) with those of the depot, which is a segment of its own."""
+        """Arrays `segment` and `flip` (nodes + 1,) with the depot, which is a segment of its own."""
         return np.append(self.segment, self.segments), np.append(self.flip, self.depot)
 
     @cached_property
     def after(self) -> Ints:
-        """(nodes + 1, neighbours) the cheapest successors of each node."""
+        """Cheapest successors (nodes + 1, neighbours) of each node."""
         return _cheapest(self.cost, self.with_depot[0])
 
     @cached_property
     def before(self) -> Ints:
-        """(nodes + 1, neighbours) the cheapest predecessors of each node."""
+        """Cheapest predecessors (nodes + 1, neighbours) of each node."""
         return _cheapest(self.cost.T, self.with_depot[0])
 
     @cached_property
     def modes(self) -> Ints:
-        """(segments + 1, most modes) the nodes of each segment and of the depot, −1 beyond the last."""
+        """Nodes (segments + 1, most modes) of each segment and of the depot, −1 beyond the last."""
         groups = [np.flatnonzero(self.segment == k) for k in range(self.segments)] + [np.array([self.depot])]
         table = np.full((len(groups), max(map(len, groups))), -1, dtype=np.int64)
         for row, group in zip(table, groups, strict=True):
@@ -69,7 +69,7 @@ class Problem:
         return table
 
     def priced(self, cost: Floats) -> "Problem":
-        """The same problem with another matrix."""
+        """Copy of the problem with another matrix."""
         return replace(self, cost=cost)
 
     def cost_of(self, nodes: Ints) -> float:
@@ -78,15 +78,15 @@ class Problem:
 
 
 def ordered(problem: Problem, budget: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
-    """The nodes (segments,) in the best order found, from `begin` on if that is given.
+    """Find the best order of nodes (segments,), from `begin` on if that is given.
 
-    The budget may end the search after the first kicks. If it does not, the result depends on the problem alone.
+    The budget may end the search after the first kicks. If it does not, the result depends on the problem only.
 
     Args:
-        problem: What is ordered.
-        budget: Told how far it is, and asked whether that is enough.
-        kicks: How many of them; by default `kicks_for` the problem.
-        begin: (segments,) nodes to begin with; by default each time on to the cheapest next one.
+        problem: Ordering problem.
+        budget: Reports progress, and may end the search.
+        kicks: Number of kicks; by default `kicks_for` the problem.
+        begin: (segments,) initial order; by default that of the nearest-neighbour rule.
     """
     cost, (segment, flip) = problem.cost, problem.with_depot
     tables = CostTables(cost, segment, flip, problem.modes, problem.after, problem.before)
@@ -103,12 +103,12 @@ def ordered(problem: Problem, budget: Budget = UNWATCHED, kicks: int | None = No
 
 
 def kicks_for(problem: Problem) -> int:
-    """The budget of kicks for a problem."""
+    """Number of kicks for a problem."""
     return min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
 
 
 def _cheapest(cost: Floats, segment: Ints) -> Ints:
-    """(nodes, NEIGHBOURS) the cheapest partners of each node that are of other segments, cheapest first."""
+    """Cheapest partners (nodes, NEIGHBOURS) of each node in other segments, cheapest first."""
     table = np.where(segment[:, None] == segment[None, :], np.inf, cost)
     count = min(NEIGHBOURS, len(segment) - 1)
     near = np.argpartition(table, count - 1, axis=1)[:, :count]
@@ -117,7 +117,7 @@ def _cheapest(cost: Floats, segment: Ints) -> Ints:
 
 
 def _nearest(cost: Floats, segment: Ints, segments: int) -> Ints:
-    """A first tour by the nearest-neighbour rule: always on to the cheapest next node."""
+    """Initial tour by the nearest-neighbour rule: always on to the cheapest next node."""
     at = len(segment) - 1
     open_, tour = np.ones(len(segment), dtype=bool), [at]
     open_[at] = False

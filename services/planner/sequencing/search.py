@@ -1,17 +1,17 @@
-"""Compiled: iterated local search for the order and the modes of painted segments.
+"""Compiled: iterated local search for order and modes of painted segments.
 
-A node is a segment in one of its modes (direction of travel; for a circle also where it begins). `cost[a, b]` is what
-b costs right after a (to get there and to paint it). The last node is the depot: the start, and the end. A tour is an
-array of nodes, the depot first. `flip[a]` is the segment of a painted the other way round.
+A node is a segment in one of its modes (direction of travel; for a circle also its beginning). `cost[a, b]` is the cost
+of b right after a (to get there and to paint it). The last node is the depot: the start, and the end. A tour is an
+array of nodes, the depot first. `flip[a]` is the segment of a painted in the opposite direction.
 
 This is an asymmetric generalised travelling salesman problem: a reversed block is flipped. Prefix sums are kept for
-both ways, so that every move is priced in constant time. Moves are 2-opt with flips (Croes, "A method for solving
+both directions, so that every move is priced in constant time. Moves are 2-opt with flips (Croes, "A method for solving
 traveling-salesman problems", Operations Research 6, 1958); or-opt, forward and flipped, of blocks as long as `BLOCK`
 (Or, "Traveling salesman-type combinatorial problems and their relation to the logistics of regional blood banking",
-1976); and a change of mode. Neighbour lists and a queue of segments to look at are those of Bentley, "Fast algorithms
+1976); and a change of mode. Neighbour lists and the queue of segments are those of Bentley, "Fast algorithms
 for geometric traveling salesman problems", ORSA Journal on Computing 4(4), 1992; kicks swap two neighbouring blocks, as
 in Martin, Otto and Felten, "Large-step Markov chains for the traveling salesman problem", Complex Systems 5, 1991.
-Randomness is counter-based: the k-th kick is the same however the search is cut into runs.
+Randomness is counter-based: the k-th kick is the same however the search is divided into runs.
 """
 
 from typing import NamedTuple
@@ -26,7 +26,7 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
 
 BLOCK = 6
-# Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.
+# Maximum number of segments of the blocks that a kick swaps: in general, and for most kicks.
 KICK, KICK_NEAR = 50, 10
 GAIN = 1e-9
 # No move.
@@ -34,15 +34,15 @@ NONE = (-1, -1)
 
 
 class CostTables(NamedTuple):
-    """The search problem as tables.
+    """Tables of the search problem.
 
     Attributes:
         cost: (nodes, nodes) seconds from node to node, painting the second included; the last node is the depot.
-        segment: (nodes,) which segment each node paints; the depot is one of its own.
-        flip: (nodes,) each node the other way round (itself, if there is no such node).
-        modes: (segments, most modes) the nodes of each segment, −1 beyond the last.
-        after: (nodes, neighbours) each node's cheapest successors, the cheapest first.
-        before: (nodes, neighbours) each node's cheapest predecessors, the cheapest first.
+        segment: (nodes,) segment that each node paints; the depot is one of its own.
+        flip: (nodes,) opposite of each node (itself, if there is none).
+        modes: (segments, most modes) nodes of each segment, −1 beyond the last.
+        after: (nodes, neighbours) cheapest successors of each node, the cheapest first.
+        before: (nodes, neighbours) cheapest predecessors of each node, the cheapest first.
     """
 
     cost: Floats
@@ -54,13 +54,13 @@ class CostTables(NamedTuple):
 
 
 class Tour(NamedTuple):
-    """A tour, with the tables that price a move in constant time.
+    """Tour with the tables that price a move in constant time.
 
     Attributes:
-        board: The tour itself.
-        place: (segments,) the position of each segment.
-        forth: (n + 1,) what the first edges cost.
-        back: (n + 1,) what they cost with every block flipped.
+        board: Board of the tour.
+        place: (segments,) position of each segment.
+        forth: (n + 1,) cost of the first edges.
+        back: (n + 1,) their cost with every block flipped.
     """
 
     board: Board
@@ -70,14 +70,14 @@ class Tour(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The segments to look at: a ring of them (n,), and for each segment whether it is queued."""
+    """Queue of segments to examine: a ring (n,), and a flag for each segment that is queued."""
 
     ring: Ints
     queued: NDArray[np.bool_]
 
 
 class Kicks(NamedTuple):
-    """Which kicks or moves of a search are made in a run: from number `first` to before number `last` of `budget`."""
+    """Kicks or moves of a run of a search: number `first` up to, not including, number `last` of `budget`."""
 
     seed: int
     first: int
@@ -90,11 +90,11 @@ def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks
     """Improve a tour in place by kicks, each followed by a descent to a local optimum.
 
     Args:
-        tables: What is searched.
-        board: The tour (n,).
-        best: (n,) the cheapest tour met.
-        lengths: (2,) what the tour and the best one cost (s).
-        kicks: Which.
+        tables: Tables of the problem.
+        board: Board of the tour (n,).
+        best: (n,) cheapest tour so far, updated.
+        lengths: (2,) cost of the tour and of the best one (s), updated.
+        kicks: Range of kicks to make.
     """
     tour, segment = board.tour, tables.segment
     n = len(tour)
@@ -119,7 +119,7 @@ def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks
         if forth[n] < lengths[1] - GAIN:
             lengths[1] = forth[n]
             copy(tour, best)
-        # A little worse is accepted, less and less of it: a local optimum's way out.
+        # To escape local optima, slightly worse tours are accepted, by a decreasing margin.
         slack = 0.02 * (1.0 - k / kicks.budget) * lengths[1] / n
         if forth[n] > length + GAIN and forth[n] > lengths[1] + slack * 4.0:
             low, high = 0, n - 1
@@ -134,7 +134,7 @@ def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks
 
 @borrowing
 def _kick(tables: CostTables, state: Tour, queue: Queue, seed: int, k: int) -> int:
-    """Swap two random neighbouring blocks; the number of segments that are queued then."""
+    """Swap two random neighbouring blocks; return the number of segments queued then."""
     tour = state.board.tour
     n, waiting = len(tour), 0
     i = 1 + whole(seed, 4 * k, n - 2)
@@ -176,7 +176,7 @@ def _index(tables: CostTables, state: Tour, low: int, high: int) -> None:
 
 @borrowing
 def _descend(tables: CostTables, state: Tour, queue: Queue, waiting: int) -> None:
-    """Take improving moves round the `waiting` queued segments until there is none."""
+    """Make improving moves around the `waiting` queued segments until there is none."""
     tour, segment = state.board.tour, tables.segment
     ring, queued = queue.ring, queue.queued
     n, head = len(tour), 0
@@ -198,7 +198,7 @@ def _descend(tables: CostTables, state: Tour, queue: Queue, waiting: int) -> Non
 
 @borrowing
 def _move(tables: CostTables, state: Tour, s: int) -> tuple[int, int]:
-    """Take the first improving move at segment `s`; the positions between which the tour changed, or −1."""
+    """Make the first improving move at segment `s`; return the range of positions that changed, or −1."""
     cost, flip = tables.cost, tables.flip
     tour, place, forth, back = state.board.tour, state.place, state.forth, state.back
     n, i = len(tour), place[s]
@@ -258,9 +258,9 @@ def _other_mode(tables: CostTables, tour: Ints, i: int, s: int) -> bool:
 
 @borrowing
 def _or_opt(tables: CostTables, state: Tour, i: int, j: int, b: int) -> tuple[int, int]:
-    """Bring a block that begins with node `b`, at position `j`, behind position `i`, if that gains.
+    """Move a block that begins with node `b`, at position `j`, to after position `i`, if that gains.
 
-    The block is flipped where `b` is the other way round there. The positions between which the tour changed, or −1.
+    The block is flipped if `b` is the opposite of the node there. Returns the range of positions that changed, or −1.
     """
     cost, flip = tables.cost, tables.flip
     tour, forth, back = state.board.tour, state.forth, state.back
@@ -293,16 +293,16 @@ def _or_opt(tables: CostTables, state: Tour, i: int, j: int, b: int) -> tuple[in
 
 @kernel
 def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
-    """The cheapest modes for a tour's order of segments, by dynamic programming over the modes of each segment in turn.
+    """Find the cheapest modes for a tour's order of segments, by dynamic programming over segments.
 
     Args:
-        cost: (nodes, nodes) as in `CostTables`.
-        segment: (nodes,) as in `CostTables`.
-        modes: (segments, most modes) as in `CostTables`.
+        cost: (nodes, nodes) see `CostTables`.
+        segment: (nodes,) see `CostTables`.
+        modes: (segments, most modes) see `CostTables`.
         tour: (n,) nodes, the depot first.
 
     Returns:
-        (n,) the nodes of the cheapest closed tour through the same segments in the same order.
+        (n,) nodes of the cheapest closed tour through the same segments in the same order.
     """
     n, most = len(tour), modes.shape[1]
     value = np.full((n, most), np.inf)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Ints
-from touchline.services.planner.sequencing.wet import Wheels, wet_rows
+from touchline.services.planner.sequencing.wet_paint import Wheels, wet_rows
 from touchline.services.planner.swaths.offset import Stroke
 
 
@@ -15,15 +15,15 @@ def unavoidable_crossings(
     modes: Sequence[Sequence[Stroke]],
     wheels: Wheels,
 ) -> int:
-    """The number of crossings that occur whichever of the two segments is painted first, and in whichever mode.
+    """Count the crossings that occur in any order and any modes of the two segments.
 
     Only waiting for the paint to dry would avoid them.
 
     Args:
-        strokes: In driving order.
-        over: For each stroke, how often those painted before it are run over while it is painted.
-        modes: For every segment the ways to paint it.
-        wheels: What touches the ground.
+        strokes: Strokes in driving order.
+        over: For each stroke, number of crossings of each earlier stroke while it is painted.
+        modes: Modes of every segment.
+        wheels: Wheels and casters.
     """
     choices = {choice[0].id: choice for choice in modes}
     ever = wheels.never_dry
@@ -36,6 +36,6 @@ def unavoidable_crossings(
 
 
 def _least(modes: Sequence[Stroke], line: Stroke, wheels: Wheels) -> int:
-    """The least number of times that painting a segment runs over a line."""
+    """Minimum number of crossings of a line while a segment is painted."""
     rows = wet_rows([line.nozzle])
     return min(int(wheels.crossings(stroke.path, 0.0, 0.0, rows).sum()) for stroke in modes)

@@ -7,7 +7,7 @@ import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.sequencing.wet import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet_paint import BEGUN, NO_LINES, SPEED, Wheels, wet_rows
 
 
 class Clocked(NamedTuple):
@@ -28,7 +28,7 @@ def crossings_between(works: Sequence[Clocked], wheels: Wheels, before: Floats =
     Args:
         works: What the robots do.
         wheels: Of every one of them.
-        before: (n, 7) rows of `sequencing.wet`: lines that are on the ground already.
+        before: (n, 7) rows of `sequencing.wet_paint`: lines that are on the ground already.
     """
     painted = [painted_rows_of(work) for work in works]
     count = 0
@@ -39,7 +39,7 @@ def crossings_between(works: Sequence[Clocked], wheels: Wheels, before: Floats =
 
 
 def painted_rows_of(work: Clocked) -> Floats:
-    """(n, 7) rows of `sequencing.wet`: what a robot paints, and when."""
+    """(n, 7) rows of `sequencing.wet_paint`: what a robot paints, and when."""
     lines = [line for line in work.plan.sent if line.stroke]
     rows = wet_rows(line.stroke.nozzle for line in lines if line.stroke)
     begun_s = work.clock_s(np.array([line.start_m for line in lines]))

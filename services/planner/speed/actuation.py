@@ -1,4 +1,4 @@
-"""When the valve opens and closes and the discs go down, so that paint begins and ends exactly at the line's ends."""
+"""Switching of valve and discs, so that paint begins and ends exactly at the ends of lines."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,13 +8,13 @@ from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.speed.timing import SpeedProfile
 
-# Lines that follow each other this closely (m) are painted in one go.
+# Lines that follow each other this closely (m) are painted without a break.
 JOINT_M = 1e-6
 MASKS = {"SPRAY": Actuation.SPRAY, "DISC_SPRAY": Actuation.DISC_SPRAY}
 
 
 class PaintedStretch(NamedTuple):
-    """Arc lengths (m) between which a template segment is painted, and with what."""
+    """Interval of arc length (m) in which a template segment is painted, and the actuation."""
 
     segment_id: str
     start_m: float
@@ -23,20 +23,20 @@ class PaintedStretch(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """The actuation bits `mask` that hold from `station_m` on."""
+    """Actuation bits `mask` that hold from `station_m` on."""
 
     station_m: float
     mask: int
 
 
 def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, vehicle: Vehicle) -> list[Switch]:
-    """The switches in order of arc length, from none at the start to none at the end.
+    """Compute the switches in order of arc length; everything is off at both ends.
 
-    The valve is commanded its delays ahead of the line's ends, the discs theirs ahead of the line's start; they stay
-    down until its end. For a vehicle that does not paint there are none.
+    Valve and discs are commanded ahead of a line by their delays; the discs stay down until its end. A vehicle that
+    does not paint has no switches.
 
     Raises:
-        PlanningError: A line is painted in less time than the valve needs.
+        PlanningError: A line takes less time than the valve needs.
     """
     if not vehicle.tool.paints:
         return _switches([])
@@ -71,7 +71,7 @@ def _in_one_go(painted: Sequence[PaintedStretch]) -> list[PaintedStretch]:
 
 
 def _switches(changes: list[tuple[float, int, int]]) -> list[Switch]:
-    """The union of intervals given by their ends (arc length, bits, +1 or -1)."""
+    """Union of intervals given by their ends (arc length, bits, +1 or -1)."""
     switches = [Switch(0.0, Actuation.NONE)]
     depth = {Actuation.SPRAY: 0, Actuation.DISC: 0}
     for station, bits, step in sorted(changes, key=lambda change: (change[0], -change[2])):

@@ -1,6 +1,6 @@
-"""The energy that a plan takes from the battery: the drive's power over its speed profile, on level, dry grass.
+"""Energy of a plan from the battery: idle power, and the drive's power over the speed profile.
 
-The robot begins with a full tank and gets lighter as it paints; an empty tank is filled up.
+The ground is level and dry. The robot begins with a full tank and gets lighter as it paints; an empty tank is refilled.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ from touchline.services.planner.speed.timing import SpeedProfile
 
 SECONDS_PER_HOUR = 3600.0
 STEP_S = 0.02
-"""Between two looks at the drive; longer for jobs of hours, of which there are at most MOST_STEPS."""
+"""Sampling of the power; coarser for jobs of hours, so that there are at most MOST_STEPS."""
 MOST_STEPS = 500_000
 
 
 def battery_wh(sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, drive: PlannedDrive) -> float:
-    """Energy of a whole plan (Wh): idle power throughout, and what the drive draws."""
+    """Energy of a whole plan (Wh)."""
     step_s = max(STEP_S, speeds.total_time_s / MOST_STEPS)
     station_m, speed_mps, spinning_radps = _over_time(speeds, step_s)
     mass_kg = _mass_kg(station_m, sent, speeds, vehicle)
@@ -47,14 +47,14 @@ def _over_time(speeds: SpeedProfile, step_s: float) -> tuple[Floats, Floats, Flo
 
 
 def _curvature_1pm(station_m: Floats, sent: list[Sent]) -> Floats:
-    """Curvature (n,) of the path at arc lengths (n,), without the steps between the arcs that are sent."""
+    """Curvature (n,) of the path at arc lengths (n,), smoothed over the steps between the arcs that are sent."""
     driven = [piece for piece in sent if piece.end_m > piece.start_m]
     middle = [0.5 * (piece.start_m + piece.end_m) for piece in driven]
     return np.interp(station_m, middle, [piece.curve.curvature_1pm for piece in driven])
 
 
 def _mass_kg(station_m: Floats, sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Floats:
-    """Mass (n,) of the robot at arc lengths (n,); constant for one that carries nothing."""
+    """Mass (n,) of the robot at arc lengths (n,); constant without a tank."""
     at_m, used_l = [0.0], [0.0]
     full_l, empty_kg, full_kg = vehicle.tool.capacity_l, vehicle.body.mass_empty_kg, vehicle.mass_full_kg
     if not full_l:

@@ -1,4 +1,4 @@
-"""The grid for TOPP: cells of constant sharpness along the path, each with a cap on the squared speed."""
+"""Grid for TOPP: cells of constant sharpness along the path, each with a cap on the squared speed."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from touchline.services.planner.segments.section import Section
 from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.topp import CELL_CURVATURE_1PM
 
-# Borders closer than this (m) are one.
+# Borders closer than this (m) are merged.
 BORDER_M = 1e-9
 
 
@@ -22,12 +22,12 @@ class PathGrid:
     """Cells of the ideal curve and the knots between them.
 
     Attributes:
-        station_m: (n + 1,) arc length of the knots as it is sent.
+        station_m: (n + 1,) arc length of the knots, as sent.
         length_m: (n,) length of the cells on the ideal curve, which differs a little.
         curvature_1pm, sharpness_1pm2: (n,) curvature at the start of the cell, and its change per metre.
         square_cap: (n,) cap on v², m²/s².
         stops: Knots where the robot stops.
-        spins: Knots where it turns on the spot, and by which angle (rad).
+        spins: Knots where it turns on the spot, and the angles (rad).
     """
 
     station_m: Floats
@@ -40,7 +40,7 @@ class PathGrid:
 
 
 def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterable[float], limits: Limits) -> PathGrid:
-    """The cells of all sections, with borders of cells at `borders_m` of arc length (as sent) too."""
+    """Divide all sections into cells, with additional borders at the arc lengths `borders_m` (as sent)."""
     pieces = [piece for section in sections for piece in section.path.pieces]
     table = np.array([piece[:3] for piece in pieces])
     ends = np.cumsum(table[:, 0])
@@ -79,7 +79,7 @@ def _subdivisions(pieces: Sequence[Piece], starts: Floats) -> list[Floats]:
 def _stops(
     pieces: Sequence[Piece], ends: Floats, border: Floats
 ) -> tuple[tuple[int, ...], tuple[tuple[int, float], ...]]:
-    """The knots at cusps and turns on the spot, and of the latter the angles."""
+    """Knots at cusps and turns on the spot, and the angles of the latter."""
     stops, spins = [], []
     for (last, following), station in zip(pairwise(pieces), ends.tolist(), strict=False):
         if following.spin_rad or last.direction != following.direction:

@@ -1,7 +1,7 @@
-"""The speed profile: the fastest one along the path that the drive can follow.
+"""Speed profile: the fastest one along the path that the drive can follow.
 
-Between two entries the squared speed is linear in arc length (constant acceleration), so the profile is exact, starts
-from standstill and ends in it, and stands still at every cusp and turn on the spot.
+Between two entries the squared speed is linear in arc length (constant acceleration), so the profile is exact. It is
+at rest at both ends and at every cusp and turn on the spot.
 """
 
 import math
@@ -19,15 +19,16 @@ from touchline.services.planner.speed.path_grid import PathGrid
 
 SPEED_TOLERANCE_MPS = 1e-9
 ENTRY_TOLERANCE_MPS = 1e-4
-# Robots take a slower turn on the spot for none; turns of a fraction of a degree do not get as fast.
+# Robots ignore slower turns on the spot; turns of a fraction of a degree do not get that fast.
 LEAST_SPIN_RADPS = 0.1
-# Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
+# An entry is redundant if it is closer than this (m) to another, or off the line between its neighbours by less
+# (m²/s²).
 STATION_TOLERANCE_M = 1e-9
 SQUARE_TOLERANCE = 1e-12
 
 
 class Steady(NamedTuple):
-    """A stretch of arc length to be driven at one speed, at most `speed_mps`."""
+    """A stretch of arc length with a constant speed of at most `speed_mps`."""
 
     start_m: float
     end_m: float
@@ -53,7 +54,7 @@ class SpeedProfile:
 
     @cached_property
     def dwell_s(self) -> Floats:
-        """Seconds (n,) that the robot turns on the spot at each entry."""
+        """Duration (s) (n,) of turning on the spot at each entry."""
         dwell = np.zeros(len(self.station_m))
         for spin in self.spins:
             dwell[np.argmin(np.abs(self.station_m - spin.station_m))] += spin.seconds
@@ -67,7 +68,7 @@ class SpeedProfile:
 
     @property
     def total_time_s(self) -> float:
-        """Time from start to standstill, seconds."""
+        """Time from start to standstill (s)."""
         return float(self.time_s[-1] + self.dwell_s[-1])
 
     def speed_at(self, s_m: Floats | float) -> Floats:
@@ -95,12 +96,12 @@ class SpeedProfile:
 
 
 def keeps_entry(profile: SpeedProfile, entry_mps: float) -> bool:
-    """Whether a profile begins at the speed (m/s) at which the robot comes: the path can be entered as fast."""
+    """True if a profile begins at the robot's current speed (m/s), so that the path can be entered at it."""
     return float(profile.speed_mps[0]) >= entry_mps - ENTRY_TOLERANCE_MPS
 
 
 def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits, entry_mps: float = 0.0) -> SpeedProfile:
-    """The fastest profile along `course`, constant over every `steady` stretch.
+    """Compute the fastest profile along `course`, constant over every `steady` stretch.
 
     It begins at `entry_mps` at most (m/s): more slowly where the path cannot be entered as fast; see `keeps_entry`.
 
@@ -137,7 +138,7 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits, en
 
 
 def spins_of(course: PathGrid, limits: Limits) -> tuple[Spin, ...]:
-    """The turns on the spot along a course, each as quick as the limits allow."""
+    """Turns on the spot along a course, each as quick as the limits allow."""
     return tuple(_spin(course.station_m[at], angle, limits) for at, angle in course.spins)
 
 
@@ -158,7 +159,7 @@ def _knots_within(knots: Floats, stretch: Steady) -> tuple[int, int]:
 
 
 def _without_repeats(station: Floats, square: Floats, end_m: float) -> tuple[Floats, Floats]:
-    """The entries without those at the same place and those on the straight between their neighbours."""
+    """Drop redundant entries: repeated stations, and those on the line between their neighbours."""
     kept = [(0.0, float(square[0]))]
     for here, value in zip(station[1:].tolist(), square[1:].tolist(), strict=True):
         if here - kept[-1][0] <= STATION_TOLERANCE_M:

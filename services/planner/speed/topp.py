@@ -1,9 +1,9 @@
-"""Time-optimal path parametrisation (TOPP), compiled: the fastest speeds along cells of constant sharpness.
+"""Compiled: time-optimal path parametrisation (TOPP), the fastest speeds along cells of constant sharpness.
 
 State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). The limits are those of
 drives/caps.py. A backward pass finds the fastest entries from which the rest can be driven, a forward pass the fastest
-drive through them: the optimum on these cells, after Pham and Pham, "A new approach
-to time-optimal path parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
+drive through them: the optimum on these cells, after Pham and Pham, "A new approach to time-optimal path
+parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
 """
 
 import math
@@ -16,7 +16,7 @@ from touchline.services.planner.geometry.clothoid import Floats
 
 # A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
 CELL_CURVATURE_1PM = 0.15
-# What it costs to slow down a painted line next to a transition.
+# Price of slowing down a painted line next to a transition, and the tolerance.
 SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 
 
@@ -24,16 +24,16 @@ SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats) -> None:
     """Lower the squared speeds at the knots to those of the fastest drive.
 
-    First backward, to the largest entry of each cell from which the rest can be driven, then forward (Pham and Pham
-    2018). A speed that is given, such as a standstill, is an upper bound at its knot.
+    The backward pass finds the maximum entry of each cell from which the rest can be driven, the forward pass follows
+    (Pham and Pham 2018). A given speed, such as a standstill, is an upper bound at its knot.
 
     Args:
-        length: (n,) of the cells (m), positive.
-        curvature: (n,) signed, at the beginning of each cell (1/m).
-        sharpness: (n,) signed, constant over each cell (1/m²).
-        cap: (n,) the largest u of each cell (m²/s²), as `square_cap` has it.
-        limits: Of drive and plan.
-        square: (n + 1,) u at the knots (m²/s²): upper bounds, and then the drive's.
+        length: (n,) lengths of the cells (m), positive.
+        curvature: (n,) signed curvature at the beginning of each cell (1/m).
+        sharpness: (n,) signed sharpness, constant over each cell (1/m²).
+        cap: (n,) maximum u of each cell (m²/s²), from `square_cap`.
+        limits: Limits of drive and plan.
+        square: (n + 1,) u at the knots (m²/s²): upper bounds, lowered in place.
     """
     n = len(length)
     for i in range(n):
@@ -52,18 +52,18 @@ def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, lim
 def peak(
     length: float, curvature: float, sharpness: float, cap: float, limits: Caps, ends: tuple[float, float]
 ) -> tuple[float, float]:
-    """How fast the robot gets within a cell: on a line or arc it may speed up and brake again.
+    """Maximum speed within a cell: on a line or arc the robot may speed up and brake again.
 
     Args:
-        length: Of the cell (m).
-        curvature: Signed, at its beginning (1/m).
-        sharpness: Signed, constant (1/m²); on a clothoid u is linear between the ends.
-        cap: The largest u of the cell (m²/s²).
-        limits: Of drive and plan.
+        length: Length of the cell (m).
+        curvature: Signed curvature at its beginning (1/m).
+        sharpness: Signed sharpness, constant (1/m²); on a clothoid u is linear between the ends.
+        cap: Maximum u of the cell (m²/s²).
+        limits: Limits of drive and plan.
         ends: u at its beginning and at its end (m²/s²).
 
     Returns:
-        The largest u reached (m²/s²), and the acceleration (m/s²) to get there and down again: 0 on a clothoid.
+        Maximum u reached (m²/s²), and the acceleration (m/s²) up to it and down again: 0 on a clothoid.
     """
     first, last = ends
     if sharpness != 0.0:
@@ -74,14 +74,14 @@ def peak(
 
 @kernel
 def cell_time(length: float, first: float, last: float, top: float, most: float) -> float:
-    """Seconds for a cell: up to the largest speed, on at it, and down; or steadily from end to end.
+    """Seconds for a cell: accelerating, at maximum speed, and braking; or with constant acceleration throughout.
 
     Args:
-        length: Of the cell (m).
+        length: Length of the cell (m).
         first: u = v² at its beginning (m²/s²).
         last: u at its end.
-        top: The largest u in it, as `peak` has it.
-        most: The acceleration (m/s²) up to it and down again; 0: u is linear between the ends.
+        top: Maximum u in it, from `peak`.
+        most: Acceleration (m/s²) up to it and down again; 0: u is linear between the ends.
     """
     start, end = math.sqrt(first), math.sqrt(last)
     if most <= 0.0 or (top == first and top == last):
@@ -93,7 +93,7 @@ def cell_time(length: float, first: float, last: float, top: float, most: float)
 
 @kernel
 def _parts(piece: Floats) -> int:
-    """Cells of a piece: one, or for a clothoid two at least (between two stops the robot has to move)."""
+    """Number of cells of a piece: one, or for a clothoid at least two (the robot has to move between two stops)."""
     return 1 if piece[2] == 0.0 else max(2, math.ceil(abs(piece[2]) * piece[0] / CELL_CURVATURE_1PM))
 
 
@@ -101,15 +101,15 @@ def _parts(piece: Floats) -> int:
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Caps) -> float:
     """Seconds for the fastest drive along pieces, with a standstill at every cusp and turn on the spot.
 
-    For comparing transitions: a speed at an end that the transition does not allow is lowered, at the price of
-    SLOWED_S_PER_MPS, as it would slow down the painted line there.
+    It compares transitions: a speed at an end that the transition does not allow is lowered at the price of
+    SLOWED_S_PER_MPS, as that slows down the painted line there.
 
     Args:
-        pieces: (at least `count`, 5) the columns of `Piece` (m, 1/m, 1/m², direction, rad).
-        count: How many of them there are.
+        pieces: (at least `count`, 5) columns of `Piece` (m, 1/m, 1/m², direction, rad).
+        count: Number of pieces.
         first: Speed at which they are entered (m/s).
         last: Speed at which they are left (m/s).
-        limits: Of drive and plan.
+        limits: Limits of drive and plan.
     """
     cells = 0
     for k in range(count):
@@ -148,18 +148,19 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Cap
 def entries(
     length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats
 ) -> tuple[Floats, Floats]:
-    """The swept profile at every point between which u = v² is linear in arc length.
+    """Points of the swept profile between which u = v² is linear in arc length.
 
     Args:
         length: (n,) of the cells (m).
-        curvature: (n,) signed, at the beginning of each cell (1/m).
-        sharpness: (n,) signed, constant over each cell (1/m²).
-        cap: (n,) the largest u of each cell (m²/s²).
-        limits: Of drive and plan.
-        square: (n + 1,) u at the knots (m²/s²), as `sweep` leaves them.
+        curvature: (n,) signed curvature at the beginning of each cell (1/m).
+        sharpness: (n,) signed sharpness, constant over each cell (1/m²).
+        cap: (n,) maximum u of each cell (m²/s²).
+        limits: Limits of drive and plan.
+        square: (n + 1,) u at the knots (m²/s²), from `sweep`.
 
     Returns:
-        (m,) arc lengths (m), and (m,) u there (m²/s²): the knots, and where cells stop speeding up or begin to brake.
+        (m,) arc lengths (m) and (m,) u there (m²/s²): the knots, and the points where acceleration ends or braking
+        begins within cells.
     """
     n = len(length)
     station, value = np.empty(3 * n + 1), np.empty(3 * n + 1)

@@ -1,4 +1,4 @@
-"""Guard between the planner and transition methods of others."""
+"""Checks of what transition methods of plug-ins return."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from touchline.services.planner.transitions.transitions import Priced, Pricing, 
 
 
 def guarded_transitions(method: Method, name: str, limits: Limits) -> TransitionFamily:
-    """The transitions of the method of that name, whose answers are checked if it is another package's.
+    """Create the transitions of a method; what a plug-in's method returns is checked.
 
     Raises:
-        PlanningError: It has none. Checked answers raise it, too, where nothing can be planned with them.
+        PlanningError: The method has no transitions. The checks raise it, too.
     """
     blame = blaming(METHODS, name)
     if blame is None:
@@ -35,7 +35,7 @@ def guarded_transitions(method: Method, name: str, limits: Limits) -> Transition
 
 
 class _GuardedTurns:
-    """A `TransitionMethod` whose pieces are sound, and lead where they are to; anything else of it is its own."""
+    """`TransitionMethod` that checks the pieces of another one, and passes everything else on."""
 
     def __init__(self, inner: TransitionMethod, blame: Blame) -> None:
         self._inner, self._blame = inner, blame
@@ -65,7 +65,7 @@ class _GuardedTurns:
 
 @dataclass(frozen=True)
 class _GuardedPricing:
-    """A `Pricing` whose times and pieces are finite."""
+    """`Pricing` that checks the times and pieces of another one."""
 
     inner: Pricing
     blame: Blame

@@ -14,16 +14,16 @@ class Method(MethodTraits):
     """A transition method, registered in `METHODS`.
 
     Attributes:
-        transitions: Makes the method's transitions within given limits.
+        transitions: Creates the method's transitions within given limits.
     """
 
     transitions: Callable[[Limits], TransitionFamily]
 
 
 def method_of(options: PlanOptions) -> Method:
-    """The method that the options name; "" is the default one.
+    """Look up the method that the options name; "" is the default one.
 
     Raises:
-        PlanningError: There is no such method, or another package's is none.
+        PlanningError: There is no such method, or a plug-in's is no method.
     """
     return method_as(Method, options)

@@ -1,4 +1,4 @@
-"""The transition methods that are shipped, each with its pricing: compiled, for thousands of pairs at once."""
+"""Shipped transition methods, each with its compiled pricing of thousands of pairs at once."""
 
 from collections.abc import Sequence
 
@@ -15,8 +15,8 @@ from touchline.services.planner.transitions.method_choice import Method
 from touchline.services.planner.transitions.piece_table import PieceTable
 from touchline.services.planner.transitions.plain_times import PLAIN_PIECES, plain_times
 from touchline.services.planner.transitions.pricing import (
-    carry_on,
     end_rows,
+    extend,
     rough_plain_s,
     turn_weight,
 )
@@ -24,12 +24,12 @@ from touchline.services.planner.transitions.transition_rows import transition_ro
 from touchline.services.planner.transitions.transition_times import TRACK_PIECES, TurnRows, transition_times
 from touchline.services.planner.transitions.transitions import Priced, Timer, TransitionFamily
 
-# So many pairs are timed within about 50 ms.
+# Number of pairs that are timed within about 50 ms.
 PART = 3000
 
 
 class SteeredPricing:
-    """Pricing of `g2`: the quickest words of all turns; closer, also short hops, cusps and turns on the spot."""
+    """Pricing of `g2`: the quickest words of all turns; in the closer pass also short hops and standstills."""
 
     part = PART
     looks_closer = True
@@ -47,7 +47,7 @@ class SteeredPricing:
         return np.asarray(np.minimum.reduce(tables) / fast)
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Times words; closer, also short hops and what the robot drives of cusps and turns on the spot."""
+        """Time words; in the closer pass also short hops, cusps and turns on the spot."""
         rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, closer: bool) -> Priced:
@@ -65,7 +65,7 @@ class SteeredPricing:
 
 
 class WordPricing:
-    """Pricing of `ccd`: CC words, or a line or arc carried on."""
+    """Pricing of `ccd`: CC words, or the extension of a line or arc."""
 
     part = PART
     looks_closer = False
@@ -79,25 +79,25 @@ class WordPricing:
         return np.asarray(lengths / transitions.limits.transit_speed_mps)
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Times the words, with a clothoid out of and into painted arcs."""
+        """Time the words, with a clothoid out of and into painted arcs."""
         rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
             priced = words_or_hops(rows, transitions.limits, pairs, hops=False)
-            carry_on(transitions, ends, begins, pairs, priced)
+            extend(transitions, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
 class PaddedPricing:
-    """Pricing of `dubins-padded`: plain Dubins paths between paddings, or a line or arc carried on."""
+    """Pricing of `dubins-padded`: plain Dubins paths between paddings, or the extension of a line or arc."""
 
     part = PART
     looks_closer = False
 
     def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
-        """Seconds (ends, begins) of the paddings and of the Dubins path, its turns driven at their steady speed."""
+        """Seconds (ends, begins) of paddings and Dubins path, with the turns driven at their steady speed."""
         starts, goals = (
             padded_rows(transitions, ends, PADDING_AFTER_M),
             padded_rows(transitions, begins, -PADDING_BEFORE_M),
@@ -106,7 +106,7 @@ class PaddedPricing:
         return rough_plain_s(transitions, starts, goals) + paddings
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Times the paths with their paddings."""
+        """Time the paths with their paddings."""
         (turns,) = transitions.turns
         rows = padded_rows(transitions, ends, PADDING_AFTER_M), padded_rows(transitions, begins, -PADDING_BEFORE_M)
         paddings = PADDING_AFTER_M, PADDING_BEFORE_M
@@ -115,20 +115,20 @@ class PaddedPricing:
             found = PieceTable(np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
             seconds = plain_times(rows, turns.curvature_1pm, paddings, transitions.limits.caps, pairs, found)
             priced = Priced(seconds, *found)
-            carry_on(transitions, ends, begins, pairs, priced)
+            extend(transitions, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
 def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
-    """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `transition_rows`."""
+    """Find the quickest words, or also short hops, for pairs (n, 2) of ends and beginnings of `transition_rows`."""
     found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
     return Priced(transition_times(rows, limits.caps, pairs, hops, found), *found)
 
 
 def padded_rows(transitions: TransitionFamily, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
-    """(n, 4) the pose (m, m, rad) `padding_m` straight on from each end, and the speed (m/s) there."""
+    """Rows (n, 4) of the pose (m, m, rad) `padding_m` straight on from each end, and the speed (m/s) there."""
     moved = (end.pose.moved(complex(padding_m, 0.0), 0.0) for end in ends)
     return np.array([(*pose, transitions.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
 

@@ -1,4 +1,4 @@
-"""Pieces of many transitions at once, as kernels fill them in."""
+"""Table of the pieces of many transitions, filled in by kernels."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 
 class PieceTable(NamedTuple):
-    """The pieces of n transitions.
+    """Pieces of n transitions.
 
     Attributes:
-        pieces: (n, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (n,) how many of them there are.
+        pieces: (n, k, 5) columns of `Piece`, from the end of the painted segment on.
+        counts: (n,) numbers of pieces.
     """
 
     pieces: Floats

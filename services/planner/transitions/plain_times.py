@@ -1,4 +1,4 @@
-"""Compiled: padded plain Dubins paths from painted segment to painted segment, and their times."""
+"""Compiled: padded plain Dubins paths between painted segments, and their times."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from touchline.services.planner.steering.construct import put
 from touchline.services.planner.steering.plain_words import put_plain_word
 from touchline.services.planner.transitions.piece_table import PieceTable
 
-# Columns of an end's row: the pose at the paddings' other end (m, m, rad), and the speed (m/s) on the painted curve.
+# Columns of an end's row: the pose at the far end of the padding (m, m, rad), and the speed (m/s) on the painted curve.
 SPEED = 3
-# A transition has no more pieces: three of a word, and the paddings.
+# Maximum number of pieces: three of a word, and the paddings.
 PLAIN_PIECES = 5
 
 
@@ -25,15 +25,15 @@ def plain_times(
     pairs: Ints,
     found: PieceTable,
 ) -> Floats:
-    """Seconds (n,) of the transition of every pair (n, 2) of start and goal; fills in its pieces.
+    """Compute seconds (n,) of the transition of every pair (n, 2) of start and goal, and its pieces.
 
     Args:
-        rows: (ends, 4) and (beginnings, 4).
-        curvature: Of turns (1/m).
-        paddings: Straight on after a segment and before one (m).
-        limits: The row of `Limits`.
+        rows: Rows (ends, 4) and (beginnings, 4).
+        curvature: Curvature of turns (1/m).
+        paddings: Lengths of the straights after a segment and before one (m).
+        limits: Limits of drive and plan.
         pairs: (n, 2) numbers of an end and a beginning.
-        found: The table of n transitions of up to PLAIN_PIECES.
+        found: Table of n transitions of up to PLAIN_PIECES, filled in.
     """
     seconds = np.empty(len(pairs))
     for p in range(len(pairs)):

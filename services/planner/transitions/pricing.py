@@ -1,4 +1,4 @@
-"""Prices the transitions of a method for ordering: the times of many at once."""
+"""Pricing of a method's transitions for ordering: the times of many at once."""
 
 from collections.abc import Sequence
 
@@ -10,15 +10,15 @@ from touchline.services.planner.steering.method import CurveEnd, extension
 from touchline.services.planner.steering.plain_words import plain_lengths
 from touchline.services.planner.transitions.transitions import Priced, Pricing, Timer, TransitionFamily, Turns
 
-# As many pairs are timed within about 50 ms, one by one.
+# Number of pairs that are timed one by one within about 50 ms.
 ONE_BY_ONE_PART = 50
-# Ends from which a line or arc might be carried on to a beginning are off it by no more than this (1/m, share of the
-# distance), and the transition there is longer by no more (share); `extension` then says whether one is.
+# Tolerance within which a beginning may lie on the extension of a line or arc (1/m, fraction of the distance and of the
+# transition's length); `extension` decides.
 NEARLY_ON = 1e-8
 
 
 class OneByOne:
-    """Prices any method by constructing each transition as it would be driven: exact, and slow."""
+    """Pricing of any method by constructing each transition: exact and slow."""
 
     part = ONE_BY_ONE_PART
     looks_closer = False
@@ -28,7 +28,7 @@ class OneByOne:
         return rough_plain_s(transitions, end_rows(ends), end_rows(begins))
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Takes the quickest of `TransitionFamily.between`."""
+        """Time the quickest of `TransitionFamily.between`."""
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
             found = [
@@ -44,12 +44,12 @@ class OneByOne:
 
 
 def pricing_of(transitions: TransitionFamily) -> Pricing:
-    """The pricing of transitions: their method's own, else one by one."""
+    """Pricing of transitions: the method's own, else one by one."""
     return transitions.pricing or OneByOne()
 
 
 def end_rows(ends: Sequence[CurveEnd]) -> Floats:
-    """(n, 5) x (m), y (m), heading (rad), curvature (1/m) and largest speed (m/s)."""
+    """Rows (n, 5) of x (m), y (m), heading (rad), curvature (1/m) and maximum speed (m/s)."""
     return np.array([(*end.pose, end.curvature_1pm, end.speed_mps) for end in ends])
 
 
@@ -63,23 +63,23 @@ def rough_plain_s(transitions: TransitionFamily, starts: Floats, goals: Floats) 
 
 
 def turn_weight(transitions: TransitionFamily, turns: Turns) -> float:
-    """How many times longer a metre takes in a turn than on a straight."""
+    """Ratio of the times for a metre in a turn and on a straight."""
     bend = np.array([turns.curvature_1pm])
     steady = float(np.sqrt(transitions.limits.square_cap(bend, np.zeros(1))[0]))
     return max(transitions.limits.transit_speed_mps / min(turns.speed_mps, steady), 1.0)
 
 
-def carry_on(
+def extend(
     transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], pairs: Ints, priced: Priced
 ) -> None:
-    """Replace transitions by the line or arc carried on, where that joins a pair and is quicker.
+    """Replace transitions by the extension of a line or arc, where that joins a pair and is quicker.
 
     Args:
-        transitions: The transitions of the method in use.
-        ends: Where painted segments end.
-        begins: Where they begin.
+        transitions: Transitions of the method in use.
+        ends: Ends of painted segments.
+        begins: Beginnings of painted segments.
         pairs: (n, 2) numbers of an end and a beginning.
-        priced: The n transitions found so far, changed in place.
+        priced: Transitions (n) found so far, changed in place.
     """
     starts, goals = end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]]
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])

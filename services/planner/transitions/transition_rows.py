@@ -1,4 +1,4 @@
-"""Lays out the ends of painted segments as the rows that the kernels of transition_times.py take."""
+"""Ends of painted segments as rows for the kernels of transition_times.py."""
 
 from collections.abc import Sequence
 
@@ -9,13 +9,13 @@ from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import LIMIT, circle
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.transitions.transition_times import HEADING, TurnRows, X, Y
-from touchline.services.planner.transitions.transitions import TransitionFamily, Turns, turned_round
+from touchline.services.planner.transitions.transitions import TransitionFamily, Turns, from_goal
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
 def transition_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], transitions: TransitionFamily) -> TurnRows:
-    """The rows of these ends and beginnings for all turns on offer."""
+    """Lay out ends and beginnings for all turns on offer."""
     circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in transitions.turns]
     roots = np.array([t.sharpness_1pm2**0.5 for t in transitions.turns])
     starts = np.array(
@@ -30,7 +30,7 @@ def transition_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], transi
 def _rows(
     ends: Sequence[CurveEnd], transitions: TransitionFamily, turns: Turns, figures: Floats, *, leaving: bool
 ) -> Floats:
-    """The rows of `transition_times` for ends (or beginnings) with one kind of turn."""
+    """Rows for ends (or beginnings) with one kind of turn."""
     known: dict[tuple[float, float], tuple[float, ...]] = {}
     for end in ends:
         if end[1:] not in known:
@@ -46,13 +46,13 @@ def _rows(
 def _lead_row(
     end: CurveEnd, transitions: TransitionFamily, turns: Turns, figures: Floats, *, leaving: bool
 ) -> tuple[float, ...]:
-    """The row for an end like this at the origin."""
+    """Row for an end like this at the origin."""
     lead = transitions.lead(turns, end)
     if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
-        # Too tight for these turns to begin with: they begin where it is straight.
+        # The curve is tighter than these turns: they begin where the path is straight.
         words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
         lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
-    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, turned_round(lead).pieces)
+    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, from_goal(lead).pieces)
     bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
     straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
     painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)

@@ -1,7 +1,7 @@
-"""Compiled: the quickest transition of each pair of a painted end and a painted beginning, and its time.
+"""Compiled: quickest transition of each pair of a painted end and a painted beginning, and its time.
 
-For ordering, thousands of transitions are timed at once: for each of the turns on offer (tight and slow, wide and fast)
-the shortest, with the clothoids and straights that lead out of and into painted curves, under the limits of the wheels.
+For ordering, thousands of transitions are timed at once: the shortest one for each of the turns on offer (tight and
+slow, wide and fast), with the clothoids and straights out of and into painted curves, within the limits of the drive.
 """
 
 import math
@@ -23,17 +23,17 @@ from touchline.services.planner.steering.forward import lead_poses
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.transitions.piece_table import PieceTable
 
-# Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
-# both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
+# Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; in between
+# a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
-# Rounding does not blur more than this (s).
+# Rounding of times (s).
 SLACK_S = 1e-9
-# A transition has no more pieces: those between the leads, and a clothoid and a straight at both ends.
+# Maximum number of pieces: those between the leads, and a clothoid and a straight at both ends.
 TRACK_PIECES = MAX_PIECES + 4
 
 
 class TurnFigures(NamedTuple):
-    """One kind of turn: the figures (6,) of its circle (see circles.py), and the square root of its sharpness."""
+    """Kind of turn: dimensions (6,) of its circle (see circles.py), and the square root of its sharpness."""
 
     circle: Floats
     root: float
@@ -43,10 +43,10 @@ class TurnRows(NamedTuple):
     """Ends and beginnings for every kind of turn.
 
     Attributes:
-        starts: (turns, ends, columns) where turns begin.
-        goals: (turns, beginnings, columns) where they end.
-        circles: (turns, 6) the figures of the turns' circles.
-        roots: (turns,) the square roots of their sharpness.
+        starts: (turns, ends, columns) beginnings of turns.
+        goals: (turns, beginnings, columns) ends of turns.
+        circles: (turns, 6) dimensions of the turning circles.
+        roots: (turns,) square roots of their sharpness.
     """
 
     starts: Floats
@@ -59,14 +59,14 @@ class TurnRows(NamedTuple):
 def transition_time(
     start: Floats, goal: Floats, turning: TurnFigures, limits: Caps, hops: bool, pieces: Floats
 ) -> tuple[float, int]:
-    """Seconds from one painted end to one painted beginning, with one kind of turn, and how many `pieces` it has.
+    """Seconds and number of pieces from a painted end to a painted beginning with one kind of turn.
 
     Args:
-        start: (columns,) the end.
-        goal: (columns,) the beginning.
-        turning: The kind of turn.
-        limits: The row of `Limits`.
-        hops: Short hops included.
+        start: (columns,) row of the end.
+        goal: (columns,) row of the beginning.
+        turning: Kind of turn.
+        limits: Limits of drive and plan.
+        hops: Whether short hops are included.
         pieces: (TRACK_PIECES, 5) filled in.
     """
     c, root = turning.circle, turning.root
@@ -97,15 +97,15 @@ def transition_time(
 
 @kernel
 def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> float:
-    """A lower bound on `transition_time` (s) for turns of at most a curvature.
+    """Lower bound on `transition_time` (s) for turns of at most a curvature.
 
     A transition is no shorter than the plain Dubins path and no faster than acceleration and transit speed allow.
 
     Args:
-        start: (columns,) the end.
-        goal: (columns,) the beginning.
-        curvature: Largest curvature of the turns (1/m).
-        limits: The row of `Limits`.
+        start: (columns,) row of the end.
+        goal: (columns,) row of the beginning.
+        curvature: Maximum curvature of the turns (1/m).
+        limits: Limits of drive and plan.
     """
     seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * curvature
     length = least_plain(seen.real, seen.imag, goal[HEADING] - start[HEADING]) / curvature
@@ -122,14 +122,14 @@ def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> f
 
 @kernel
 def transition_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: PieceTable) -> Floats:
-    """Seconds (n,) of the quickest transition of every pair (n, 2) of start and goal; fills in its pieces.
+    """Compute seconds (n,) of the quickest transition of every pair (n, 2) of start and goal, and its pieces.
 
     Args:
         rows: Ends and beginnings.
-        limits: The row of `Limits`.
+        limits: Limits of drive and plan.
         pairs: (n, 2) numbers of an end and a beginning.
-        hops: Short hops included.
-        found: The table of n transitions of up to TRACK_PIECES.
+        hops: Whether short hops are included.
+        found: Table of n transitions of up to TRACK_PIECES, filled in.
     """
     pieces, seconds = np.zeros((TRACK_PIECES, 5)), np.full(len(pairs), np.inf)
     turns = len(rows.circles)
@@ -137,7 +137,7 @@ def transition_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, foun
     for p in range(len(pairs)):
         a, b = pairs[p, 0], pairs[p, 1]
         if hops:
-            # Those first whose words are quick: of the others many need not be looked at then.
+            # Quick words first: many of the others are skipped then.
             for t in range(turns):
                 start, goal, turning = rows.starts[t, a], rows.goals[t, b], TurnFigures(rows.circles[t], rows.roots[t])
                 words[t], _ = transition_time(start, goal, turning, limits, False, pieces)

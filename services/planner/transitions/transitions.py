@@ -1,4 +1,4 @@
-"""Selects the fastest transition between two swaths from a family of curvature limits (and speeds)."""
+"""Choice of the fastest transition between two swaths from a family of turns of several speeds."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,19 +21,19 @@ from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, extension
 
-# Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
+# Fraction of the acceleration that plans use to brake before a tight turn, so that the robot is slow enough in time.
 BRAKING_SHARE = 0.98
-# Turns for the very fastest would have no curvature left to the drive.
+# Fraction of the maximum speed up to which turns are made; beyond it the drive has no curvature to spare.
 FASTEST_SHARE = 0.95
-# What a robot may do beside driving forward.
+# Abilities of a robot besides driving forward.
 REVERSING, SPINNING = "reversing", "spinning"
 
-# Makes a method for a largest curvature (1/m) and sharpness (1/m²).
+# Creates a method for a maximum curvature (1/m) and sharpness (1/m²).
 MakeMethod = Callable[[float, float], TransitionMethod]
 
 
 class Turns(NamedTuple):
-    """One member: the speed (m/s) that its turns are made for, largest curvature (1/m) and sharpness (1/m²), method."""
+    """Member of a family: speed (m/s) of its turns, maximum curvature (1/m) and sharpness (1/m²), method."""
 
     speed_mps: float
     curvature_1pm: float
@@ -42,26 +42,26 @@ class Turns(NamedTuple):
 
 
 class Transition(NamedTuple):
-    """A path between two painted segments and how long it takes (s)."""
+    """Path between two painted segments and its duration (s)."""
 
     seconds: float
     path: PiecePath
 
 
 class Lead(NamedTuple):
-    """What lies between a painted curve and the turns: pieces (as driven away from the curve), and the end of it."""
+    """Pieces between a painted curve and the turns (as driven away from the curve), and the curvature at their end."""
 
     pieces: tuple[Piece, ...]
     curvature_1pm: float
 
 
 class Priced(NamedTuple):
-    """The quickest transition of each of n pairs.
+    """Quickest transition of each of n pairs.
 
     Attributes:
-        seconds: (n,) how long it takes.
-        pieces: (n, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (n,) how many of them there are.
+        seconds: (n,) durations.
+        pieces: (n, k, 5) columns of `Piece`, from the end of the painted segment on.
+        counts: (n,) numbers of pieces.
     """
 
     seconds: Floats
@@ -69,37 +69,37 @@ class Priced(NamedTuple):
     counts: Ints
 
 
-# Prices pairs (n, 2) of the numbers of an end and a beginning; if told to, looks closer, at more transitions for each.
+# Prices pairs (n, 2) of the numbers of an end and a beginning; the flag asks for the closer pass with more transitions.
 Timer = Callable[[Ints, bool], Priced]
 
 
 class Pricing(Protocol):
-    """Times many transitions of a method at once, without regard to obstacles."""
+    """Interface that times many transitions of a method at once, regardless of obstacles."""
 
     @property
     def part(self) -> int:
-        """The number of pairs that are timed within about 50 ms."""
+        """Number of pairs that are timed within about 50 ms."""
 
     @property
     def looks_closer(self) -> bool:
-        """True if near pairs may have quicker transitions that are found only by looking closer."""
+        """True if near pairs may have quicker transitions that only the closer pass finds."""
 
     def rough_s(self, transitions: "TransitionFamily", ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
 
     def timer(self, transitions: "TransitionFamily", ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """A function that times the quickest transitions of pairs of these ends and beginnings."""
+        """Create the function that times the quickest transitions of pairs of these ends and beginnings."""
 
 
 @dataclass(frozen=True)
 class TransitionFamily:
-    """A method's transitions with each of a family of turns, from which the fastest between two poses is chosen.
+    """A method's transitions with a family of turns, of which the fastest between two poses is chosen.
 
     Attributes:
-        limits: Those of the plan.
-        turns: The members of the family.
-        standing: What the robot may do beside driving forward.
-        pricing: The method's own way to time many transitions at once; None: one by one.
+        limits: Limits of the plan.
+        turns: Members of the family.
+        standing: Abilities of the robot besides driving forward.
+        pricing: The method's own pricing; None: one by one.
     """
 
     limits: Limits
@@ -109,15 +109,15 @@ class TransitionFamily:
 
     @classmethod
     def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
-        """A family with turns for several speeds, as far as the limits let them differ.
+        """Create a family with turns for several speeds, as far as the limits let them differ.
 
-        One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
-        Wheels can do both at once; tyres that slide before that cannot.
+        One more turn is entered at paint speed and tightens while the robot brakes, without a straight before it.
+        Wheels can do both at once; tyres that slide before cannot.
 
         Args:
-            make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
-            limits: Those of the plan.
-            pricing: The method's own; without one its transitions are timed one by one.
+            make: Creates the method for a maximum curvature (1/m) and sharpness (1/m²).
+            limits: Limits of the plan.
+            pricing: The method's own pricing; None: transitions are timed one by one.
         """
         fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.drive.max_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
@@ -129,22 +129,22 @@ class TransitionFamily:
 
     @classmethod
     def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
-        """A family of one: turns at the largest curvature and sharpness, whatever the speed.
+        """Create a family of one: turns at the maximum curvature and sharpness for all speeds.
 
         Args:
-            make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
-            limits: Those of the plan.
-            pricing: The method's own; without one its transitions are timed one by one.
+            make: Creates the method for a maximum curvature (1/m) and sharpness (1/m²).
+            limits: Limits of the plan.
+            pricing: The method's own pricing; None: transitions are timed one by one.
         """
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
         return cls(limits, (Turns(limits.drive.max_speed_mps, *turn, make(*turn)),), pricing=pricing)
 
     def speed_mps(self, end: CurveEnd) -> float:
-        """The speed (m/s) at an end of a painted curve."""
+        """Speed (m/s) at an end of a painted curve."""
         return min(self.limits.steady_speed_mps(end.curvature_1pm), end.speed_mps)
 
     def lead(self, turns: Turns, end: CurveEnd) -> Lead:
-        """The lead out of a painted curve: nothing or, to slower turns, a clothoid and a straight to brake on."""
+        """Lead out of a painted curve: empty or, before slower turns, a clothoid and a straight to brake on."""
         speed = self.speed_mps(end)
         slower = max(speed**2 - turns.speed_mps**2, 0.0)
         if not slower:
@@ -154,12 +154,12 @@ class TransitionFamily:
         return Lead((*out, Piece(slower / (2.0 * BRAKING_SHARE * self.limits.acceleration_mps2))), 0.0)
 
     def widest(self, end: CurveEnd) -> Turns:
-        """The turns made for the least speed at which they do not slow down a painted curve."""
+        """Turns of the lowest speed that does not slow down a painted curve."""
         speed = self.speed_mps(end)
         return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
 
     def from_rest(self, start: PathPose, goal: CurveEnd, run_up_m: float) -> Transition:
-        """The quickest path from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
+        """Quickest path from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
         into = self.widest(goal).method.lead_in(goal.curvature_1pm)
         pieces = (Piece(run_up_m), *into) if run_up_m else into
         reaching = CurveEnd(before(goal.pose, pieces), 0.0)
@@ -170,7 +170,7 @@ class TransitionFamily:
         return min(transitions, key=lambda each: each.seconds)
 
     def to_rest(self, start: CurveEnd, goal: PathPose, run_out_m: float) -> Transition:
-        """The quickest path from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
+        """Quickest path from a painted curve to standstill, over a straight of `run_out_m` after its lead-out."""
         out = self.widest(start).method.lead_out(start.curvature_1pm)
         pieces = (*out, Piece(run_out_m)) if run_out_m else out
         leaving = PiecePath(start.pose, pieces).end
@@ -181,7 +181,7 @@ class TransitionFamily:
         return min(transitions, key=lambda each: each.seconds)
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
-        """Every transition from the end of one painted segment to the beginning of the next, the quickest first."""
+        """All transitions from the end of one painted segment to the beginning of the next, the quickest first."""
         speeds = self.speed_mps(start), self.speed_mps(goal)
         transitions = [self._transition(turns, start, goal, speeds) for turns in self.turns]
         if self.standing:
@@ -200,7 +200,7 @@ class TransitionFamily:
         return Transition(self.seconds(path.pieces, *speeds), path)
 
     def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Transition | None:
-        """The quickest transition with cusps or turns on the spot, if it takes less than `least_s`."""
+        """Quickest transition with cusps or turns on the spot, if it takes less than `least_s`."""
         speeds = self.speed_mps(start), self.speed_mps(goal)
         if self.standing_bound_s(start, goal, speeds) >= least_s:
             return None
@@ -208,10 +208,10 @@ class TransitionFamily:
         return min(transitions, key=lambda each: each.seconds, default=None)
 
     def standing_bound_s(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> float:
-        """A lower bound (s) on the time of transitions with a standstill.
+        """Lower bound (s) on the time of transitions with a standstill.
 
-        The painted curves are carried on, and what lies between the ends of that is driven before the first standstill
-        or after it; best of all on one side alone, as more at once is driven faster.
+        The painted curves are extended, and the distance between the ends of the extensions is driven before the first
+        standstill or after it; at best all on one side, since a longer run reaches a higher speed.
         """
         room = self._room_m(speeds)
         stop = start.pose.moved(arc_displacement(room, start.curvature_1pm), 0.0)
@@ -222,20 +222,20 @@ class TransitionFamily:
         return min(first + further[1], further[0] + last)
 
     def _from_rest_s(self, length_m: float, speed_mps: float) -> float:
-        """The least time (s) from standstill over a length to a speed, or from the speed to standstill."""
+        """Minimum time (s) from standstill over a length to a speed, or from the speed to standstill."""
         gain = self.limits.acceleration_mps2
         fast = min(math.sqrt(gain * length_m + 0.5 * speed_mps**2), max(self.limits.transit_speed_mps, speed_mps))
         rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
         return (2.0 * fast - speed_mps) / gain + max(rest, 0.0) / fast
 
     def _room_m(self, speeds: tuple[float, float]) -> float:
-        """Room to brake before the first standstill, and to gather speed after the last."""
+        """Distance (m) to brake before the first standstill, and to accelerate after the last."""
         return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
 
     def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Transition]:
-        """Transitions with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
+        """Transitions with cusps and turns on the spot, between extensions of the painted curves to brake on.
 
-        A robot that has to stand anyway gains nothing by wide turns: these are the tightest.
+        A robot that has to stop anyway gains nothing from wide turns: these are the tightest.
         """
         found = self.turns[0].method.standing_transitions(start, goal, self._room_m(speeds))
         return [Transition(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
@@ -245,12 +245,12 @@ class TransitionFamily:
         return (not backward or REVERSING in self.standing) and (not spinning or SPINNING in self.standing)
 
     def seconds(self, pieces: Sequence[Piece], first_mps: float, last_mps: float) -> float:
-        """Seconds for pieces that are entered and left at these speeds."""
+        """Seconds for pieces that are entered and left at the given speeds (m/s)."""
         table: Floats = np.array(pieces, dtype=np.float64).reshape(-1, 5)
         return float(path_time(table, len(table), first_mps, last_mps, self.limits.caps)) if len(table) else 0.0
 
 
 def from_goal(lead: Lead) -> Lead:
-    """The same lead, driven into the curve instead of out of it."""
+    """Lead driven into the curve instead of out of it."""
     back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
     return lead._replace(pieces=back[::-1])

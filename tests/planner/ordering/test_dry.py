@@ -16,10 +16,16 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.plan import plan
 from touchline.services.planner.route.itinerary import ItineraryBuilder
-from touchline.services.planner.sequencing.costs import Tracks, nodes_of, problem
-from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of, unknown_yet, wet_times
+from touchline.services.planner.sequencing.costs import QuickestTransitions, nodes_of, problem
 from touchline.services.planner.sequencing.order import Problem, ordered
-from touchline.services.planner.sequencing.wet import Wheels
+from touchline.services.planner.sequencing.wet_aware_order import (
+    WetGround,
+    empty_cache,
+    scene_of,
+    wet_aware_order,
+    wet_times,
+)
+from touchline.services.planner.sequencing.wet_paint import Wheels
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, Swath, swaths
 
@@ -30,17 +36,17 @@ PAINTING = Painting.of(VEHICLE, LIMITS, OPTIONS)
 CROSSING_S, RUN_OUT_M = 1.5, 0.6
 
 
-def asked(template: Template) -> tuple[list[Swath], Problem, Tracks, WetGround]:
+def asked(template: Template) -> tuple[list[Swath], Problem, QuickestTransitions, WetGround]:
     choices = swaths(modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True), PAINTING, free=True)
     nodes, segment, _ = nodes_of(choices)
     matrix, tracks = problem(choices, TRANSITIONS, PAINTING, None)
     return nodes, matrix, tracks, WetGround.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
 
 
-def total(order: Ints, matrix: Problem, tracks: Tracks, ground: WetGround) -> float:
+def total(order: Ints, matrix: Problem, tracks: QuickestTransitions, ground: WetGround) -> float:
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
     tour = np.concatenate(([len(matrix.segment)], order))
-    wet = int(wet_times(scene, unknown_yet(len(matrix.segment)), tour).sum())
+    wet = int(wet_times(scene, empty_cache(len(matrix.segment)), tour).sum())
     return matrix.cost_of(order) + CROSSING_S * wet
 
 
@@ -51,7 +57,7 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
     driver = ItineraryBuilder(TRANSITIONS, PAINTING, None, ground.wheels, 0.0, None)
     for kicks in (1, 100):
         order = ordered(matrix, kicks=kicks)
-        wet = wet_times(scene, unknown_yet(len(nodes)), np.concatenate(([len(nodes)], order)))
+        wet = wet_times(scene, empty_cache(len(nodes)), np.concatenate(([len(nodes)], order)))
         met = driver.drive([nodes[k] for k in order.tolist()]).wet_crossings
         assert met > 50
         # Far transitions are known roughly, and are looked at half as often.
@@ -73,7 +79,7 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
         for picked in itertools.product(*(pairs[k] for k in order))
     )
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
-    found = ordered_dry(scene, ordered(matrix, kicks=50))
+    found = wet_aware_order(scene, ordered(matrix, kicks=50))
     assert sorted(matrix.segment[found].tolist()) == list(range(4))
     assert total(found, matrix, tracks, ground) == pytest.approx(best, abs=1e-6)
 

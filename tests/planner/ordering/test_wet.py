@@ -17,7 +17,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner import tour
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import plan
-from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.sequencing.wet_paint import BEGUN, SPEED, Wheels, wet_rows
 
 VEHICLE = Vehicle()
 WHEELS = Wheels.of(VEHICLE, 0.12, 900.0)

@@ -10,7 +10,7 @@ HELD = 1e-12
 
 @kernel
 def fits(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, square: Floats, limits: Caps) -> bool:
-    """Whether a drive with u = v² linear over each cell keeps the limits of `drives/caps.py`.
+    """True if a drive with u = v² linear over each cell keeps the limits of `drives/caps.py`.
 
     Args:
         length: (n,) of the cells (m).

@@ -17,7 +17,7 @@ from touchline.jobs.shared.unfinished_lines import Standing
 from touchline.onboard.interface import PaintBelief
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Template
-from touchline.services.planner.sequencing.wet import BEGUN, SPEED
+from touchline.services.planner.sequencing.wet_paint import BEGUN, SPEED
 from touchline.services.planner.sharing.wet_between import painted_rows_of
 
 CREWS: Final = 4

@@ -30,7 +30,7 @@ from touchline.jobs.watcher import JobFailed, Watcher
 from touchline.schemas import topics
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import CommandRequest, CommandResponse, Event, Trajectory
-from touchline.services.planner.sequencing.wet import NO_LINES
+from touchline.services.planner.sequencing.wet_paint import NO_LINES
 
 STALLED_S: Final = 20.0
 """Wall-clock time without motion after which a team will not finish by itself."""

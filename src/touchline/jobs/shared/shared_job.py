@@ -22,7 +22,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.marking import REFUSE, leaves_out, lines_reached, nothing_reached
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
-from touchline.services.planner.sequencing.wet import NO_LINES, Wheels
+from touchline.services.planner.sequencing.wet_paint import NO_LINES, Wheels
 from touchline.services.planner.sharing.shares import Sharing, sharings
 from touchline.services.planner.sharing.wet_between import Clocked, crossings_between, painted_rows_of
 from touchline.services.planner.tour import UnreachableError, crossing_cost_s, drying_s
@@ -138,7 +138,7 @@ def share_job(
         vehicle: Vehicle of every robot.
         starts: Pose of each robot: x (m), y (m), heading (rad); None: it is placed where its plan begins.
         progress: Called with the fraction done and the present stage.
-        painted: (n, 7) rows of `sequencing.wet`: lines already on the ground, painted at times below 0.
+        painted: (n, 7) rows of `sequencing.wet_paint`: lines already on the ground, painted at times below 0.
 
     Raises:
         PlanningError: It cannot be shared or planned; the message gives reason and remedy.

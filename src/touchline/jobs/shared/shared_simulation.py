@@ -28,7 +28,7 @@ from touchline.onboard.interface import TICKS_PER_S
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.setup import Setup
-from touchline.services.planner.sequencing.wet import NO_LINES
+from touchline.services.planner.sequencing.wet_paint import NO_LINES
 from touchline.services.robot_sim.emulator import Taking
 
 PATIENCE_S: Final = 180.0

@@ -1,4 +1,4 @@
-"""Wet paint: how often a wheel or a caster runs over a line that is not dry yet."""
+"""Crossings of wet paint: wheels and casters on lines that are not dry yet."""
 
 import math
 from collections.abc import Iterable
@@ -14,22 +14,22 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
-# Tracks are looked at this often (m): less than half the width of a line.
+# Sampling of tracks (m): less than half the width of a line.
 STEP_M = 0.04
-# Columns of a painted line, behind those of `core.arcs`: when (s) its painting began, and its speed (m/s).
+# Columns of a painted line, after those of `core.arcs`: time (s) at which its painting began, and its speed (m/s).
 BEGUN, SPEED = 5, 6
 # No painted line.
 NO_LINES: Floats = np.zeros((0, 7))
 
 
 class Contacts(NamedTuple):
-    """What touches the ground, as kernels take it.
+    """Contacts with the ground in the form that kernels take.
 
     Attributes:
-        places: (n, 2) where, in the body's frame, m.
+        places: (n, 2) positions in the body's frame, m.
         half_width: Half a line's width, m.
-        drying: How long paint stays wet, s.
-        step: Poses of a track are so far apart, m.
+        drying: Drying time of the paint, s.
+        step: Distance between poses of a track, m.
     """
 
     places: Floats
@@ -39,7 +39,7 @@ class Contacts(NamedTuple):
 
 
 class WetLines(NamedTuple):
-    """Painted lines, as kernels take them: rows (n, 7), and the boxes (n, 4) of `boxes_of` round them."""
+    """Painted lines in the form that kernels take: rows (n, 7), and their bounding boxes (n, 4) by `boxes_of`."""
 
     rows: Floats
     boxes: Floats
@@ -47,7 +47,7 @@ class WetLines(NamedTuple):
 
 @dataclass(frozen=True)
 class Wheels:
-    """What touches the ground, (n, 2) in the body's frame, m; half a line's width, m; how long paint stays wet, s."""
+    """Contacts with the ground (n, 2) in the body's frame (m), half a line's width (m), drying time of paint (s)."""
 
     contacts: Floats
     half_width_m: float
@@ -55,20 +55,20 @@ class Wheels:
 
     @classmethod
     def of(cls, vehicle: Vehicle, line_width_m: float, drying_s: float) -> "Wheels":
-        """The wheels and casters of a vehicle."""
+        """Wheels and casters of a vehicle."""
         return cls(np.array(vehicle.drive.contacts_m), 0.5 * line_width_m, drying_s)
 
     @property
     def never_dry(self) -> "Wheels":
-        """The same, where paint stays wet for ever."""
+        """Copy with paint that stays wet for ever."""
         return replace(self, drying_s=math.inf)
 
     def looked_at_every(self, step_m: float) -> Contacts:
-        """The contacts as kernels take them, for tracks of poses that are `step_m` apart."""
+        """Contacts in the form that kernels take, for tracks of poses that are `step_m` apart."""
         return Contacts(self.contacts, self.half_width_m, self.drying_s, step_m)
 
     def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> Ints:
-        """How often each of the `painted` lines (rows) is run over on a path that is driven from `begun_s` on."""
+        """Number of crossings of each of the `painted` lines (rows) on a path that is driven from `begun_s` on."""
         if not len(painted) or not path.length_m:
             return np.zeros(len(painted), dtype=np.int64)
         station = np.linspace(0.0, path.length_m, 2 + math.ceil(path.length_m / STEP_M))
@@ -82,7 +82,7 @@ class Wheels:
         return np.asarray(wet_crossings(poses, self.looked_at_every(STEP_M), lines))
 
     def _with_spin(self, poses: Floats, station_m: float, at: PathPose, angle_rad: float) -> Floats:
-        """Poses (n, 4), their last column the station, with those of a turn on the spot."""
+        """Insert the poses of a turn on the spot into poses (n, 4), whose last column is the station."""
         count = 2 + math.ceil(abs(angle_rad) * float(np.hypot(*self.contacts.T).max()) / STEP_M)
         spin = np.tile((at.x_m, at.y_m, 0.0, station_m), (count, 1))
         spin[:, 2] = at.heading_rad + np.linspace(0.0, angle_rad, count)
@@ -91,24 +91,24 @@ class Wheels:
 
 
 def wet_rows(nozzles: Iterable[Curve]) -> Floats:
-    """(n, 7) rows of lines that are on the ground from the beginning."""
+    """Rows (n, 7) of lines that are on the ground from the beginning."""
     rows = [(n.x_m, n.y_m, n.heading_rad, n.curvature_1pm, n.length_m, -1.0, math.inf) for n in nozzles]
     return np.array(rows).reshape(-1, 7)
 
 
 @kernel
 def boxes_of(painted: Floats) -> Floats:
-    """(n, 4) the least and greatest x and y of a box round each painted line."""
+    """Bounding boxes (n, 4) of painted lines: minimum and maximum x and y."""
     boxes = np.empty((len(painted), 4))
     for j in range(len(painted)):
         line = painted[j]
         half = 0.5 * line[CURVATURE] * line[LENGTH]
-        # The chord, and how far the curve is beside it.
+        # The chord, and the distance of the curve from it.
         chord = line[LENGTH] * chord_share(half)
         aside = math.tan(0.5 * half) * 0.5 * chord
         x, y = line[X], line[Y]
         if abs(half) > 0.5 * math.pi:
-            # More than a half circle: all of the circle.
+            # More than a half circle: take the whole circle.
             radius = 1.0 / line[CURVATURE]
             x, y = x - radius * math.sin(line[HEADING]), y + radius * math.cos(line[HEADING])
             chord, aside = 0.0, abs(radius)
@@ -119,7 +119,7 @@ def boxes_of(painted: Floats) -> Floats:
 
 
 class _Track(NamedTuple):
-    """Poses (n, 4), where the contacts are at them (n, contacts, 2), and for which of them that is known (n,)."""
+    """Poses (n, 4), positions of the contacts at them (n, contacts, 2), and for which poses they are known (n,)."""
 
     poses: Floats
     places: Floats
@@ -128,12 +128,12 @@ class _Track(NamedTuple):
 
 @kernel
 def wet_crossings(poses: Floats, contacts: Contacts, lines: WetLines) -> Ints:
-    """(lines,) how often a contact enters the wet part of each painted line.
+    """Number of times (lines,) that a contact enters the wet part of each painted line.
 
     Args:
         poses: (n, 4) x (m), y (m), heading (rad), time (s), `contacts.step` apart.
-        contacts: What touches the ground.
-        lines: The painted lines, and when they were painted.
+        contacts: Contacts with the ground.
+        lines: Painted lines with the times of their painting.
     """
     places, half_width = contacts.places, contacts.half_width
     counts = np.zeros(len(lines.rows), dtype=np.int64)
@@ -147,7 +147,7 @@ def wet_crossings(poses: Floats, contacts: Contacts, lines: WetLines) -> Ints:
         low_y, high_y = min(low_y, poses[i, 1]), max(high_y, poses[i, 1])
     low_x, high_x = low_x - reach - half_width, high_x + reach + half_width
     low_y, high_y = low_y - reach - half_width, high_y + reach + half_width
-    # Where the contacts are at each pose, once that is asked for.
+    # Positions of the contacts are computed on first use.
     track = _Track(poses, np.empty((len(poses), len(places), 2)), np.zeros(len(poses), dtype=np.bool_))
     on = np.empty(len(places), dtype=np.bool_)
     for j in range(len(lines.rows)):
@@ -160,7 +160,7 @@ def wet_crossings(poses: Floats, contacts: Contacts, lines: WetLines) -> Ints:
 
 @borrowing
 def _entered(track: _Track, contacts: Contacts, line: Floats, box: Floats, reach: float, on: NDArray[np.bool_]) -> int:
-    """How often a contact enters the wet part of one line; `on` (contacts,) is room for which of them are on it."""
+    """Number of times that a contact enters the wet part of one line; `on` (contacts,) is working space."""
     poses, half_width, step = track.poses, contacts.half_width, contacts.step
     length = line[LENGTH]
     facing = unit(line[HEADING])
@@ -175,7 +175,7 @@ def _entered(track: _Track, contacts: Contacts, line: Floats, box: Floats, reach
                 along = abreast(complex(x, y), line, facing)
                 far = max(far, max(-along, along - length) - reach - half_width)
         if far > 2.0 * step:
-            # No contact gets there within so many poses.
+            # No contact gets there within the skipped poses.
             on[:] = False
             i += int(far / step)
             continue
@@ -197,7 +197,7 @@ def _entered(track: _Track, contacts: Contacts, line: Floats, box: Floats, reach
 
 @borrowing
 def _locate(track: _Track, contacts: Floats, i: int) -> None:
-    """Find out where the contacts are at pose `i`."""
+    """Compute the positions of the contacts at pose `i`."""
     track.known[i] = True
     x, y = track.poses[i, 0], track.poses[i, 1]
     c, s = math.cos(track.poses[i, 2]), math.sin(track.poses[i, 2])
