@@ -275,4 +275,4 @@ ASKED = (EXTERNAL, EXTERNAL_TIMED)
 POSE_METHODS: Registry[Any] = Registry("pose method")
 """How to get from one pose to another: a `PoseMethod` of services/planner/poses each."""
 SPEED_LAWS: Registry[Any] = Registry("speed law")
-"""When the robot is where between two poses: a `SpeedLaw` of services/planner/poses/laws.py each; None: by limits."""
+"""Speed laws between two poses: a `SpeedLaw` of services/planner/poses/speed_laws.py each; None: by the limits."""

@@ -21,7 +21,7 @@ class TeamRules(NamedTuple):
 
     @property
     def ours(self) -> bool:
-        """Whether they are not the study's."""
+        """True if they are not the study's."""
         return self.avoid == "cells"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.poses.kernels.cubic_curve import CubicCurve, point, tangent, tangent_change
-from touchline.services.planner.poses.laws import SpeedLaw
+from touchline.services.planner.poses.speed_laws import SpeedLaw
 from touchline_research.tracking.studied_robot import SPEED_MPS, YAW_RADPS
 from touchline_research.tracking.tracking_loop import STEP_S, TimedReference
 

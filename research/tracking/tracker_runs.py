@@ -21,7 +21,7 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     Terms,
     quickest_lengths,
 )
-from touchline.services.planner.poses.laws import CUBIC, UNIFORM, SpeedLaw, rates_over
+from touchline.services.planner.poses.speed_laws import CUBIC, UNIFORM, SpeedLaw, rates_over
 from touchline_research.judged_table import JudgedRow, JudgedTable, judged
 from touchline_research.tracking.cubic_reference import SLOWER, timed_curve
 from touchline_research.tracking.studied_robot import (
@@ -203,7 +203,7 @@ def settled_after_s(run: Tracked) -> float:
 
 
 def looks_ahead(run: Tracked) -> bool:
-    """Whether it ends with the reference's heading, within a right angle."""
+    """True if it ends with the reference's heading, within a right angle."""
     return math.cos(run.errors[-1, 2]) > 0.0
 
 

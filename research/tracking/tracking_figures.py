@@ -10,7 +10,7 @@ import numpy as np
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.poses.kernels.cubic_curve import point
-from touchline.services.planner.poses.laws import CUBIC
+from touchline.services.planner.poses.speed_laws import CUBIC
 from touchline_research.tracking.attraction import Domain
 from touchline_research.tracking.cubic_reference import timed_curve
 from touchline_research.tracking.studied_robot import YAW_RADPS

@@ -3,19 +3,19 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-# What is told the stage and the fraction of it that is done. It may raise, which ends the computation.
+# Called with the stage and the fraction of it that is done; may raise to end the computation.
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Of one computation: `step` is told the fraction done, `enough` says whether to stop early with what there is."""
+    """Budget of a computation: `step` takes the fraction done, `enough` returns whether to stop early."""
 
     step: Callable[[float], None] = lambda fraction: None
     enough: Callable[[], bool] = lambda: False
 
     def parts(self, count: int, size: int, begun: float, ended: float) -> Iterator[slice]:
-        """Slices of up to `size` items until the budget is used up; the fraction told rises from `begun` to `ended`."""
+        """Slices of up to `size` items until `enough`; the reported fraction rises from `begun` to `ended`."""
         for first in range(0, count, size):
             if self.enough():
                 return
@@ -24,5 +24,5 @@ class Budget:
             self.step(begun + (ended - begun) * last / count)
 
 
-# Nobody waits.
+# Budget without progress reports or deadline.
 UNWATCHED = Budget()

@@ -1,4 +1,4 @@
-"""The plug-in that the options of a plan name."""
+"""Choice of a plug-in by the options of a plan."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ T = TypeVar("T")
 
 
 def chosen(registry: Registry[T], name: str, word: str) -> T:
-    """The plug-in of that name; "" is the default one.
+    """Look up a plug-in by name; "" is the default one.
 
     Args:
-        registry: That it is in.
-        name: By which the options ask for it.
-        word: What people call one of them.
+        registry: Registry of the plug-ins.
+        name: Name in the options.
+        word: Kind of the plug-in in messages, such as "area method".
 
     Raises:
-        PlanningError: There is none of that name.
+        PlanningError: There is no plug-in of that name.
     """
     try:
         return registry.find(name or registry.default)

@@ -1,4 +1,4 @@
-"""A part of a drive, with path and speeds, to which another part can be joined."""
+"""Part of a drive, with path and speeds, to which another part can be joined."""
 
 from dataclasses import dataclass, replace
 
@@ -11,13 +11,13 @@ from touchline.services.planner.speed.timing import SpeedProfile
 
 @dataclass(frozen=True)
 class DrivenPart:
-    """Where and how fast, from its own arc length 0 on.
+    """Path and speeds of a part, from arc length 0 on.
 
     Attributes:
-        sections: The ideal curve.
-        sent: The lines and arcs that stand for it.
-        speeds: Along what is sent.
-        notes: What was chosen or done instead where the question left it open.
+        sections: Ideal curve.
+        sent: Lines and arcs that approximate it.
+        speeds: Speeds along what is sent.
+        notes: Sentences about choices that the request left open.
     """
 
     sections: list[Section]
@@ -26,7 +26,7 @@ class DrivenPart:
     notes: tuple[str, ...] = ()
 
     def then(self, other: "DrivenPart") -> "DrivenPart":
-        """This part and behind it another one, which begins where this one ends and as fast."""
+        """Append another part, which begins at this one's end pose and speed."""
         before, after = self.speeds, other.speeds
         length_m, ideal_m = self.sent[-1].end_m, self.sent[-1].ideal_to_m
         moved = [

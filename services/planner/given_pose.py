@@ -1,4 +1,4 @@
-"""A pose that the options of a plan give."""
+"""Pose given by the options of a plan."""
 
 from typing import Final
 
@@ -8,16 +8,16 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
 START: Final = "start"
 POSE_MAX: Final = 20_000.0
-"""A pose further out than this (m) is a mistake."""
+"""Maximum coordinate of a pose (m); more is a mistake."""
 
 
 def pose_of(name: str, given: Floats) -> PathPose | None:
-    """The pose of a plan's option, or None if it is left empty.
+    """Convert a pose option of a plan; None if it is empty.
 
-    A robot's own heading, at a start, may count several turns; an end is given by people.
+    The heading of a start, which a robot reports, may include several turns; the heading of an end may not.
 
     Raises:
-        PlanningError: It is no pose on a field.
+        PlanningError: The option is no pose on a field.
     """
     if not len(given):
         return None

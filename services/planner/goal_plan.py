@@ -1,4 +1,4 @@
-"""Plan a drive to a pose, from rest or from amid another drive: nothing is worked on along the way."""
+"""Plan a drive to a pose, from rest or from amid another drive, without work along the path."""
 
 import cmath
 import math
@@ -14,15 +14,15 @@ from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.given_pose import POSE_MAX, START, pose_of
-from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.g2_path import G2Path
 from touchline.services.planner.poses.guarded_poses import guarded_law, guarded_pose_method
-from touchline.services.planner.poses.laws import SpeedLaw, timed
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
+from touchline.services.planner.poses.speed_laws import SpeedLaw, timed
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
+from touchline.services.planner.running_leg import RunningLeg
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import Sent, send
 from touchline.services.planner.speed.path_grid import course
@@ -31,32 +31,32 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
 GOAL_OPTIONS: Final = ("kappa_max_1pm", "sigma_max_1pm2", "transit_speed_mps", "forward_only")
-"""What matters of a plan's options, beside the start, on the way to a goal."""
+"""Options that apply to a drive to a goal, besides the start."""
 
-# A goal this near to the start (m, rad) is the start.
+# A goal this near to the start (m, rad) is at the start.
 SAME = 1e-6
-# A drive that only turns begins so far (m) behind the robot, with a straight that tells from which heading. The robot,
-# which takes itself to be at its path's nearest place, does not move along it.
-TELLING_M = 0.5e-3
+# Length (m) of the straight before a drive that only turns. It defines the heading at the start, and begins behind the
+# robot, which projects itself onto the path and so does not move along it.
+LEAD_M = 0.5e-3
 
 
 def plan_to_goal(
     goal: PoseGoal, vehicle: Vehicle, options: PlanOptions, leaving: LeavingTrajectory | None = None
 ) -> Plan:
-    """The trajectory from the start of the options to a goal, from rest to rest; or from amid another drive.
+    """Plan a trajectory from the start in the options to a goal, from rest to rest, or from amid another drive.
 
-    Of the options, the start and `GOAL_OPTIONS` matter. A drive that is left is kept
-    for a while as it was sent. From there the robot drives on to the goal if that is the quickest and method g2 and no
-    other law are asked for; else it stops on its way as soon as it can, and begins anew.
+    Only the start and `GOAL_OPTIONS` of the options apply. A drive that is left is kept for a while as it was sent.
+    From there the robot drives on to the goal if that is the quickest and method g2 with the default law is asked for;
+    else it stops on its path as soon as it can, and starts again.
 
     Args:
-        goal: Where to, and by which method, law and time, which counts from the last standstill before the new way.
-        vehicle: That shall drive there.
-        options: Where from, and within which limits; by default the vehicle's own.
-        leaving: What the robot is driving; then there is no start.
+        goal: Goal pose, with method, law and duration, which counts from the last standstill before the new path.
+        vehicle: Vehicle that drives.
+        options: Start and limits; by default the vehicle's.
+        leaving: Trajectory that the robot is driving, instead of a start.
 
     Raises:
-        PlanningError: The start, the goal or an option cannot be met; it names which and what to do.
+        PlanningError: The start, the goal or an option cannot be met.
     """
     traveller = Traveller.of(vehicle, options)
     if leaving is None:
@@ -70,7 +70,7 @@ def plan_to_goal(
 def _from_drive(
     leaving: LeavingTrajectory, goal: PoseGoal, traveller: Traveller, vehicle: Vehicle, options: PlanOptions
 ) -> DrivenPart:
-    """The quicker of going on without a stop, and of stopping first."""
+    """Plan without a stop and with a stop first, and take the quicker."""
     if len(options.start):
         raise PlanningError("", "has a start and a drive to leave", "give options.start or leaving")
     leg = RunningLeg.of(leaving)
@@ -88,7 +88,7 @@ def _from_drive(
 
 
 def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[DrivenPart]:
-    """The quickest drive from amid another to the goal without slowing down at once, if there is one."""
+    """Quickest drive to the goal that can be entered at the current speed, if there is one."""
     for offer in G2Path().moving(start, _goal(goal), traveller):
         sections = [Section(TRANSITION, offer.path)]
         sent = _sent(sections, traveller)
@@ -99,16 +99,16 @@ def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[D
 
 
 def _from_standing(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
-    """The drive of a robot that nothing has told yet from which heading it is to turn on the spot."""
-    way = _way(start, goal, traveller)
-    return _driven(way if way.path.length_m else replace(way, path=_told(way.path)), goal, traveller)
+    """Drive of a robot without a trajectory before; turns on the spot get a straight that defines their heading."""
+    posed = _pose_path(start, goal, traveller)
+    return _driven(posed if posed.path.length_m else replace(posed, path=_with_straight(posed.path)), goal, traveller)
 
 
 def _from_rest(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
-    return _driven(_way(start, goal, traveller), goal, traveller)
+    return _driven(_pose_path(start, goal, traveller), goal, traveller)
 
 
-def _way(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
+def _pose_path(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
     aimed = _goal(goal)
     _refuse_standing(start, aimed)
     too_near = 0.0 < abs(aimed.point - start.point) < STRETCH_MIN_M
@@ -117,19 +117,19 @@ def _way(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
     return _method(goal, _law(goal)).between(start, aimed, traveller)
 
 
-def _driven(way: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
-    """The way, with the speeds of the goal's law."""
+def _driven(posed: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+    """Add the speeds of the goal's law to a path."""
     law = _law(goal)
-    sections = [Section(TRANSITION, way.path)]
+    sections = [Section(TRANSITION, posed.path)]
     sent = _sent(sections, traveller)
     speeds = timed(
         lambda borders_m: course(sections, sent, borders_m.tolist(), traveller.limits),
         law,
         goal.duration_s,
         traveller.limits,
-        way.progress,
+        posed.progress,
     )
-    notes = [way.note] if way.note else []
+    notes = [posed.note] if posed.note else []
     if law is not None and law.moving:
         late_s = float(speeds.speed_mps[0]) / (2.0 * traveller.limits.acceleration_mps2)
         notes.append(f"begins at {speeds.speed_mps[0]:.3f} m/s, so a robot at rest is {late_s:.2f} s late")
@@ -140,11 +140,11 @@ def _sent(sections: list[Section], traveller: Traveller) -> list[Sent]:
     return send(sections, lambda fraction: None, curvature_max_1pm=traveller.limits.drive.curvature_max_1pm)
 
 
-def _told(turns: PiecePath) -> PiecePath:
-    """A path of turns on the spot alone, with a straight before them, for a trajectory has headings of curves only."""
-    back, heading_rad = cmath.rect(TELLING_M, turns.start.heading_rad), turns.start.heading_rad
+def _with_straight(turns: PiecePath) -> PiecePath:
+    """Put a straight before turns on the spot, as a trajectory has headings of curves only."""
+    back, heading_rad = cmath.rect(LEAD_M, turns.start.heading_rad), turns.start.heading_rad
     start = PathPose(turns.start.x_m - back.real, turns.start.y_m - back.imag, heading_rad)
-    return PiecePath(start, joined((Piece(TELLING_M), *turns.pieces)))
+    return PiecePath(start, joined((Piece(LEAD_M), *turns.pieces)))
 
 
 def _start(options: PlanOptions) -> PathPose:
@@ -155,7 +155,7 @@ def _start(options: PlanOptions) -> PathPose:
 
 
 def _goal(goal: PoseGoal) -> PathPose:
-    """The pose; its heading may be NaN."""
+    """Pose of a goal; its heading may be NaN."""
     for name in ("x_m", "y_m"):
         if not abs(getattr(goal, name)) < POSE_MAX:
             raise PlanningError("", f"has goal.{name} = {getattr(goal, name):g}", "give metres on the field")
@@ -172,7 +172,7 @@ def _refuse_standing(start: PathPose, goal: PathPose) -> None:
 
 
 def _method(goal: PoseGoal, law: SpeedLaw | None) -> PoseMethod:
-    """The method that the goal names; a cubic curve with the goal's tangents, or chosen for the law."""
+    """Create the method that the goal names, with the goal's tangents and law for a cubic curve."""
     method: PoseMethod = chosen(POSE_METHODS, goal.method, "pose method")
     if isinstance(method, CubicPath):
         return CubicPath(tuple(goal.tangents_m.tolist()), law)
@@ -182,5 +182,5 @@ def _method(goal: PoseGoal, law: SpeedLaw | None) -> PoseMethod:
 
 
 def _law(goal: PoseGoal) -> SpeedLaw | None:
-    """The speed law that the goal names."""
+    """Look up the speed law that the goal names."""
     return guarded_law(chosen(SPEED_LAWS, goal.law, "speed law"), goal.law)

@@ -1,4 +1,4 @@
-"""The limits that a plan keeps: the vehicle's, and what the options ask for within them."""
+"""Limits of a plan: those of the vehicle, and those that the options ask for within them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,13 +17,13 @@ from touchline.services.planner.method_traits import MethodTraits, method_as
 CURVATURE_MIN_1PM = 0.01
 SHARPNESS_RANGE_1PM2 = (0.001, 1000.0)
 SPEED_MIN_MPS = 0.05
-# Turns on offer are made for these speeds, the slower the tighter.
+# Speeds of the turns on offer, the slower the tighter.
 TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest curvature (1/m), sharpness (1/m²), speeds (m/s) and accelerations (m/s²), and the drive with its own."""
+    """Maximum curvature (1/m), sharpness (1/m²), speeds (m/s) and accelerations (m/s²), and the drive with its own."""
 
     curvature_max_1pm: float
     sharpness_max_1pm2: float
@@ -35,9 +35,9 @@ class Limits:
 
     @classmethod
     def of(cls, vehicle: Vehicle, options: PlanOptions) -> "Limits":
-        """The limits for `options`, where 0 means the vehicle's default.
+        """Compute the limits for `options`, where 0 means the vehicle's default.
 
-        Transit is at least as fast as paint, unless a lower transit speed alone is asked for: then paint is as slow.
+        Transit is at least as fast as paint; if only a lower transit speed is asked for, paint is as slow.
 
         Raises:
             PlanningError: An option is not finite, not positive, or beyond what the vehicle can do; or paint shall be
@@ -46,7 +46,7 @@ class Limits:
         drive = planned_drive(vehicle)
         curvatures = (CURVATURE_MIN_1PM, drive.curvature_max_1pm)
         tightest, sharpest = vehicle.drive.default_kappa_max_1pm, vehicle.drive.default_sigma_max_1pm2
-        # A method with one turn for all speeds turns as the vehicle's data say; else the drive's dynamics do.
+        # A method with one turn for all speeds takes the vehicle's data, the others the drive's dynamics.
         if method_as(MethodTraits, options).by_dynamics:
             tightest = drive.tightest_1pm
             sharpest = min(drive.sharpness_at(TURN_SPEEDS_MPS[0]), SHARPNESS_RANGE_1PM2[1])
@@ -65,7 +65,7 @@ class Limits:
             )
         paint = min(paint, transit)
         if not vehicle.tool.steady_speed:
-            transit = paint  # it works wherever it goes, and is nowhere driven faster than it shall
+            transit = paint  # the tool works everywhere, so nothing is driven faster
         acceleration = min(vehicle.drive.max_acceleration_mps2, drive.acceleration_mps2)
         return cls(
             curvature, sharpness, paint, transit, acceleration, vehicle.drive.max_lateral_acceleration_mps2, drive
@@ -73,31 +73,31 @@ class Limits:
 
     @cached_property
     def caps(self) -> Caps:
-        """The limits as the kernels take them."""
+        """Limits in the form that kernels take."""
         return Caps(self.transit_speed_mps, self.acceleration_mps2, self.lateral_mps2, self.drive.caps)
 
     def square_cap(self, curvature_1pm: Floats, sharpness_1pm2: Floats) -> Floats:
-        """The largest v² (m²/s²) at |curvature| and |sharpness|, both (n,)."""
+        """Maximum v² (m²/s²) at |curvature| and |sharpness|, both (n,)."""
         return np.asarray(square_caps(curvature_1pm, sharpness_1pm2, self.caps))
 
     @property
     def drive_limits_turns(self) -> bool:
-        """Whether the drive's speed alone keeps every turn within the lateral acceleration."""
+        """True if the drive's speed by itself keeps every turn within the lateral acceleration."""
         return self.drive.turns_within(self.lateral_mps2)
 
     def turn_at(self, speed_mps: float) -> tuple[float, float]:
-        """The tightest curvature (1/m) and largest sharpness (1/m²) to turn with at a speed (m/s)."""
+        """Maximum curvature (1/m) and sharpness (1/m²) of turns at a speed (m/s)."""
         bend = self.drive.curvature_at(speed_mps)
         curvature = min(self.curvature_max_1pm, bend, self.lateral_mps2 / speed_mps**2)
         return curvature, min(self.sharpness_max_1pm2, self.drive.sharpness_at(speed_mps))
 
     def steady_speed_mps(self, curvature_1pm: float, sharpness_1pm2: float = 0.0) -> float:
-        """The speed (m/s) at which a line, an arc or a clothoid up to this curvature is painted."""
+        """Speed (m/s) at which a line, an arc or a clothoid up to this curvature is painted."""
         cap = self.square_cap(np.array([abs(curvature_1pm)]), np.array([abs(sharpness_1pm2)]))
         return min(self.paint_speed_mps, float(np.sqrt(cap[0])))
 
     def stopping_distance_m(self, speed_mps: float) -> float:
-        """Distance to stop from `speed_mps` on a straight, or to reach it."""
+        """Distance (m) to stop from `speed_mps` on a straight, or to reach it."""
         return speed_mps * speed_mps / (2.0 * self.acceleration_mps2)
 
 

@@ -1,4 +1,4 @@
-"""Lines to be marked, and areas as swaths: from a template to the route along them."""
+"""Route along the lines of a template and the swaths of its areas."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -41,15 +41,15 @@ LEAVE_OUT, REFUSE = "leave-out", "refuse"
 
 
 def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
-    """The route along the lines of a template and the swaths of its areas.
+    """Plan the route along the lines of a template and the swaths of its areas.
 
     Args:
-        task: What is to be planned.
-        progress: Told the stage and the fraction of it that is done.
-        enough: Asked now and then whether to take the best order so far.
+        task: Template, vehicle and options.
+        progress: Called with the stage and the fraction of it that is done.
+        enough: Returns whether to take the best order so far.
 
     Raises:
-        PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
+        PlanningError: An option, a segment or an area cannot be met.
     """
     template, vehicle, options = task.template, task.vehicle, task.options
     segments = template.segments
@@ -58,7 +58,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
             problem = f'has the area "{template.areas[0].id}", and {vehicle.name} has no tool to cover it with'
             raise PlanningError("", problem, "use a vehicle with a sprayer or a roller")
         method = guarded_area_method(options, vehicle.tool)
-        assert not isinstance(method, CoverageMethod), "which makes a route instead of swaths"
+        assert not isinstance(method, CoverageMethod), "coverage methods make routes, not swaths"
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
     if leaves_out(options):
@@ -67,19 +67,19 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
 
 
 def leaves_out(options: PlanOptions) -> bool:
-    """True if stretches of lines that an outline is in the way of are left out, rather than that there is no plan.
+    """True if obstructed stretches of lines are left out, false if they are refused.
 
     Raises:
         PlanningError: The options ask for something else.
     """
     if options.obstructed not in ("", LEAVE_OUT, REFUSE):
-        problem = f'asks for the unknown way "{options.obstructed}" with obstructed lines'
+        problem = f'asks for the unknown treatment "{options.obstructed}" of obstructed lines'
         raise PlanningError("", problem, f"use {LEAVE_OUT} or {REFUSE}")
     return options.obstructed != REFUSE
 
 
 def lines_reached(task: PlanTask, progress: Progress) -> ReachableLines:
-    """The parts of a template's lines that one robot reaches; all of them if there is nothing in the way.
+    """Find the parts of a template's lines that one robot reaches; all of them if there are no outlines.
 
     Raises:
         PlanningError: As `marked`.
@@ -91,7 +91,7 @@ def lines_reached(task: PlanTask, progress: Progress) -> ReachableLines:
 def _reachable(
     task: PlanTask, lines: ReachableLines, progress: Progress, enough: Callable[[], bool]
 ) -> tuple[WorkedRoute, ReachableLines]:
-    """The route along what can be reached, and that: what turns out not to be is shortened, and left out at last."""
+    """Plan the route along reachable parts; parts that prove unreachable are shortened, and finally left out."""
     while lines.segments:
         try:
             route = _along(lines.segments, task, progress, enough)
@@ -103,7 +103,7 @@ def _reachable(
 
 
 def nothing_reached(lines: ReachableLines) -> PlanningError:
-    """The error of a template of which no line is left."""
+    """Create the error for a template without a line that can be painted."""
     outlines = ", ".join(f'"{name}"' for name in dict.fromkeys(each.outline for each in lines.left_out))
     problem = f"has no line that can be painted: everywhere the robot's body would touch {outlines}"
     return PlanningError("", problem, "move the lines or the outlines apart, or paint them by hand")
@@ -116,7 +116,7 @@ def _clear_of_outlines(segments: tuple[TemplateSegment, ...], task: PlanTask) ->
 def _along(
     segments: tuple[TemplateSegment, ...], task: PlanTask, progress: Progress, enough: Callable[[], bool]
 ) -> WorkedRoute:
-    """The route along some segments."""
+    """Plan the route along segments."""
     template, vehicle, options = task.template, task.vehicle, task.options
     transitions = transitions_of(vehicle, options, task.limits)
     start, end = pose_of(START, options.start), _end(options)
@@ -143,7 +143,7 @@ def _along(
 
 
 def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> TransitionFamily:
-    """The transitions of the method that the options name ("" is the default), with what the vehicle may do.
+    """Create the transitions of the method that the options name ("" is the default), within the vehicle's abilities.
 
     Raises:
         PlanningError: There is no such method.
@@ -155,5 +155,5 @@ def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Tr
 
 def _end(options: PlanOptions) -> PathPose | None:
     if options.return_to_start and len(options.end):
-        raise PlanningError("", "shall end where it began and at another pose", "give one of both")
+        raise PlanningError("", "has return_to_start and an end pose", "give one of them")
     return pose_of("end", options.end)

@@ -1,4 +1,4 @@
-"""Traits of a transition method that the stages before the transitions ask for."""
+"""Traits of a transition method that earlier stages need."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -16,9 +16,8 @@ class MethodTraits:
     """Traits of a transition method.
 
     Attributes:
-        by_dynamics: Whether it turns as tightly as the wheels' dynamics allow, where the options do not say; else as
-            the vehicle's data say.
-        joins: Whether segments that go on into each other are painted in one go.
+        by_dynamics: Whether its turns are by default as tight as the wheels' dynamics allow, not as the vehicle's data.
+        joins: Whether segments that continue each other are painted without a break.
     """
 
     by_dynamics: bool = False
@@ -26,10 +25,10 @@ class MethodTraits:
 
 
 def method_as(kind: type[T], options: PlanOptions) -> T:
-    """The method that the options name, or the traits of it; "" is the default one.
+    """Look up the method that the options name, or its traits; "" is the default one.
 
     Raises:
-        PlanningError: There is no such method, or another package's is none.
+        PlanningError: There is no such method, or a plug-in's is no method.
     """
     found: T = chosen(METHODS, options.method, "method")
     blame = blaming(METHODS, options.method)

@@ -1,4 +1,4 @@
-"""Plan a template: the whole algorithm, line by line."""
+"""Planning of a template: the whole algorithm, line by line."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,14 +28,14 @@ class Plan:
     """A planned template.
 
     Attributes:
-        trajectory: What is sent.
-        report: Its figures.
-        sections: The ideal curve.
-        sent: The lines and arcs that stand for it.
-        painted: The arc lengths of what is sent between which paint flows.
-        speeds: Along what is sent.
-        limits: That were kept.
-        notes: What was chosen or done instead where the question left it open.
+        trajectory: Message to send.
+        report: Figures of the plan.
+        sections: Ideal curve.
+        sent: Lines and arcs that approximate it.
+        painted: Intervals of arc length (as sent) in which paint flows.
+        speeds: Speeds along what is sent.
+        limits: Limits of the plan.
+        notes: Sentences about choices that the request left open.
     """
 
     trajectory: Trajectory
@@ -56,20 +56,20 @@ def plan(
     enough: Callable[[], bool] = lambda: False,
     company: Company = ALONE,
 ) -> Plan:
-    """The trajectory that paints a template.
+    """Plan the trajectory that paints a template.
 
-    The report's planning time is left at 0: the core knows no clock.
+    The report's planning time stays 0, as the core knows no clock.
 
     Args:
-        template: In the map frame.
-        vehicle: That shall paint it.
-        options: How to plan; by default the vehicle's own.
-        progress: Told the stage and the fraction of it that is done; may raise, which ends planning.
-        enough: Asked now and then whether to take the best order so far.
+        template: Template in the map frame.
+        vehicle: Vehicle that paints it.
+        options: Options of the plan; by default the vehicle's.
+        progress: Called with the stage and the fraction of it that is done; may raise to end planning.
+        enough: Returns whether to take the best order so far.
         company: Other robots on the same ground.
 
     Raises:
-        PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
+        PlanningError: An option, a segment or an area cannot be met.
     """
     task = PlanTask(template, vehicle, named_once(options or PlanOptions()), company)
     method = guarded_area_method(task.options, vehicle.tool)
@@ -99,7 +99,7 @@ def finished(
     vehicle: Vehicle,
     limits: Limits,
 ) -> Plan:
-    """The plan of which path and speeds are known: with its message and its figures."""
+    """Complete a plan of known path and speeds with its message and report."""
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
     report = measure(trajectory, worked, sent, speeds, vehicle)
@@ -107,7 +107,7 @@ def finished(
 
 
 def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
-    """The speed to hold along each line, from where the tool is commanded to begin to the line's end."""
+    """Constant speed along each line, from the command that starts the tool to the line's end."""
     if not vehicle.tool.steady_speed:
         return []
     return [

@@ -1,4 +1,4 @@
-"""What is to be planned."""
+"""Task of the planner: template, vehicle, options, and other robots."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Company:
-    """Other robots that work on the same ground meanwhile.
+    """Other robots that work on the same ground at the same time.
 
     Attributes:
-        painted: (n, 7) rows of `sequencing.wet_paint`: what they paint, and when.
-        crossing_s: How long it may take at least to avoid one crossing of a wet line, theirs or one's own, seconds.
-        grounds: By its id, what of each area this robot covers (m, map frame); of an area that is not named, nothing.
-            None: all of every area.
-        left: Likewise, what of that is left to be covered; None: all of it.
-        begins_rad: Direction of the side with which its laps begin (rad); None: whichever suits best.
+        painted: (n, 7) rows of `sequencing.wet_paint`: lines that they paint, with times.
+        crossing_s: Minimum price of a crossing of a wet line of any robot (s).
+        grounds: By area id, the part that this robot covers (m, map frame), nothing of areas that are not named; None:
+            all areas.
+        left: By area id, what of that is still to be covered; None: all of it.
+        begins_rad: Direction of the side with which its laps begin (rad); None: the best one.
     """
 
     painted: Floats = field(default_factory=lambda: np.zeros((0, 7)))
@@ -47,7 +47,7 @@ class PlanTask:
     """A template in the map frame, the vehicle that shall work on it, and how to plan.
 
     Attributes:
-        template, vehicle, options: These.
+        template, vehicle, options: What to work on, with what, and how.
         company: Other robots on the ground.
     """
 
@@ -58,5 +58,5 @@ class PlanTask:
 
     @cached_property
     def limits(self) -> Limits:
-        """Of the vehicle, as far as the options leave them; raises `PlanningError` as `Limits.of` does."""
+        """Limits of vehicle and options; raises `PlanningError` as `Limits.of` does."""
         return Limits.of(self.vehicle, self.options)

@@ -1,6 +1,6 @@
-"""Checks of the answers that plug-ins of others give the planner, before anything is computed from them.
+"""Checks of what plug-ins return to the planner, before anything is computed from it.
 
-Compiled kernels trust their numbers; with NaN or a wrong shape they would write where they may not.
+Compiled kernels do not check their arguments; NaN or a wrong shape would make them write out of bounds.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from touchline.schemas.plugins import Registry, tracebacks_wanted
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
 MISSED_M: Final = 1e-3
-"""A path that ends further from its goal is wrong, not rounded."""
+"""Tolerance for the end of a path; a larger distance from the goal is an error."""
 MISSED_RAD: Final = 1e-3
 _MOST_PIECES: Final = 10_000
 _LONGEST: Final = 200
 
 T = TypeVar("T")
 Blame = Callable[[str], PlanningError]
-"""From what is wrong with an answer of a plug-in to the error that names the plug-in."""
+"""Creates the error that names a plug-in from the problem with what it returned."""
 
 
 def blaming(registry: Registry[Any], name: str) -> Blame | None:
-    """Make the error that names the plug-in of that name ("": the default one); None if it is shipped, and trusted."""
+    """Return the `Blame` of a plug-in by name ("": the default one); None if it is shipped, and trusted."""
     if registry.is_shipped(name or registry.default):
         return None
 
@@ -43,7 +43,7 @@ def called(blame: Blame, function: Callable[..., T], *given: Any) -> T:
     """Call a function of the plug-in.
 
     Raises:
-        PlanningError: The function raises that itself, or anything else.
+        PlanningError: The function raises any exception.
     """
     try:
         return function(*given)
@@ -56,10 +56,10 @@ def called(blame: Blame, function: Callable[..., T], *given: Any) -> T:
 
 
 def sound(pieces: Any, blame: Blame) -> tuple[Piece, ...]:
-    """The pieces, if a robot can drive each of them.
+    """Return the pieces, if a robot can drive each of them.
 
     Raises:
-        PlanningError: It cannot.
+        PlanningError: A piece cannot be driven.
     """
     if not (isinstance(pieces, Sequence) and all(isinstance(each, Piece) for each in pieces)):
         raise blame(f"it gave a {type(pieces).__name__} instead of pieces of path")
@@ -73,10 +73,10 @@ def sound(pieces: Any, blame: Blame) -> tuple[Piece, ...]:
 
 
 def leading(pieces: Any, start: PathPose, goal: PathPose, blame: Blame) -> tuple[Piece, ...]:
-    """The sound pieces, if they lead from the start to the goal; a goal with heading NaN has any.
+    """Return the sound pieces, if they lead from start to goal; a goal with heading NaN may have any.
 
     Raises:
-        PlanningError: They do not.
+        PlanningError: The pieces do not lead there.
     """
     driven = sound(pieces, blame)
     if not all(map(math.isfinite, start)):

@@ -1,4 +1,4 @@
-"""Answers plan requests, for the service and for the command line."""
+"""Answers to plan requests, for the service and the command line."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -16,20 +16,20 @@ from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.tour import ordering
 
 VEHICLES_KEPT: Final = 64
-"""A robot sends the same vehicle with every request."""
+"""Size of the cache of vehicles, as a robot sends the same one with every request."""
 
 
 def answer(
     request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None] = lambda stage, fraction: None
 ) -> PlanResponse:
-    """The plan for a request, or `success` false and the reason, naming the segment, why there is none.
+    """Plan for a request; without a plan `success` is false and the message gives the reason.
 
-    The report's planning time includes reading the template. What a plan to a goal has chosen stands in its message.
+    The report's planning time includes reading the template. Choices of a plan to a goal stand in the message.
 
     Args:
-        request: What to plan; its vehicle, if it has one, goes before `vehicle`.
-        vehicle: The planner's own.
-        progress: Told stage and fraction.
+        request: Request; its vehicle, if any, takes precedence over `vehicle`.
+        vehicle: Default vehicle.
+        progress: Called with stage and fraction.
     """
     watch = Stopwatch()
     try:
@@ -47,7 +47,7 @@ def answer(
 
 
 def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None]) -> tuple[Plan, str]:
-    """The plan of a template, and what is said of it."""
+    """Plan the request's template; return the plan and its message."""
     if request.leaving:
         raise PlanningError("", "has a drive to leave, but no goal", "give a goal, or no leaving")
     template = parse_template(request.template_json)
@@ -63,10 +63,10 @@ def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, f
 
 
 def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
-    """The plan to the request's goal, and what is said of it."""
+    """Plan to the request's goal; return the plan and its message."""
     (goal,) = request.goal
     if request.template_json:
-        raise PlanningError("", "has a goal and a template", "give one of both")
+        raise PlanningError("", "has a goal and a template", "give one of them")
     planned = plan_to_goal(goal, vehicle, request.options, *request.leaving)
     length_m, takes_s = planned.report.total_length_m, planned.report.total_time_s
     return planned, "; ".join((f"to the goal: {length_m:.2f} m, {takes_s:.2f} s", *planned.notes))
@@ -74,9 +74,9 @@ def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
 
 @lru_cache(VEHICLES_KEPT)
 def vehicle_of(text: str) -> Vehicle:
-    """The vehicle of a request.
+    """Parse the vehicle of a request.
 
     Raises:
-        SpecError: It is none; it names the field.
+        SpecError: It is no vehicle.
     """
     return parse(Vehicle, text, "the request's vehicle")

@@ -1,4 +1,4 @@
-"""The planner as a process: answers the plan requests of all robots on the bus, with progress and diagnostics."""
+"""Planner process: answers the plan requests of all robots on the bus, with progress and diagnostics."""
 
 import queue
 import sys
@@ -18,61 +18,61 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.shutdown import until_stopped
 
-# How often the main thread looks for requests, finished plans and the end.
+# Period (s) of the main loop, which polls for requests, finished plans and the end.
 TURN_S = 0.01
-# How often it looks whether anybody asks how it is; for many robots that takes longer than to look for requests.
+# Period (s) of polling for diagnostics requests, which for many robots takes longer than polling for plan requests.
 HEALTH_EVERY_S = 0.05
-# Requests of a robot that may wait for the one being planned; more are told to come back.
+# Requests of a robot that may wait for the one being planned; more are refused.
 WAITING_MAX = 8
-# Progress is published when it has grown by this much, and at every new stage.
+# Step of progress that is published; every new stage is published, too.
 PROGRESS_STEP = 0.02
 
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
 
-class Asked(NamedTuple):
-    """A request, and the number of the robot for which it is."""
+class PendingRequest(NamedTuple):
+    """A request, and the number of the robot that it is for."""
 
     call: PlanCall
     robot: int
 
 
-class Told(NamedTuple):
-    """How far a robot's plan is."""
+class StageProgress(NamedTuple):
+    """Progress of a robot's plan."""
 
     progress: Progress
     robot: int
 
 
 class Stopping(Exception):
-    """The service ends while a plan is being made."""
+    """Raised to end planning when the service stops."""
 
 
 @dataclass
 class Planned:
     """A finished request: the answer, or None if planning failed unexpectedly."""
 
-    asked: Asked
+    pending: PendingRequest
     response: PlanResponse | None
 
 
 @dataclass
 class Worker:
-    """Plans one request after another in a thread of its own, so the bus is served meanwhile.
+    """Thread that plans one request after another, while the bus is served.
 
-    The thread never touches the bus: what it has to say waits in `said` for the main thread. `warm` is set once it has
-    its kernels; until then, `doing` says how far it is.
+    The thread never touches the bus: its `messages` wait for the main thread. `warm` is set once it has its kernels;
+    until then, `doing` describes the step of the warm-up.
     """
 
     vehicles: Sequence[Vehicle]
-    calls: "queue.SimpleQueue[Asked]" = field(default_factory=queue.SimpleQueue)
-    said: "queue.SimpleQueue[Told | Planned]" = field(default_factory=queue.SimpleQueue)
+    calls: "queue.SimpleQueue[PendingRequest]" = field(default_factory=queue.SimpleQueue)
+    messages: "queue.SimpleQueue[StageProgress | Planned]" = field(default_factory=queue.SimpleQueue)
     warm: threading.Event = field(default_factory=threading.Event)
     stopping: threading.Event = field(default_factory=threading.Event)
     doing: str = "loading kernels"
 
     def start(self) -> threading.Thread:
-        """Begin; the thread ends with the process."""
+        """Start the thread, which ends with the process."""
         thread = threading.Thread(target=self._work, name="planning", daemon=True)
         thread.start()
         return thread
@@ -85,18 +85,18 @@ class Worker:
         except Stopping:
             return
         while not self.stopping.is_set():
-            asked = self.calls.get()
+            pending = self.calls.get()
             try:
-                response: PlanResponse | None = answer(asked.call.request, self.vehicles[0], self._teller(asked))
+                response: PlanResponse | None = answer(pending.call.request, self.vehicles[0], self._reporter(pending))
             except Stopping:
                 return
             except Exception:  # noqa: BLE001, a defect of the planner must not end the service
                 traceback.print_exc(file=sys.stderr)
                 response = None
-            self.said.put(Planned(asked, response))
+            self.messages.put(Planned(pending, response))
 
     def _warm_up(self) -> None:
-        """Load or compile the kernels: here, where the bus is served meanwhile, before anyone waits for them."""
+        """Load or compile the kernels, before anyone waits for them."""
         from touchline.services.planner.warm_up_planner import planner_steps
 
         for vehicle in dict.fromkeys(self.vehicles):
@@ -108,43 +108,43 @@ class Worker:
             raise Stopping
         self.doing = doing
 
-    def _teller(self, asked: Asked) -> "ProgressTeller":
-        return ProgressTeller(asked, self.said, self.stopping)
+    def _reporter(self, pending: PendingRequest) -> "ProgressReporter":
+        return ProgressReporter(pending, self.messages, self.stopping)
 
 
 @dataclass
-class ProgressTeller:
-    """Passes on the progress of one request, thinned out."""
+class ProgressReporter:
+    """Reports the progress of one request in steps of `PROGRESS_STEP`."""
 
-    asked: Asked
-    said: "queue.SimpleQueue[Told | Planned]"
+    pending: PendingRequest
+    messages: "queue.SimpleQueue[StageProgress | Planned]"
     stopping: threading.Event
     stage: str = ""
     fraction: float = 0.0
 
     def __call__(self, stage: str, fraction: float) -> None:
-        """Note that `fraction` of `stage` is done."""
+        """Report that `fraction` of `stage` is done."""
         if self.stopping.is_set():
             raise Stopping
         if stage == self.stage and fraction < min(self.fraction + PROGRESS_STEP, 1.0):
             return
         self.stage, self.fraction = stage, fraction
-        progress = Progress(request_id=self.asked.call.request_id, stage=stage, fraction=fraction)
-        self.said.put(Told(progress, self.asked.robot))
+        progress = Progress(request_id=self.pending.call.request_id, stage=stage, fraction=fraction)
+        self.messages.put(StageProgress(progress, self.pending.robot))
 
 
 @dataclass
 class RequestTally:
-    """What the service has done, for its diagnostics."""
+    """Counts of requests, for the diagnostics of the service."""
 
     planned: int = 0
     refused: int = 0
     failed: int = 0
     planning_time_s: float = 0.0
-    waiting: list[Asked] = field(default_factory=list)
+    waiting: list[PendingRequest] = field(default_factory=list)
 
     def values(self) -> dict[str, object]:
-        """The diagnostics' key-value pairs."""
+        """Key-value pairs of the diagnostics."""
         return {
             "plans": self.planned,
             "refused": self.refused,
@@ -160,10 +160,10 @@ def run_service(
     """Serve `planner/plan` of all robots of `config` until SIGTERM or SIGINT (or until `supervisor` is gone).
 
     Args:
-        config: Where the bus is, and the robots that may ask.
-        vehicles: For which kernels are compiled before the first request; a request without a vehicle is for the
-            first of them, by default the shipped marker.
-        supervisor: Process id of the parent, to end with it.
+        config: Bus configuration, with the robots that are served.
+        vehicles: Vehicles for which kernels are compiled before the first request; a request without a vehicle is for
+            the first of them, by default the shipped marker.
+        supervisor: Process id of the parent, with which the service ends.
 
     Raises:
         SpecError: The bus configuration cannot be used.
@@ -180,16 +180,16 @@ def run_service(
         while not stop.asked:
             if not planning.is_alive():
                 raise RuntimeError("the planning thread has ended")
-            if worker.warm.is_set():  # until then the kernels, as they are loaded, hold up every thread
+            if worker.warm.is_set():  # until then loading kernels holds up every thread
                 stop.beat()
                 late.watch()
-            wait_s = TURN_S  # for the first robot; the others are only looked at
+            wait_s = TURN_S  # for the first robot; the others are only polled
             for robot, server in enumerate(servers):
                 if (call := server.wait(wait_s)) is not None:
-                    _admit(Asked(call, robot), worker, tally)
+                    _admit(PendingRequest(call, robot), worker, tally)
                 wait_s = 0.0
-            if not worker.said.empty():
-                with stop.beating():  # a large plan takes a while to be put into bytes
+            if not worker.messages.empty():
+                with stop.beating():  # a large plan takes a while to serialise
                     _pass_on(worker, progress, tally)
             if time.monotonic() >= health_at_s:
                 health_at_s = time.monotonic() + HEALTH_EVERY_S
@@ -197,17 +197,17 @@ def run_service(
                 for reporter in health:
                     reporter.poll({**tally.values(), **late.values()}, level=level, message=message)
         worker.stopping.set()
-        for asked in tally.waiting:
-            asked.call.fail("the planner is stopping; ask again when it is back")
+        for pending in tally.waiting:
+            pending.call.fail("the planner is stopping; ask again when it is back")
 
 
 def condition(worker: Worker, tally: RequestTally, compiling: str = "") -> tuple[int, str]:
-    """How the planner is: the level and the message of its diagnostics.
+    """Level and message of the planner's diagnostics.
 
     Args:
-        worker: That plans.
-        tally: Of the requests.
-        compiling: The kernel that is being compiled for a request, of a plug-in or a vehicle that is new.
+        worker: Planning thread.
+        tally: Counts of the requests.
+        compiling: Kernel that is being compiled for a request with a new plug-in or vehicle; "" if none is.
     """
     if not worker.warm.is_set():
         return DiagnosticStatus.WARN, f"{STARTING}{worker.doing}"
@@ -217,30 +217,30 @@ def condition(worker: Worker, tally: RequestTally, compiling: str = "") -> tuple
     return level, "planning" if tally.waiting else "ready"
 
 
-def _admit(asked: Asked, worker: Worker, tally: RequestTally) -> None:
-    before = sum(other.robot == asked.robot for other in tally.waiting)
+def _admit(pending: PendingRequest, worker: Worker, tally: RequestTally) -> None:
+    before = sum(other.robot == pending.robot for other in tally.waiting)
     if before > WAITING_MAX:
         tally.refused += 1
-        asked.call.fail(f"the planner is busy with {before} requests; ask again later")
+        pending.call.fail(f"the planner is busy with {before} requests; ask again later")
         return
-    tally.waiting.append(asked)
-    worker.calls.put(asked)
+    tally.waiting.append(pending)
+    worker.calls.put(pending)
 
 
 def _pass_on(worker: Worker, progress: Sequence[Publisher], tally: RequestTally) -> None:
-    """Publish and answer what the worker has said."""
-    while not worker.said.empty():
-        said = worker.said.get()
-        if isinstance(said, Told):
-            progress[said.robot].send(said.progress)
+    """Publish the worker's progress, and answer finished requests."""
+    while not worker.messages.empty():
+        message = worker.messages.get()
+        if isinstance(message, StageProgress):
+            progress[message.robot].send(message.progress)
             continue
-        tally.waiting.remove(said.asked)
-        call = said.asked.call
-        if said.response is None:
+        tally.waiting.remove(message.pending)
+        call = message.pending.call
+        if message.response is None:
             tally.failed += 1
             call.fail("the planner failed on this request: a defect; its log has the details")
             continue
-        tally.planned += said.response.success
-        tally.refused += not said.response.success
-        tally.planning_time_s = said.response.report.planning_time_s
-        call.reply(said.response)
+        tally.planned += message.response.success
+        tally.refused += not message.response.success
+        tally.planning_time_s = message.response.report.planning_time_s
+        call.reply(message.response)

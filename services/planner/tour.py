@@ -1,4 +1,4 @@
-"""The tour: order and directions of the swaths, as given or in the least time, and the itinerary along it."""
+"""Tour: order and directions of the swaths, as given or in the least time, and the itinerary along it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,26 +20,26 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.swaths import Swath
 
 GIVEN, OPTIMISED = "given", "optimised"
-# The stages of progress: timing the transitions from segment to segment, and looking for the best order.
+# Stages of progress: timing the transitions between segments, and searching for the best order.
 TIMING, ORDER = "timing transitions", "order"
-# What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
-# not need to know how bad it is then.
+# Price of crossing a wet line (s): by default, if it is forbidden, and in the search if it is forbidden, which needs no
+# higher one.
 CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
 COLLISION_S = 1e6
 DRYING_MAX_S = 1e6
-# The matrix of more segments would not fit; a plan of more would be too long for a message.
+# Maximum numbers of segments: of an ordered tour, whose matrix has to fit into memory, and of a message.
 ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
-# What the matrix cannot know (collisions) is learned from the drive and the order searched again, so often.
+# Rounds of search; between them collisions, which the matrix lacks, are learned from the itinerary.
 ROUNDS = 6
-# Later searches begin with the last order and take this share of the kicks.
+# Share of the kicks in later searches, which begin with the last order.
 AGAIN = 0.25
 
 
 def ordering(options: PlanOptions) -> bool:
-    """True if the options ask for an order that takes least time.
+    """True if the options ask for the quickest order.
 
     Raises:
-        PlanningError: They ask for something else.
+        PlanningError: The order that they ask for is unknown.
     """
     if options.order not in ("", GIVEN, OPTIMISED):
         raise PlanningError("", f'asks for the unknown order "{options.order}"', f"use {OPTIMISED} or {GIVEN}")
@@ -47,17 +47,17 @@ def ordering(options: PlanOptions) -> bool:
 
 
 def refuse_too_many(segments: int) -> None:
-    """Raise if the template exceeds the segment limit.
+    """Refuse a template that exceeds the segment limit.
 
     Raises:
-        PlanningError: They cannot.
+        PlanningError: It does.
     """
     if segments > SEGMENTS_MAX:
         raise PlanningError("", f"has {segments:,} segments, more than {SEGMENTS_MAX:,}", "split the template")
 
 
 def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
-    """How long paint stays wet, seconds; 0 for a vehicle that does not paint.
+    """Drying time of the paint (s); 0 for a vehicle that does not paint.
 
     Raises:
         PlanningError: The option is not a positive time.
@@ -69,7 +69,7 @@ def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
 
 
 def crossing_cost_s(options: PlanOptions) -> float:
-    """How long it may take to avoid one crossing of a wet line, seconds."""
+    """Price of one crossing of a wet line (s)."""
     return FORBIDDEN_S if options.hard_drying else CROSSING_S
 
 
@@ -80,14 +80,14 @@ def arranged(
     progress: Progress,
     enough: Callable[[], bool],
 ) -> Itinerary:
-    """One mode of every swath in painting order, and the transitions between them.
+    """Choose one mode of every swath, the order, and the transitions between them.
 
     Args:
-        modes: For every swath the ways to paint it, in the order of the template.
-        driver: Chooses the transitions.
-        options: How to order.
-        progress: Told the stage and the fraction of it that is done.
-        enough: Asked now and then whether to take the best order so far.
+        modes: Modes of every swath, in the order of the template.
+        driver: Builder of the itinerary, which chooses the transitions.
+        options: Options of the plan.
+        progress: Called with the stage and the fraction of it that is done.
+        enough: Returns whether to take the best order so far.
 
     Raises:
         PlanningError: There are too many swaths to order; or a segment cannot be painted or reached without a
@@ -111,9 +111,10 @@ def arranged(
 def _optimised(
     modes: Sequence[Sequence[Swath]], driver: ItineraryBuilder, progress: Progress, enough: Callable[[], bool]
 ) -> Itinerary:
-    """The best itinerary found.
+    """Search for the best itinerary.
 
-    One that returns without a start pose is ordered twice: the second time for the start that the first one chose.
+    A tour that returns, without a given start pose, is ordered twice: the second time for the start that the first one
+    chose.
     """
     drive = _found(modes, driver, progress, enough)
     if driver.returns and driver.start is None and not enough():
@@ -157,7 +158,7 @@ def _found(
 
 
 def _total(drive: Itinerary, driver: ItineraryBuilder) -> float:
-    """The seconds of an itinerary, with the penalties for crossings and collisions."""
+    """Seconds of an itinerary, with the penalties for crossings and collisions."""
     return (
         drive.seconds + driver.crossing_s * (drive.wet_crossings + drive.wet_others) + COLLISION_S * len(drive.blocked)
     )
@@ -165,18 +166,18 @@ def _total(drive: Itinerary, driver: ItineraryBuilder) -> float:
 
 @dataclass(frozen=True)
 class Stage:
-    """Tells `step` the fraction done of all searches; mostly there are two."""
+    """Progress of one search as a fraction of all, of which there are mostly two."""
 
     step: Callable[[float], None]
     number: int
 
     def __call__(self, part: float) -> None:
-        """Tell the fraction of this search that is done."""
+        """Report the fraction of this search that is done."""
         self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
 def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
-    """Penalise pairs of nodes between which the itinerary collides; whether there are new ones."""
+    """Penalise pairs of nodes between which the itinerary collides; true if there are new ones."""
     depot = len(cost) - 1
     changed = False
     stops = [depot, *order, depot]
@@ -188,7 +189,7 @@ def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
 
 
 def _clear_of_outlines(choice: Sequence[Swath], checker: CollisionChecker | None) -> list[Swath]:
-    """The modes in which the body keeps off the outlines."""
+    """Modes in which the body keeps off the outlines."""
     if checker is None:
         return list(choice)
     hits = [_first_hit(swath, checker) for swath in choice]
@@ -204,7 +205,7 @@ def _clear_of_outlines(choice: Sequence[Swath], checker: CollisionChecker | None
 
 
 def _first_hit(swath: Swath, checker: CollisionChecker) -> tuple[str, Collision] | None:
-    """The first segment of a swath along which the body touches an outline, and what it touches."""
+    """First segment of a swath along which the body touches an outline, and the collision."""
     for stroke, path in zip(swath.strokes, swath.paths, strict=True):
         if hit := checker.collision(path):
             return stroke.id, hit
@@ -215,11 +216,11 @@ class UnreachableError(PlanningError):
     """A segment that cannot be reached, or left, without a collision.
 
     Attributes:
-        parts: All segments that cannot be reached or left, those before and behind the way included.
+        parts: All segments that cannot be reached or left, with those at the other end of the transition.
     """
 
     def __init__(self, segment_id: str, problem: str, remedy: str, parts: tuple[str, ...]) -> None:
-        """`segment_id` is the first that is not reached."""
+        """Create the error; `segment_id` is the first segment that is not reached."""
         super().__init__(segment_id, problem, remedy)
         self.parts = parts
 
@@ -232,7 +233,7 @@ def _refuse_collisions(drive: Itinerary) -> None:
     for i in drive.blocked:
         hit = drive.legs[i].collision
         if i == len(swaths):
-            problem = f"leaves no room to stop behind it: the robot's body would touch {hit}"
+            problem = f"leaves no room to stop after it: the robot's body would touch {hit}"
             remedy = "make room there, or end with another line"
             raise UnreachableError(drive.strokes[-1].id, problem, remedy, tuple(parts))
         origin = f'from "{swaths[i - 1].strokes[-1].id}"' if i else "from the start"
@@ -250,7 +251,7 @@ def _refuse_crossings(drive: Itinerary) -> None:
 
 
 def _met(drive: Itinerary) -> Iterator[tuple[str, str, Ints]]:
-    """In driving order: a segment, whether it is reached or painted, and how often each earlier one is run over."""
+    """Crossings in driving order: segment, whether it is being reached or painted, crossings of each earlier one."""
     over = iter(drive.over)
     for swath, leg in zip(drive.swaths, drive.legs, strict=False):
         yield swath.strokes[0].id, "reached", leg.crossings

@@ -1,4 +1,4 @@
-"""Small plans of every kind, by which the planner compiles its kernels or loads them from the cache."""
+"""Warm-up of the planner: small plans of every kind, which compile its kernels or load them from the cache."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _TURNED: Final = PoseGoal(x_m=8.0, y_m=3.0, heading_rad=1.0)
 
 
 def planner_steps(vehicle: Vehicle) -> Iterator[Step]:
-    """The steps of a warm-up for one vehicle; what it cannot do is refused, and needs no kernels.
+    """Steps of the warm-up for one vehicle; plans that it cannot do are refused, and need no kernels.
 
     Args:
-        vehicle: Any.
+        vehicle: Vehicle of any kind.
     """
     yield "lines", partial(_plan_all, _line_requests(), vehicle)
     yield "detours", _detour

@@ -18,7 +18,7 @@ _DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
 _COVERAGE = "touchline.services.planner.coverage"
 _POSES = "touchline.services.planner.poses.shipped_methods"
-_LAWS = "touchline.services.planner.poses.laws"
+_LAWS = "touchline.services.planner.poses.speed_laws"
 _WORLD = "touchline.services.robot_sim.world"
 _FOLLOWERS = "touchline.onboard.control"
 

@@ -70,7 +70,7 @@ def test_the_way_home_keeps_off_obstacles() -> None:
 
 
 def test_two_ends_or_half_a_pose_are_refused() -> None:
-    with pytest.raises(PlanningError, match="give one of both"):
+    with pytest.raises(PlanningError, match="give one of them"):
         plan(row(), VEHICLE, PlanOptions(end=[0.0, 0.0, 0.0], return_to_start=True))
     with pytest.raises(PlanningError, match="unusable end pose"):
         plan(row(), VEHICLE, PlanOptions(end=[0.0, 0.0]))

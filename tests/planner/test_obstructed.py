@@ -103,7 +103,7 @@ def test_the_refusal_can_be_asked_for() -> None:
     template = Template(name="posts", segments=lines((0, 0, 20, 0)), obstacles=(POST,))
     with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .* would touch "post"'):
         plan(template, VEHICLE, PlanOptions(obstructed="refuse"))
-    with pytest.raises(PlanningError, match=r'unknown way "ignore".*use leave-out or refuse'):
+    with pytest.raises(PlanningError, match=r'unknown treatment "ignore".*use leave-out or refuse'):
         plan(template, VEHICLE, PlanOptions(obstructed="ignore"))
 
 

@@ -20,9 +20,9 @@ from touchline.services.planner.coverage.coverage_methods import ZIGZAG
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
-from touchline.services.planner.poses.laws import QUINTIC, SpeedLaw
 from touchline.services.planner.poses.pose_method import PosePath
 from touchline.services.planner.poses.shipped_methods import G2
+from touchline.services.planner.poses.speed_laws import QUINTIC, SpeedLaw
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.method_choice import Method
 from touchline.services.planner.transitions.pricing import OneByOne

@@ -25,9 +25,9 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     tangent_change,
 )
 from touchline.services.planner.poses.kernels.turned_line import turned_line_s
-from touchline.services.planner.poses.laws import CUBIC, UNIFORM, rates_over
+from touchline.services.planner.poses.rest_to_rest import rest_to_rest_s
 from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
-from touchline.services.planner.poses.times import rest_to_rest_s
+from touchline.services.planner.poses.speed_laws import CUBIC, UNIFORM, rates_over
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.segments.fit_arcs import cut
 from touchline.services.planner.segments.sections import runs

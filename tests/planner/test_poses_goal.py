@@ -172,7 +172,7 @@ def test_the_uniform_law_says_how_late_the_start_is():
     speed = planned.speeds.speed_mps[0]
     assert speed > 0.0
     assert planned.notes == (f"begins at {speed:.3f} m/s, so a robot at rest is {speed:.2f} s late",)
-    with pytest.raises(PlanningError, match=r"uniform law.*turns on the spot"):
+    with pytest.raises(PlanningError, match=r"uniform speed law.*turns on the spot"):
         to_goal(WAFFLE, method="turn-line-turn", law="uniform")
 
 

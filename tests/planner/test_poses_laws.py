@@ -11,7 +11,7 @@ from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.poses.cubic_path import curve_of
 from touchline.services.planner.poses.kernels.cubic_curve import tangent
-from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
+from touchline.services.planner.poses.speed_laws import CUBIC, QUINTIC, UNIFORM
 
 pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
 

@@ -1,9 +1,8 @@
-"""The figures of a plan.
+"""Report on a plan.
 
-Gaps, lengths and times are of what is sent; curvature is the largest of what is sent and of the ideal curve that it
-stands for. Sharpness and what the actuators do are of the ideal curve: what is sent consists of arcs, whose curvature
-steps by what the tolerance needs. Where the ideal curve steps too (method `dubins-padded`), sharpness and the
-actuators' rates are infinite.
+Gaps, lengths and times are of what is sent; curvature is the maximum of what is sent and of the ideal curve that it
+approximates. Sharpness and actuator motion are of the ideal curve, as what is sent consists of arcs, whose curvature
+steps. Where the ideal curve steps, too (method `dubins-padded`), sharpness and the actuators' rates are infinite.
 """
 
 import math
@@ -24,7 +23,7 @@ from touchline.services.planner.speed.energy import battery_wh
 from touchline.services.planner.speed.timing import SpeedProfile
 
 CURVATURE_STEP_1PM = 1e-9
-# Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
+# Speed and curvature are smooth between borders; this many samples of each stretch find the outer wheel's maximum.
 POINTS = 5
 
 
@@ -35,14 +34,14 @@ def measure(
     speeds: SpeedProfile,
     vehicle: Vehicle,
 ) -> PlanReport:
-    """The report on a plan, its planning time left at 0.
+    """Compute the report on a plan; its planning time stays 0.
 
     Args:
-        trajectory: The message, of which the gaps are measured.
-        worked: The ideal curve, and what is known of the work along it.
-        sent: The lines and arcs that stand for it.
-        speeds: Along them.
-        vehicle: That shall drive it.
+        trajectory: Message, whose gaps are measured.
+        worked: Ideal curve, and the work along it.
+        sent: Lines and arcs that approximate it.
+        speeds: Speeds along what is sent.
+        vehicle: Vehicle that drives it.
     """
     sections, at_work = worked.sections, [s for s in sent if s.worked]
     paint_length = sum(s.end_m - s.start_m for s in at_work)
@@ -71,7 +70,7 @@ def measure(
         spins=sum(piece.spin_rad != 0.0 for piece in pieces),
         wet_crossings=worked.wet.total,
         wet_crossings_unavoidable=worked.wet.unavoidable,
-        # The pump's flow is that of a line painted at the vehicle's own speed.
+        # The pump's flow is that of a line painted at the vehicle's default speed.
         paint_l=vehicle.tool.flow_lps * paint_time,
         battery_wh=battery_wh(sent, speeds, vehicle, planned),
         coverage=worked.coverage,
@@ -80,16 +79,16 @@ def measure(
 
 
 def gaps(trajectory: Trajectory) -> tuple[float, float]:
-    """The largest distance (m) and turn (rad) between the end of a segment of the message and the start of the next.
+    """Maximum distance (m) and turn (rad) between the end of a segment of the message and the start of the next.
 
-    The heading is the robot's: it looks backward along a curve of direction BACKWARD.
+    The heading is the robot's, which faces backward along a curve of direction BACKWARD.
     """
     position = heading = 0.0
     at: tuple[float, float, float] | None = None
     for segment in trajectory.path.segments:
         arc = segment.curve.arc[0] if segment.curve.arc else None
         if arc and arc.start == arc.center:
-            if at:  # before the first curve nothing says where the robot looks
+            if at:  # before the first curve the robot's heading is undefined
                 position = max(position, math.hypot(arc.start.x - at[0], arc.start.y - at[1]))
                 at = (at[0], at[1], at[2] + arc.sweep_angle)
             continue
@@ -104,7 +103,7 @@ def gaps(trajectory: Trajectory) -> tuple[float, float]:
 
 
 def _curvature_step(sent: list[Sent]) -> float:
-    """The largest step of curvature (1/m) on what is sent, but for standstills, where it may step."""
+    """Maximum step of curvature (1/m) of what is sent, except at standstills."""
     return max(
         (
             abs(following.curve.curvature_1pm - last.curve.curvature_1pm)
@@ -116,7 +115,7 @@ def _curvature_step(sent: list[Sent]) -> float:
 
 
 class Extremes(NamedTuple):
-    """The largest sharpness, what the actuators do most, and the largest acceleration across the path."""
+    """Maximum sharpness, actuator motion and lateral acceleration."""
 
     sharpness_1pm2: float
     actuators: tuple[ActuatorExtremes, ...]
@@ -126,10 +125,10 @@ class Extremes(NamedTuple):
 def extremes(
     sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, planned: PlannedDrive
 ) -> Extremes:
-    """Largest |dκ/ds|, of each actuator its value and rate, and lateral acceleration along the ideal curve.
+    """Maximum |dκ/ds|, value and rate of each actuator, and lateral acceleration along the ideal curve.
 
     Between borders (of pieces, cuts and speed entries) acceleration and σ are constant and v² and κ linear in arc
-    length, so what the actuators do is largest near a border.
+    length, so actuator motion has its maximum near a border.
     """
     pieces = np.array([piece for section in sections for piece in section.path.pieces], dtype=np.float64)
     ends = np.cumsum(pieces[:, 0])
@@ -165,7 +164,7 @@ def extremes(
 
 
 def _has_steps(pieces: Floats) -> bool:
-    """True if curvature steps anywhere but at a cusp or a turn on the spot."""
+    """True if curvature steps elsewhere than at a cusp or a turn on the spot."""
     curvature_end = pieces[:, 1] + pieces[:, 2] * pieces[:, 0]
     going_on = (pieces[1:, 3] == pieces[:-1, 3]) & (pieces[1:, 4] == 0.0) & (pieces[:-1, 0] > 0.0)
     return bool(np.any(going_on & (np.abs(pieces[1:, 1] - curvature_end[:-1]) > CURVATURE_STEP_1PM)))

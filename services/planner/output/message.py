@@ -1,4 +1,4 @@
-"""The Trajectory message: lines and arcs with ids, the speed profile and the actuation profile."""
+"""Trajectory message: lines and arcs with ids, speed profile and actuation profile."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,16 +10,16 @@ from touchline.services.planner.speed.timing import STATION_TOLERANCE_M, SpeedPr
 
 
 def trajectory_message(sent: Sequence[Sent], speeds: SpeedProfile, switches: Sequence[Switch]) -> Trajectory:
-    """The Trajectory message.
+    """Create the Trajectory message.
 
-    A turn on the spot is an ARC about its own start, of direction NONE, with the entries LINEAR 0, ANGULAR (its largest
+    A turn on the spot is an ARC about its own start, of direction NONE, with the entries LINEAR 0, ANGULAR (its maximum
     rate, rad/s, left positive) and LINEAR 0 at its arc length.
     """
     return assemble(map(segment_of, sent), switches, _velocities(speeds))
 
 
 def segment_of(sent: Sent) -> Segment:
-    """One line or arc, or a turn on the spot, as it is sent."""
+    """Create the message of a line, an arc or a turn on the spot."""
     if sent.spin_rad:
         return turn(sent.id, sent.curve.x_m, sent.curve.y_m, sent.spin_rad, sent.label)
     return segment(sent.id, sent.curve, sent.direction, sent.label)

@@ -1,4 +1,4 @@
-"""A plan's actuators over time: commanded values, their rates, the limits, and when paint flows."""
+"""Plot of a plan's actuators over time: commanded values, rates, limits, and paint flow."""
 
 from itertools import groupby
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the actuators do along a plan, turns on the spot included; exact at every sample."""
+"""Time series of the actuators along a plan, turns on the spot included; exact at every sample."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from touchline.services.planner.plan import Plan
 from touchline.services.planner.speed.timing import Spin
 
 SPIN_SAMPLES = 21
-# Borders closer than this (m) are one, blurred by rounding.
+# Borders closer than this (m) differ by rounding and are merged.
 BORDER_M = 1e-8
 
 
@@ -19,10 +19,10 @@ class ActuatorSeries:
     """Samples (n,) in the order of time.
 
     Attributes:
-        time_s, station_m: When, and at which arc length of what is sent.
-        speed_mps: Of the middle of the axle; negative when driving backward.
-        curvature_1pm, sharpness_1pm2: Of the ideal curve there.
-        value, rate: (k, n) of each of the drive's actuators, and its change per second.
+        time_s, station_m: Time, and arc length of what is sent.
+        speed_mps: Speed of the middle of the axle; negative when driving backward.
+        curvature_1pm, sharpness_1pm2: Curvature and sharpness of the ideal curve.
+        value, rate: (k, n) value of each of the drive's actuators, and its change per second.
     """
 
     time_s: Floats
@@ -34,14 +34,14 @@ class ActuatorSeries:
     rate: Floats
 
     def violations(self, vehicle: Vehicle, slack: float = 1e-6) -> int:
-        """Samples at which an actuator is beyond its limits by more than a share of `slack`."""
+        """Number of samples at which an actuator exceeds its limits by more than the fraction `slack`."""
         limits = np.array([(each.limit, each.rate_limit) for each in vehicle.drive.actuators]) * (1.0 + slack)
         beyond = (np.abs(self.value) > limits[:, :1]) | (np.abs(self.rate) > limits[:, 1:])
         return int(np.count_nonzero(beyond.any(axis=0)))
 
 
 def actuator_series(plan: Plan, step_m: float = 0.01) -> ActuatorSeries:
-    """The actuators along `plan`, sampled in the middle of stretches of at most `step_m` between all borders."""
+    """Sample the actuators along `plan` in the middle of stretches of at most `step_m` between all borders."""
     pieces = [piece for section in plan.sections for piece in section.path.pieces]
     table = np.array([(p.length_m, p.curvature_1pm, p.sharpness_1pm2, p.direction) for p in pieces])
     ends = np.cumsum(table[:, 0])
@@ -59,7 +59,7 @@ def actuator_series(plan: Plan, step_m: float = 0.01) -> ActuatorSeries:
     curvature = curvature + sharpness * (ideal - (ends[index] - length))
     squares = np.square(plan.speeds.speed_mps)
     entry = np.clip(np.searchsorted(knots, station, side="right") - 1, 0, len(knots) - 2)
-    # As in the plan's report: v² over the ideal curve, which is a little longer than the arcs that stand for it.
+    # As in the plan's report: v² over the ideal curve, which is a little longer than the arcs.
     cut = np.clip(np.searchsorted(sent_at, station) - 1, 0, len(plan.sent) - 1)
     shorter = np.divide(np.diff(sent_at), np.diff(ideal_at), out=np.ones(len(plan.sent)), where=np.diff(ideal_at) > 0.0)
     gain = ((squares[1:] - squares[:-1]) / (2.0 * np.diff(knots)))[entry] * shorter[cut]
@@ -75,7 +75,7 @@ def actuator_series(plan: Plan, step_m: float = 0.01) -> ActuatorSeries:
 
 
 def _spun(plan: Plan, spin: Spin) -> ActuatorSeries:
-    """A turn on the spot: up to its rate, along at it, and down, all at one acceleration."""
+    """Sample a turn on the spot: constant acceleration, constant rate, constant deceleration."""
     entry = int(np.argmin(np.abs(plan.speeds.station_m - spin.station_m)))
     gain = spin.rate_radps / (spin.seconds - spin.angle_rad / spin.rate_radps)
     since = np.linspace(0.0, spin.seconds, SPIN_SAMPLES)

@@ -1,4 +1,4 @@
-"""A plan's path coloured by what the robot does along it: its speed or its curvature."""
+"""Plot of a plan's path coloured by speed or curvature."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 STEP_M = 0.1
 PAINTED_PT, TRANSITION_PT, CASING_PT = 3.0, 1.5, 5.0
-# Values are drawn in so many steps, so that a straight is one line and not hundreds.
+# Number of colours, so that a straight is one line and not hundreds.
 LEVELS = 96
-# Curvatures below this (1/m) are spread out, tighter ones are drawn together: circles show beside turns.
+# Curvatures below this (1/m) are spread out, tighter ones compressed, so that circles show beside turns.
 WIDE_TURN_1PM = 0.1
 
 
 class Quantity(NamedTuple):
-    """What to colour by: the colour bar's text and marks, and the colours from the smallest to the largest value."""
+    """Quantity to colour by: label and marks of the colour bar, and colours from minimum to maximum."""
 
     label: str
     colours: Sequence[str]

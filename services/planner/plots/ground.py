@@ -1,4 +1,4 @@
-"""Ground in pictures: polygons with holes, filled or outlined."""
+"""Plots of ground: polygons with holes, filled or outlined."""
 
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,9 @@ def fill_ground(axes: "Axes", ground: "BaseGeometry", colour: str, name: str) ->
     """Fill polygons (m, map frame), one path with holes for each.
 
     Args:
-        axes: To draw on.
-        ground: A polygon or several; what else there is in it is left out.
-        colour: Of the ground.
+        axes: Axes to draw on.
+        ground: One or several polygons; other geometries are ignored.
+        colour: Fill colour.
         name: Id in an SVG file.
     """
     import shapely

@@ -1,4 +1,4 @@
-"""A plan as a picture: what is to be painted, how the nozzle paints it, how the robot gets from line to line."""
+"""Plot of a plan: lines to paint, paths of nozzle and robot along them, and transitions between them."""
 
 import math
 from pathlib import Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STEP_M = 0.05
-# Transitions between lines get an arrow this often; shorter ones than the second figure get none.
+# Spacing of arrows along transitions (m), and length below which a transition has none.
 ARROW_EVERY_M, ARROW_MIN_M = 12.0, 1.0
 WIDTH_IN, HEIGHT_MAX_IN, MARGIN_SHARE, DPI = 11.0, 11.0, 0.03, 160
 COLOUR_BAR_IN = 1.6
@@ -96,7 +96,7 @@ def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> Non
 
 
 def _left_out(axes: "Axes", plan: Plan, template: Template) -> None:
-    """The stretches of lines that the plan leaves out, and what is in their way."""
+    """Draw the stretches of lines that the plan leaves out, and what obstructs them."""
     import shapely
 
     lines = {segment.id: segment.curve() for segment in template.segments}
@@ -110,7 +110,7 @@ def _left_out(axes: "Axes", plan: Plan, template: Template) -> None:
 
 
 def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
-    """The ground that the tool covers and what it misses, and the path over it, backward in a colour of its own."""
+    """Draw the covered and the missed ground, and the path over it, backward in a colour of its own."""
     import shapely
 
     area = union([each.polygon for each in template.areas])
@@ -154,7 +154,7 @@ def _draw_along(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle, 
 
 
 def _band(axes: "Axes", stroke: Stroke, template: Template) -> Floats:
-    """The painted line to scale; returns the points (2, n) of its middle."""
+    """Draw the painted line to scale; return the points (2, n) of its middle."""
     nozzle, normal = _curve_points(stroke.nozzle)
     left, right = (nozzle + side * 0.5 * template.line_width_m * normal for side in (1, -1))
     band = np.concatenate((left, right[:, ::-1]), axis=1)
@@ -182,12 +182,12 @@ def _line(
 
 
 def _once(axes: "Axes", label: str) -> str:
-    """The label, or a hidden one if the legend has it already."""
+    """Return the label, or a hidden one if the legend has it already."""
     return f"_{label}" if label in axes.get_legend_handles_labels()[1] else label
 
 
 def _arrows(axes: "Axes", points: Floats, color: str) -> None:
-    """Arrows along a transition, evenly spaced."""
+    """Draw evenly spaced arrows along a transition."""
     length = STEP_M * points.shape[1]
     if length < ARROW_MIN_M:
         return
@@ -196,7 +196,7 @@ def _arrows(axes: "Axes", points: Floats, color: str) -> None:
 
 
 def _arrow(axes: "Axes", points: Floats, color: str) -> None:
-    """One arrow half way along the points (2, n)."""
+    """Draw one arrow half way along the points (2, n)."""
     middle = points.shape[1] // 2
     ahead = points[:, middle] - points[:, max(middle - 1, 0)]
     triangle = (3, 0, math.degrees(math.atan2(ahead[1], ahead[0])) - 90.0)

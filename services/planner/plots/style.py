@@ -1,4 +1,4 @@
-"""The common style of the planner's pictures, and files that are identical for identical plans."""
+"""Common style of the planner's plots, and files that are identical for identical plans."""
 
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -11,7 +11,7 @@ INK = "#26332a"
 
 
 def plan_style() -> AbstractContextManager[None]:
-    """A context in which figures are drawn in the style of the planner's pictures."""
+    """Context in which figures are drawn in the style of the planner's plots."""
     from matplotlib import rc_context
 
     return rc_context({"font.size": 9, "axes.edgecolor": INK})
@@ -21,7 +21,7 @@ def save(figure: "Figure", path: Path | str, dpi: int) -> None:
     """Write `figure` to `path`, without metadata that would differ from run to run.
 
     Raises:
-        ValueError: The file's ending names no known format.
+        ValueError: The suffix names no known format.
         OSError: The file cannot be written.
     """
     from matplotlib import rc_context

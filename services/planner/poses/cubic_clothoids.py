@@ -1,6 +1,6 @@
-"""Clothoids in place of a cubic curve.
+"""Approximation of a cubic curve by clothoids.
 
-Not compiled as a whole: to compile what solves equations and interpolates takes longer than all else of a curve.
+Not compiled as a whole: compiling the solver and the interpolation would take longer than computing the curve.
 """
 
 from typing import Final, NamedTuple
@@ -18,19 +18,19 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     weights_along,
 )
 
-# Newton's method ends so near to the goal (a share of the length), or after so many steps.
+# Newton's method ends this near to the goal (fraction of the length), or after this many steps.
 MET: Final = 1e-14
 NEWTON_STEPS: Final = 6
 
 
 class Clothoids(NamedTuple):
-    """Clothoids in place of a curve.
+    """Clothoids that approximate a curve.
 
     Attributes:
-        at: (n + 1,) the curve's parameter s at their borders.
-        length: (n,) of each (m).
-        curvature: (n + 1,) at their borders (1/m), as travelled.
-        off: How far (m) they are off the curve at their borders at most.
+        at: (n + 1,) parameter s of the curve at their borders.
+        length: (n,) lengths (m).
+        curvature: (n + 1,) curvature at their borders (1/m), as travelled.
+        off: Maximum distance (m) from the curve at their borders.
     """
 
     at: Floats
@@ -40,27 +40,27 @@ class Clothoids(NamedTuple):
 
 
 def borders(curve: CubicCurve, cells: int) -> Floats:
-    """(cells + 1,) values of s that part a curve into cells with equal shares of its length, its turn and its twist.
+    """Values (cells + 1,) of s that divide a curve into cells of equal shares of its length, turn and twist.
 
     Args:
-        curve: That is parted.
-        cells: How many.
+        curve: Curve to divide.
+        cells: Number of cells.
     """
     behind = weights_along(curve)
     return np.interp(np.linspace(0.0, behind[-1], cells + 1), behind, np.linspace(0.0, 1.0, FINE + 1))
 
 
 def clothoids(curve: CubicCurve, cells: int) -> Clothoids:
-    """Clothoids in place of a curve, from its start to its goal with its headings there.
+    """Approximate a curve by clothoids, from its start to its goal with its headings there.
 
-    Their lengths are the curve's between their borders, and their curvature is that continuous and piecewise linear one
-    which is nearest to the curve's in the mean square: so its integrals, heading and place, stay nearer than if it were
-    the curve's own at the borders. All but for a linear change of curvature and a change of scale, which Newton's
-    method finds so that they end where the curve does.
+    Their lengths are the curve's between their borders, and their curvature is the continuous, piecewise linear
+    least-squares fit of the curve's: so its integrals, heading and position, stay nearer than with the curve's own
+    values at the borders. Newton's method adds a linear change of curvature and a change of scale, so that they end
+    where the curve does.
 
     Args:
-        curve: As travelled.
-        cells: How many of them.
+        curve: Curve, as travelled.
+        cells: Number of clothoids.
     """
     at = borders(curve, cells)
     length, curvature = nearest_curvature(curve, at)

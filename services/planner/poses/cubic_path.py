@@ -1,7 +1,7 @@
-"""Method `cubic`: one cubic curve from pose to pose (see kernels/cubic_curve.py), given as clothoids.
+"""Method `cubic`: one cubic curve from pose to pose (see kernels/cubic_curve.py), approximated by clothoids.
 
-With given tangent lengths it is that of a study on a small robot; else they are chosen so that the vehicle can drive
-the curve, and soonest. Where no such curve is found, or none that is worth it, there is always a path by `g2`.
+With given tangent lengths it is that of a study on a small robot; else they are chosen for the quickest curve that the
+vehicle can drive. Where no such curve is found, or none is worth it, the path is planned by `g2`.
 """
 
 import math
@@ -27,17 +27,17 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     tangent,
 )
 from touchline.services.planner.poses.kernels.turned_line import turned_line_s
-from touchline.services.planner.poses.laws import SpeedLaw, rates_over
 from touchline.services.planner.poses.pose_method import CurveProgress, PosePath
+from touchline.services.planner.poses.speed_laws import SpeedLaw, rates_over
 from touchline.services.planner.poses.traveller import Traveller
 
-# Clothoids stay so near to the curve (m): together with the arcs that stand for them, within a millimetre.
+# Tolerance of clothoids (m): together with the arcs that approximate them, they stay within a millimetre of the curve.
 NEAR_M = 1e-4
 CELLS_LEAST, CELLS_MOST = 24, 1536
-# What is bent by less over all its length (rad) is a line.
+# A curve that turns by less over its whole length (rad) is a line.
 STRAIGHT_RAD = 1e-11
 ORIGIN: Final = PathPose(0.0, 0.0, 0.0)
-# This share of the largest curvature is used, as clothoids bend a little more than the curve in whose place they are.
+# Fraction of the maximum curvature that curves may use, as clothoids bend a little more than the curve.
 CURVATURE_SHARE = 0.98
 
 
@@ -46,15 +46,15 @@ class CubicPath:
     """Cubic curves with tangents of given lengths (m), or of chosen ones.
 
     Attributes:
-        tangents_m: k_i and k_f, one for both, or none: they are chosen. Negative: driven backward.
-        law: By which the curve will be driven: it decides which is soonest there.
+        tangents_m: k_i and k_f, one for both, or none to choose them. Negative: driven backward.
+        law: Speed law of the drive, which decides which curve is the quickest.
     """
 
     tangents_m: tuple[float, ...] = ()
     law: SpeedLaw | None = None
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
-        """See `PoseMethod`.
+        """Plan the curve; see `PoseMethod`.
 
         Raises:
             PlanningError: The vehicle cannot drive the curve with the given lengths.
@@ -86,20 +86,20 @@ class CubicPath:
 
 
 def chosen_lengths(goal: complex, turn: float, traveller: Traveller, terms: Terms) -> tuple[float, float]:
-    """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x, if worth it.
+    """Tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x, if worth it.
 
-    A bound of curvature leaves to some goals none but long ways round. One that can turn on the spot is there sooner
-    if it turns, drives the line and turns; so a curve must not take longer than that. By a law of its own it may: from
-    standstill to standstill that law begins anew, or, as the uniform one, cannot stand at all.
+    With bounded curvature, some goals take long detours. A vehicle that can turn on the spot is quicker by turn, line,
+    turn; so a curve must not take longer than that. With a speed law it may: that law would begin again after each
+    standstill or, as the uniform one, cannot stand at all.
 
     Args:
         goal: x + iy (m).
         turn: Heading at the goal (rad).
-        traveller: What it may do beside driving forward.
-        terms: How it is driven.
+        traveller: Vehicle with its limits and abilities.
+        terms: Constraints of the drive.
 
     Returns:
-        NaN twice, if none of those tried keeps to the terms, or the quickest of them is not worth it.
+        NaN twice, if no candidate keeps to the terms, or the quickest is not worth it.
     """
     lengths: tuple[float, float] = quickest_lengths(goal, turn, traveller.can_reverse, terms)
     if not _must_be_quick(traveller, terms) or math.isnan(lengths[0]):
@@ -115,16 +115,16 @@ def _must_be_quick(traveller: Traveller, terms: Terms) -> bool:
 
 
 def curve_of(start: PathPose, goal: PathPose, tangents_m: tuple[float, float]) -> CubicCurve:
-    """The cubic curve between two poses with tangents of these lengths (m)."""
+    """Cubic curve between two poses with tangents of these lengths (m)."""
     leaving, arriving = tangents_m
     curve: CubicCurve = cubic_curve(start.point, goal.point, leaving * start.direction, arriving * goal.direction)
     return curve
 
 
 def made_of_clothoids(start: PathPose, curve: CubicCurve, tangent_m: float, tightest_1pm: float) -> PosePath | None:
-    """A cubic curve as clothoids, driven backward if `tangent_m` is negative; None if that takes too many.
+    """Approximate a cubic curve by clothoids, driven backward if `tangent_m` is negative; None if it takes too many.
 
-    They are within NEAR_M of it, and bent by no more than `tightest_1pm`.
+    They are within NEAR_M of it, with a curvature of at most `tightest_1pm`.
     """
     sense = 1 if tangent_m > 0.0 else -1
     cells = CELLS_LEAST
@@ -137,7 +137,7 @@ def made_of_clothoids(start: PathPose, curve: CubicCurve, tangent_m: float, tigh
 
 
 def _pieces(found: Clothoids, sense: int) -> tuple[Piece, ...]:
-    """What turns to the path's left turns to the robot's right where it drives backward."""
+    """Pieces of clothoids; curvature changes its sign where the robot drives backward."""
     length, curvature = found.length, sense * found.curvature
     if np.abs(curvature).max() * length.sum() < STRAIGHT_RAD:
         return (Piece(float(length.sum()), direction=sense),)
@@ -150,20 +150,20 @@ def _progress(curve: CubicCurve, found: Clothoids) -> CurveProgress:
 
 
 def _check(lengths: tuple[float, float], curve: CubicCurve, terms: Terms, traveller: Traveller) -> None:
-    """Refuse lengths with which the vehicle cannot drive.
+    """Refuse tangent lengths with which the vehicle cannot drive the curve.
 
     Raises:
-        PlanningError: It says why.
+        PlanningError: The curve is too tight, or needs reversing.
     """
-    told = ", ".join(f"{length:g}" for length in lengths)
+    given = ", ".join(f"{length:g}" for length in lengths)
     if not all(map(math.isfinite, lengths)) or lengths[0] * lengths[1] <= 0.0:
-        raise PlanningError("", f"has k = {told}", "give one or two lengths (m) of one sign, or none: they are chosen")
+        raise PlanningError("", f"has k = {given}", "give one or two lengths (m) of one sign, or none: they are chosen")
     if lengths[0] < 0.0 and not traveller.can_reverse:
-        raise PlanningError("", f"has k = {told}, but may not drive backward", "give positive lengths, or none")
+        raise PlanningError("", f"has k = {given}, but may not drive backward", "give positive lengths, or none")
     if math.isinf(price(curve, terms, FINE)):
         raise PlanningError(
             "",
-            f"has k = {told}, with which the curve bends by more than {traveller.limits.curvature_max_1pm:.3g} 1/m or "
+            f"has k = {given}, with which the curve bends by more than {traveller.limits.curvature_max_1pm:.3g} 1/m or "
             "nearly stands",
             "leave k out: it is chosen, or give the pose method g2",
         )

@@ -1,4 +1,4 @@
-"""Method `g2`: the quickest path continuous in curvature, with cusps and turns on the spot where the vehicle may."""
+"""Method `g2`: quickest curvature-continuous path, with cusps and turns on the spot if the vehicle may."""
 
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.dubins_paths import with_heading
@@ -10,10 +10,10 @@ from touchline.services.planner.transitions.transitions import REVERSING, SPINNI
 
 
 class G2Path:
-    """The quickest of today's transitions, from rest to rest; one exists for every two poses."""
+    """Quickest transition of method `g2` from rest to rest; one exists for every two poses."""
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
-        """See `PoseMethod`."""
+        """Plan the path; see `PoseMethod`."""
         aimed, note = with_heading(start, goal, traveller.limits.curvature_max_1pm)
         return PosePath(paths_by_g2(start, aimed, traveller)[0], note)
 
@@ -24,7 +24,7 @@ class G2Path:
 
 
 def paths_by_g2(start: PathPose, goal: PathPose, traveller: Traveller) -> list[PiecePath]:
-    """All paths from rest to rest, with turns for several shares of the transit speed, the quickest first."""
+    """Paths from rest to rest, with turns for several shares of the transit speed, the quickest first."""
     return _paths(CurveEnd(start, 0.0, speed_mps=0.0), CurveEnd(goal, 0.0, speed_mps=0.0), traveller)
 
 

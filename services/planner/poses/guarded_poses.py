@@ -1,4 +1,4 @@
-"""Guards between the planner and pose methods and speed laws of others."""
+"""Checks of what pose methods and speed laws of plug-ins return."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.plugin_answers import Blame, blaming, called, leading
-from touchline.services.planner.poses.laws import SpeedLaw
 from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
+from touchline.services.planner.poses.speed_laws import SpeedLaw
 from touchline.services.planner.poses.traveller import Traveller
 
 _TAUS: Final = np.linspace(0.0, 1.0, 201)
@@ -20,23 +20,23 @@ _ROUNDED: Final = 1e-6
 
 
 def guarded_pose_method(method: PoseMethod, name: str) -> PoseMethod:
-    """The pose method of that name; another package's has to give a sound path that leads to the goal."""
+    """Wrap a plug-in's pose method in checks that its path is sound and leads to the goal."""
     blame = blaming(POSE_METHODS, name)
     return method if blame is None else _GuardedPoseMethod(method, blame)
 
 
 def guarded_law(law: SpeedLaw | None, name: str) -> SpeedLaw | None:
-    """The speed law of that name; another package's has to be one.
+    """Check a plug-in's speed law.
 
     Raises:
-        PlanningError: It is none.
+        PlanningError: It is no speed law.
     """
     blame = blaming(SPEED_LAWS, name)
     return law if blame is None or law is None else _checked(law, blame)
 
 
 class _GuardedPoseMethod:
-    """A `PoseMethod` whose path is sound and leads to the goal."""
+    """`PoseMethod` that checks the path of another one."""
 
     def __init__(self, inner: Any, blame: Blame) -> None:
         self._inner, self._blame = inner, blame
@@ -46,7 +46,7 @@ class _GuardedPoseMethod:
         if not (isinstance(found, PosePath) and isinstance(found.path, PiecePath)):
             raise self._blame(f"it gave a {type(found).__name__} instead of a PosePath")
         leading((), start, found.path.start, self._blame)
-        free = goal._replace(heading_rad=math.nan)  # it may choose another one, and says so
+        free = goal._replace(heading_rad=math.nan)  # it may choose another heading, and notes it
         leading(found.path.pieces, found.path.start, free, self._blame)
         if found.progress is not None:
             columns = [np.asarray(each, dtype=np.float64) for each in vars(found.progress).values()]

@@ -1,4 +1,4 @@
-"""The speed law of a student report on a network of TurtleBots, with two of its faults corrected."""
+"""Speed law of a student report on a network of TurtleBots, with two of its faults corrected."""
 
 import math
 from typing import Final, NamedTuple
@@ -13,32 +13,32 @@ STEP_S: Final = 0.1
 SLOW_MPS, FAST_MPS, GAIN_MPS2 = 0.2, 0.5, 0.5
 DEAD_BAND_RADPS: Final = 0.05
 ARRIVED_M: Final = 0.01
-"""So near to the goal it counts as there: p·d creeps, and comes to the goal itself never."""
+"""Distance at which the goal counts as reached: with p·d the robot creeps, and never reaches it exactly."""
 
 
 class Law4(NamedTuple):
-    """v = v_min while it turns, else min(v_prev + a·Δt, v_max, p·d), with d the distance to the goal.
+    """Law v = v_min in turns, else min(v_prev + a·Δt, v_max, p·d), with d the distance to the goal.
 
-    As printed it turns where v_angular > 0, which right turns are not; and α is added, a speed per step. Here it turns
-    where |ω| is beyond a dead band, and α is an acceleration times the step. All else is kept: no look ahead, speeds
-    that step, and a goal that is passed with what p·d or v_min leave.
+    As printed, a turn is v_angular > 0, which misses right turns; and α is added, a speed per step. Here a turn is |ω|
+    beyond a dead band, and α is an acceleration times the step. All else is kept: no lookahead, speeds that step, and a
+    goal that is passed at the speed of p·d or v_min.
 
     Attributes:
-        gain_1ps: p.
+        gain_1ps: Gain p (1/s).
     """
 
     gain_1ps: float
 
     def speeds(self, path: PiecePath, arrived_m: float = ARRIVED_M, entry_mps: float = 0.0) -> Floats:
-        """Speeds, one for each control step, until the goal is near along the path.
+        """Simulate the law until the goal is near along the path.
 
         Args:
-            path: That is driven.
-            arrived_m: What is near.
-            entry_mps: At which it begins (m/s).
+            path: Path to drive.
+            arrived_m: Distance from the goal that counts as near.
+            entry_mps: Initial speed (m/s).
 
         Returns:
-            (n,) m/s, the first one that at which it begins.
+            (n,) speed (m/s) at each control step, the initial one first.
         """
         ends = np.cumsum([piece.length_m for piece in path.pieces])
         bent = [abs(piece.curvature_1pm) for piece in path.pieces]
@@ -55,16 +55,16 @@ class Law4(NamedTuple):
         return np.array(driven)
 
     def profile(self, path: PiecePath, braking_m: float, limits: Limits, entry_mps: float = 0.0) -> SpeedProfile:
-        """The law as a trajectory, which ends at rest: when the goal is near the robot brakes.
+        """Convert the law to a profile that ends at rest: when the goal is near the robot brakes.
 
         Args:
-            path: That is driven; longer than `braking_m`.
-            braking_m: From so near to the goal on it brakes.
-            limits: By whose acceleration, or harder if it would not come to rest before the goal.
-            entry_mps: At which it begins (m/s).
+            path: Path to drive; longer than `braking_m`.
+            braking_m: Distance from the goal at which braking begins.
+            limits: Limits with the deceleration, which is exceeded if the robot would overshoot the goal.
+            entry_mps: Initial speed (m/s).
 
         Returns:
-            Entries at the ends of the control steps; the last one tells where the robot comes to rest.
+            Profile with entries at the ends of the control steps; the robot rests at the last one.
         """
         speeds = self.speeds(path, braking_m, entry_mps)
         stations = STEP_S * np.concatenate(([0.0], np.cumsum(speeds[1:])))

@@ -1,4 +1,4 @@
-"""The interface of pose methods, and what they make: a path from one pose to another, on which the robot may stand."""
+"""Interface of pose methods, and their result: a path from pose to pose, possibly with standstills."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from touchline.services.planner.poses.traveller import Traveller
 
 @dataclass(frozen=True)
 class CurveProgress:
-    """How a curve of one stretch runs over its own parameter s from 0 to 1, by which timing laws drive it.
+    """Progress along a curve over its parameter s, from 0 to 1, to which speed laws apply.
 
     Attributes:
-        at: (n,) places of s, from 0 to 1.
+        at: (n,) values of s, from 0 to 1.
         station_m: (n,) arc length there.
-        rate_m: (n,) its derivative by s there.
+        rate_m: (n,) derivative of the arc length by s.
     """
 
     at: Floats
@@ -28,9 +28,9 @@ class PosePath:
     """A path from pose to pose, at rest at both ends.
 
     Attributes:
-        path: Its pieces, turns on the spot among them.
-        note: What was chosen where the question left it open, or was done instead; "" if there is nothing to say.
-        progress: Of a curve with a parameter of its own; None: arc length serves as that.
+        path: Pieces, turns on the spot included.
+        note: Sentence about a choice that the request left open; "" if there is none.
+        progress: Progress along a curve with a parameter of its own; None: the parameter is arc length.
     """
 
     path: PiecePath
@@ -39,16 +39,16 @@ class PosePath:
 
 
 class PoseMethod(Protocol):
-    """A way to get from one pose to another, registered in `POSE_METHODS`."""
+    """Method that plans paths from pose to pose, registered in `POSE_METHODS`."""
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
-        """The path from `start` to `goal`; a goal with heading NaN may be reached with any.
+        """Plan the path from `start` to `goal`; a goal with heading NaN may be reached with any heading.
 
         Raises:
-            PlanningError: This vehicle cannot drive there by the method; it says what to do.
+            PlanningError: The vehicle cannot drive there by the method.
         """
 
 
 def heading_note(heading_rad: float, why: str) -> str:
-    """What is said of a heading that a method has chosen."""
+    """Note about a heading that a method has chosen."""
     return f"heading {math.remainder(heading_rad, math.tau):.3f} rad at the goal, {why}"

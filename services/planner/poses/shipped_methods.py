@@ -1,4 +1,4 @@
-"""The pose methods that are shipped."""
+"""Shipped pose methods."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Who drives between two poses: its limits, and what it may do beside driving forward."""
+"""Vehicle that drives between two poses: limits, and abilities besides driving forward."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -7,7 +7,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.limits import SHARPNESS_RANGE_1PM2, Limits
 
-# Turns are made for these shares of the transit speed.
+# Speeds of turns as fractions of the transit speed.
 TURN_SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
 
 
@@ -16,8 +16,8 @@ class Traveller:
     """A vehicle between two poses.
 
     Attributes:
-        limits: It keeps to them.
-        arc_curvature_1pm: That of arcs, for methods that turn in arcs of one radius.
+        limits: Limits of the plan.
+        arc_curvature_1pm: Curvature of arcs, for methods with arcs of one radius.
         can_reverse: Whether it may drive backward.
         can_spin: Whether it may turn on the spot.
     """
@@ -29,9 +29,9 @@ class Traveller:
 
     @classmethod
     def of(cls, vehicle: Vehicle, options: PlanOptions) -> Self:
-        """A vehicle with what the options leave of its limits: curvature, sharpness, speed, and driving forward only.
+        """Limit a vehicle by the options: curvature, sharpness, speed, and driving forward only.
 
-        Where the options say nothing of sharpness, it is what the drive does at the speed of its slowest turns.
+        The default sharpness is that of the drive at the speed of its slowest turns.
 
         Raises:
             PlanningError: An option cannot be met.

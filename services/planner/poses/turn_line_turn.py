@@ -6,7 +6,7 @@ import math
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.poses.pose_method import PosePath, heading_note
-from touchline.services.planner.poses.times import quickest
+from touchline.services.planner.poses.rest_to_rest import quickest
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.g2 import turns_on_the_spot
 from touchline.services.planner.steering.method import CurveEnd
@@ -14,10 +14,10 @@ from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
 
 class TurnLineTurn:
-    """The quickest of driving the line forward and, if the vehicle may, backward."""
+    """Line between turns on the spot, driven forward or, if the vehicle may and it is quicker, backward."""
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
-        """See `PoseMethod`.
+        """Plan the path; see `PoseMethod`.
 
         Raises:
             PlanningError: The vehicle may not turn on the spot, or the goal is too near to drive to.
@@ -25,8 +25,9 @@ class TurnLineTurn:
         if not traveller.can_spin:
             raise PlanningError(
                 "",
-                "shall go by turn-line-turn, but the vehicle may not turn on the spot (drive.can_spin, forward_only)",
-                "give the pose method g2, or let it",
+                "has the pose method turn-line-turn, but the vehicle may not turn on the spot (drive.can_spin,"
+                " forward_only)",
+                "give the pose method g2, or allow it",
             )
         if math.isnan(goal.heading_rad):
             return _to_place(start, goal, traveller)
@@ -41,7 +42,7 @@ class TurnLineTurn:
 
 
 def _to_place(start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
-    """Turn and drive, and look where that leads."""
+    """Turn and drive to the goal's position, with the heading of the line."""
     seen, _ = goal._replace(heading_rad=0.0).seen_from(start)
     senses = (1, -1) if traveller.can_reverse else (1,)
     offers = [joined((Piece.spin(cmath.phase(d * seen)), Piece(abs(seen), direction=d))) for d in senses]

@@ -1,4 +1,4 @@
-"""The itinerary: run-in, transitions and run-out, free of collisions and, where worth the time, off wet paint."""
+"""Itinerary: run-in, transitions and run-out, free of collisions and, where worth the time, off wet paint."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -18,24 +18,24 @@ from touchline.services.planner.swaths.offset import Stroke
 from touchline.services.planner.swaths.swaths import Painting, Swath, parted
 from touchline.services.planner.transitions.transitions import Lead, Transition, TransitionFamily, from_goal
 
-# Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
+# Straight before the first line (m): an estimator with an unknown heading finds it within a degree over 5 m.
 RUN_IN_M = 5.0
 # The robot comes to rest this far before the end of the run-out's straight.
 RUN_OUT_SPARE_M = 0.1
-# Speed is steady this long before the first line, so the valve opens at the speed it was timed for.
+# Time (s) of constant speed before the first line, so that the valve opens at the speed it was timed for.
 STEADY_S = 0.5
-# Where there is no room straight on, run-in and run-out may turn by these angles (rad).
+# Turns (rad) of run-in and run-out where there is no room straight on.
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
-# Transitions between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
+# Tolerance (m, rad, 1/m) within which pairs of ends have the same relative pose, and the same transitions.
 ALIKE = 1e-11
-# Times that differ by less are one.
+# Times that differ by less are equal.
 ROUNDING_S = 1e-9
 
 
 class ItineraryLeg(NamedTuple):
-    """A chosen transition, how often it runs over each line painted so far, and its collision if all offers collide.
+    """Chosen transition, with its crossings of each line painted so far, and its collision if all offers collide.
 
-    `others` is how often it runs over wet lines of other robots.
+    `others` is the number of crossings of wet lines of other robots.
     """
 
     path: PiecePath
@@ -47,10 +47,10 @@ class ItineraryLeg(NamedTuple):
 
 @dataclass
 class Itinerary:
-    """Swaths in driving order and the legs round them: one more than there are swaths.
+    """Swaths in driving order, and the legs before, between and after them.
 
-    `over` says for each stroke of the swaths which of those painted before it are run over while it is painted;
-    `over_others` is how often all of them run over wet lines of other robots.
+    `over` has for each stroke the number of crossings of each earlier one while it is painted; `over_others` is the
+    number of crossings of wet lines of other robots by all strokes.
     """
 
     swaths: list[Swath]
@@ -61,32 +61,31 @@ class Itinerary:
 
     @cached_property
     def strokes(self) -> list[Stroke]:
-        """The painted segments of all swaths."""
+        """Strokes of all swaths."""
         return [stroke for swath in self.swaths for stroke in swath.strokes]
 
     @property
     def wet_crossings(self) -> int:
-        """How often a wheel or caster meets wet paint of this robot."""
+        """Number of crossings of this robot's wet paint by its wheels and casters."""
         return int(sum(leg.crossings.sum() for leg in self.legs) + sum(each.sum() for each in self.over))
 
     @property
     def wet_others(self) -> int:
-        """How often a wheel or caster meets wet paint of other robots."""
+        """Number of crossings of other robots' wet paint by its wheels and casters."""
         return self.over_others + sum(leg.others for leg in self.legs)
 
     @property
     def blocked(self) -> list[int]:
-        """The legs that collide."""
+        """Numbers of the legs that collide."""
         return [i for i, leg in enumerate(self.legs) if leg.collision]
 
 
 @dataclass(frozen=True)
 class ItineraryBuilder:
-    """Chooses the legs between swaths: the least seconds, wet crossings counted as `crossing_s` each.
+    """Builder of itineraries: chooses the quickest legs, with wet crossings at `crossing_s` each.
 
-    The first leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
-    `returns`, to where it began, or to a straight behind the last swath. Rows of `others` are what other robots paint,
-    and when.
+    The first leg leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
+    `returns`, to its start, or to a straight after the last swath. `others` are rows of lines of other robots.
     """
 
     transitions: TransitionFamily
@@ -97,12 +96,12 @@ class ItineraryBuilder:
     start: PathPose | None
     end: PathPose | None = None
     returns: bool = False
-    known: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
+    cache: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
     closed: set[tuple[str, CurveEnd]] = field(default_factory=set)
     others: Floats = field(default_factory=lambda: NO_LINES)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
-        """The itinerary along the swaths in this order."""
+        """Build the itinerary along the swaths in this order."""
         swaths, going_on = self._in_one_go(swaths)
         drive = Itinerary(swaths)
         rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
@@ -125,20 +124,20 @@ class ItineraryBuilder:
         return drive
 
     def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
-        """The swaths, joined where that is quicker than a transition; and which of them continue the last one."""
+        """Join swaths where that is quicker than a transition; also return which of them continue the last one."""
         wholes, going_on = swaths[:1], [False]
         for swath in swaths[1:]:
             last = wholes[-1]
             both = self.painting.in_one_go(last, swath)
             longer_s = both.seconds - last.seconds - swath.seconds if both else math.inf
-            # Where it takes no longer, no transition has to be looked for.
+            # If it takes no longer, no transition is searched.
             joined = longer_s < ROUNDING_S or (both and longer_s < self._transitions(last.end, swath.begin)[0].seconds)
             going_on.append(bool(joined))
             wholes[-1:] = [both] if both and joined else [last, swath]
         return parted(wholes, swaths), going_on
 
     def choose(self, offers: Iterator[Transition], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
-        """The cheapest of the offers, or (`in_turn`) the first that is clear; the first of all if all collide."""
+        """Choose the cheapest clear offer, or (`in_turn`) the first clear one; the first of all if all collide."""
         best: ItineraryLeg | None = None
         least, bump = math.inf, None
         for transition in offers:
@@ -159,7 +158,7 @@ class ItineraryBuilder:
         return chosen
 
     def _over_others(self, path: PiecePath, begun_s: float, seconds: float) -> int:
-        """How often wet lines of other robots are run over on a path that is driven from `begun_s` on."""
+        """Number of crossings of wet lines of other robots on a path that is driven from `begun_s` on."""
         return int(self.wheels.crossings(path, begun_s, seconds, self.others).sum()) if len(self.others) else 0
 
     def _take(self, drive: Itinerary, leg: ItineraryLeg) -> None:
@@ -167,7 +166,7 @@ class ItineraryBuilder:
         drive.seconds += leg.seconds
 
     def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
-        """The transitions on offer, the quickest first, followed by detours if all of them collide."""
+        """Transitions on offer, the quickest first, followed by detours if all of them collide."""
         direct = [
             transition._replace(path=PiecePath(start.pose, transition.path.pieces))
             for transition in self._transitions(start, goal)
@@ -177,11 +176,11 @@ class ItineraryBuilder:
             yield from detours(start, goal, self.transitions, self.checker, self.closed)
 
     def _transitions(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
-        """The transitions between two ends that lie like these, the quickest first."""
+        """Transitions between two ends of the same relative pose, the quickest first."""
         key = alike(start, goal)
-        if key not in self.known:
-            self.known[key] = self.transitions.between(start, goal)
-        return self.known[key]
+        if key not in self.cache:
+            self.cache[key] = self.transitions.between(start, goal)
+        return self.cache[key]
 
     def run_ins(self, begin: CurveEnd) -> Iterator[Transition]:
         """Candidate run-ins: from the start pose or, without one, straights and bends before the first line."""
@@ -201,11 +200,11 @@ class ItineraryBuilder:
 
     @property
     def run_out_m(self) -> float:
-        """Length (m) of the straight behind a last line that is painted at paint speed."""
+        """Length (m) of the straight after a last line that is painted at paint speed."""
         return self.transitions.limits.stopping_distance_m(self.transitions.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
     def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Transition]:
-        """Candidate run-outs: to the goal or, without one, straights and bends behind the last line."""
+        """Candidate run-outs: to the goal or, without one, straights and bends after the last line."""
         speed = self.transitions.speed_mps(end)
         length = self.transitions.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
         if goal is not None:
@@ -237,7 +236,7 @@ class ItineraryBuilder:
 
 
 def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
-    """A key shared by pairs of ends that differ only in where they lie, as many on a field do."""
+    """Key of pairs of ends with the same relative pose, as many on a field have."""
     apart, turn = goal.pose.seen_from(start.pose)
     turned = math.remainder(turn, math.tau)
     values = (apart.real, apart.imag, turned, *start[1:], *goal[1:])

@@ -1,11 +1,11 @@
-"""The route: run-in, painted segments in order with the transitions between them, run-out."""
+"""Route: run-in, painted segments in order with the transitions between them, run-out."""
 
 from touchline.services.planner.route.itinerary import Itinerary
 from touchline.services.planner.segments.section import RUN_IN, RUN_OUT, TRANSITION, Section
 
 
 def route(drive: Itinerary) -> list[Section]:
-    """The sections in driving order; each begins at the pose at which the last one ended."""
+    """List the sections in driving order; each begins at the pose at which the last one ended."""
     sections = []
     for i, leg in enumerate(drive.legs):
         label = RUN_IN if i == 0 else RUN_OUT if i == len(drive.swaths) else TRANSITION

@@ -1,4 +1,4 @@
-"""The route with what is known of the work along it: what the stages before hand to those behind."""
+"""Route with the work along it: the input of segments, speeds and output."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from touchline.services.planner.segments.section import Section
 
 
 class WetCrossings(NamedTuple):
-    """How often a wheel or caster meets wet paint, and how often it does so in any order of the lines."""
+    """Number of crossings of wet paint by wheels and casters, and those of any order of the lines."""
 
     total: int
     unavoidable: int
@@ -22,10 +22,10 @@ class WorkedRoute:
     """Sections in driving order, each beginning at the pose at which the last one ended.
 
     Attributes:
-        sections: The ideal curve.
+        sections: Ideal curve.
         wet: Crossings of wet paint along it.
-        coverage: Of areas.
-        left_out: Stretches of lines that outlines are in the way of.
+        coverage: Coverage figures of areas.
+        left_out: Obstructed stretches of lines.
     """
 
     sections: list[Section]

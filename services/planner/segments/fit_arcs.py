@@ -1,4 +1,4 @@
-"""Cut a path of lines, arcs and clothoids into lines and arcs, which is all that the robot executes.
+"""Approximation of a path by lines and arcs, which is all that the robot executes.
 
 Lines and arcs stay as they are. A clothoid becomes biarcs: two arcs that begin and end exactly at points of the
 clothoid with its headings, so no error builds up (Bolton, "Biarc curves", Computer-Aided Design 7(2), 1975; drawings
@@ -14,18 +14,18 @@ from touchline.schemas.curves import Curve
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 
 TOLERANCE_M = 1e-3
-# The bound is of leading order, and up to 7 % short of the truth at the tightest turns.
+# The bound is of leading order, and up to 7 % too low at the tightest turns.
 TOLERANCE_SHARE = 0.9
-# A span shorter than this would give segments of about a millimetre: it is drawn together with some of its neighbour.
+# A shorter span (m) would give segments of about a millimetre: it is merged with some of its neighbour.
 SPAN_MIN_M = 5e-3
 BLEND_M = 0.03
-# An arc that turns less than this is a line; the heading gap that it leaves is far below 1e-9.
+# An arc that turns less than this is a line; the resulting heading gap is far below 1e-9.
 STRAIGHT_TURN_RAD = 1e-11
 ROUNDING_1PM = 1e-9
 
 
 class Cut(NamedTuple):
-    """A line or arc to send, and the stretch of ideal arc length (m) that it stands for."""
+    """Line or arc to send, and the interval of ideal arc length (m) that it approximates."""
 
     curve: Curve
     ideal_from_m: float
@@ -48,10 +48,13 @@ def cut(
     tolerance_m: float = TOLERANCE_M,
     curvature_max_1pm: float = math.inf,
 ) -> list[Cut]:
-    """Lines and arcs within `tolerance_m` of `path`, each beginning where the last one ended, with its heading.
+    """Approximate a path by lines and arcs, each beginning at the end pose of the last one.
 
-    The last one ends at `goal` if given, which is the path's end but for rounding. A short one stays if what would be
-    drawn in its place is bent by more than `curvature_max_1pm`.
+    Args:
+        path: Path of lines, arcs and clothoids.
+        goal: End pose of the last curve: the path's end but for rounding.
+        tolerance_m: Maximum distance from the path.
+        curvature_max_1pm: A short span is merged with its neighbours only within this curvature.
     """
     cuts: list[Cut] = []
     for span in _without_slivers(path, _spans(path, tolerance_m), curvature_max_1pm):
@@ -71,7 +74,7 @@ def cut(
 
 
 def biarc(start: PathPose, goal: PathPose) -> tuple[Curve, Curve]:
-    """Two arcs with one tangent where they meet, from `start` to `goal`, with control tangents of equal length.
+    """Two arcs from `start` to `goal` that meet in a common tangent, with control tangents of equal length.
 
     Raises:
         ZeroDivisionError: The poses coincide.
@@ -116,10 +119,10 @@ def _spans(path: PiecePath, tolerance_m: float) -> list[_Span]:
 
 
 def _without_slivers(path: PiecePath, spans: list[_Span], curvature_max_1pm: float) -> list[_Span]:
-    """The spans, each too short one merged with some of its neighbourhood into one biarc.
+    """Merge each span that is too short with parts of its neighbours into one biarc.
 
-    That is its longer neighbour, unless the biarc would be tighter than the path, as when it makes up for a sliver bent
-    the other way; then it is the other one, or both, whatever takes least. Where that is too tight the sliver stays.
+    It takes the longer neighbour, unless the biarc would be tighter than the path, as after a sliver bent to the other
+    side; then the other one, or both, whichever is least tight. If that is too tight, the sliver stays.
     """
     staying: set[float] = set()
     while len(spans) > 1:
@@ -140,7 +143,7 @@ def _without_slivers(path: PiecePath, spans: list[_Span], curvature_max_1pm: flo
 
 
 def _blended(spans: list[_Span], i: int, taken: tuple[int, ...]) -> tuple[_Span, list[_Span]]:
-    """Span `i` extended by 3 cm of each neighbour `taken`, or all of a short one; and all spans after that."""
+    """Extend span `i` by 3 cm of each neighbour `taken`, or all of a short one; also return all spans after that."""
     start, end = spans[i].start_m, spans[i].end_m
     first, last = spans[:i], spans[i + 1 :]
     if i - 1 in taken:
@@ -156,7 +159,7 @@ def _blended(spans: list[_Span], i: int, taken: tuple[int, ...]) -> tuple[_Span,
 
 
 def _tighter_1pm(path: PiecePath, span: _Span) -> float:
-    """By how much the biarc over a span is bent tighter than the path is anywhere on it (1/m), 0 if it is not."""
+    """Excess curvature (1/m) of the biarc over a span beyond the path's maximum there, at least 0."""
     ideal = 0.0
     for start, end, piece in zip(path.stations, path.stations[1:], path.pieces, strict=False):
         if start < span.end_m and end > span.start_m:
@@ -166,5 +169,5 @@ def _tighter_1pm(path: PiecePath, span: _Span) -> float:
 
 
 def _bend_1pm(path: PiecePath, span: _Span) -> float:
-    """The largest |curvature| of the biarc over a span (1/m)."""
+    """Maximum |curvature| of the biarc over a span (1/m)."""
     return max(abs(arc.curvature_1pm) for arc in biarc(path.pose_at(span.start_m), path.pose_at(span.end_m)))

@@ -1,4 +1,4 @@
-"""A section of the route: what is painted in one go, or the transition to it."""
+"""Section of a route: a painted segment, a swath or a transition."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ RUN_IN, TRANSITION, RUN_OUT = "run-in", "transition", "run-out"
 
 @dataclass(frozen=True)
 class Section:
-    """A painted segment, a swath over an area, or the path between two of them.
+    """A painted segment, a swath over an area, or the transition between two of them.
 
     Attributes:
-        label: For people.
-        path: Driven.
-        stroke: The painted segment.
-        speed_mps: At which that is painted.
-        swath_id: Of a swath over an area, one straight piece.
+        label: Name for people.
+        path: Driven path.
+        stroke: Painted segment; None elsewhere.
+        speed_mps: Speed of painting.
+        swath_id: Id of a swath over an area, which is one straight piece; "" elsewhere.
     """
 
     label: str
@@ -28,5 +28,5 @@ class Section:
 
     @property
     def work_id(self) -> str:
-        """Id of the painted segment or the swath; "" for a path between them."""
+        """Id of the painted segment or the swath; "" for a transition."""
         return self.stroke.id if self.stroke else self.swath_id

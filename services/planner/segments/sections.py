@@ -1,4 +1,4 @@
-"""Same-direction stretches of a path, between standstills, as the curves that are travelled."""
+"""Runs of a path between standstills, as the curves that are travelled."""
 
 import math
 from typing import NamedTuple
@@ -7,10 +7,10 @@ from touchline.services.planner.geometry.clothoid import PathPose, Piece, PieceP
 
 
 class Run(NamedTuple):
-    """A turn on the spot (or none: 0), then a path driven one way.
+    """A turn on the spot (or none: 0), then a path driven in one direction.
 
-    The path's heading is the direction of travel, opposite to where the robot looks if it drives backward; `goal` is
-    where it ends, but for rounding.
+    The path's heading is the direction of travel, opposite to the robot's heading if it drives backward; `goal` is its
+    end but for rounding.
     """
 
     spin_rad: float
@@ -20,7 +20,7 @@ class Run(NamedTuple):
 
 
 def runs(path: PiecePath, goal: PathPose | None = None) -> list[Run]:
-    """The runs of a path; the last one leads to `goal`, which is the path's end but for rounding."""
+    """Divide a path into runs; the last one leads to `goal`, which is the path's end but for rounding."""
     found: list[Run] = []
     for piece, before in zip(path.pieces, path.knots, strict=False):
         last = found[-1] if found else None
@@ -38,11 +38,11 @@ def runs(path: PiecePath, goal: PathPose | None = None) -> list[Run]:
 
 
 def _travelling(pose: PathPose, direction: int) -> PathPose:
-    """The pose with the direction of travel for a heading."""
+    """Replace the heading of a pose by the direction of travel."""
     return pose if direction > 0 else pose._replace(heading_rad=pose.heading_rad + math.pi)
 
 
 def _as_travelled(piece: Piece) -> Piece:
-    """The piece as a curve driven forward: going backward, what turns to the robot's left turns to the path's right."""
+    """Convert a piece to one driven forward: backward, the robot's left is the path's right."""
     sign = piece.direction
     return Piece(piece.length_m, sign * piece.curvature_1pm, sign * piece.sharpness_1pm2)

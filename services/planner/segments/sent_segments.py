@@ -1,4 +1,4 @@
-"""The LINE and ARC segments of the message for every section of the route."""
+"""LINE and ARC segments of the message for every section of the route."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -13,18 +13,18 @@ from touchline.services.planner.segments.section import Section
 from touchline.services.planner.segments.sections import runs
 from touchline.services.planner.swaths.offset import Stroke
 
-# What fits into one message of the bus.
+# Maximum number of segments in one message.
 SENT_MAX = 100_000
 
 
 @dataclass(frozen=True)
 class Sent:
-    """One line or arc as it is sent.
+    """One line or arc, as sent.
 
     The curve is as travelled; `direction` is −1 where the robot faces backward along it. A turn on the spot by
-    `spin_rad` is sent as a segment of its own, without length. `start_m` and `end_m` are arc lengths along what is
-    sent, `ideal_from_m` and `ideal_to_m` along the ideal curve that it stands for. Curvature (1/m) and sharpness (1/m²)
-    are the largest magnitudes on either of the two. It is `worked` if it is driven for the work along it.
+    `spin_rad` is a segment of its own, without length. `start_m` and `end_m` are arc lengths along what is sent,
+    `ideal_from_m` and `ideal_to_m` along the ideal curve that it approximates. Curvature (1/m) and sharpness (1/m²)
+    are the maximum magnitudes on either of the two. It is `worked` if it is driven for the work along it.
     """
 
     id: str
@@ -48,10 +48,13 @@ def send(
     tolerance_m: float = TOLERANCE_M,
     curvature_max_1pm: float = math.inf,
 ) -> list[Sent]:
-    """The lines and arcs for all sections, within `tolerance_m`; a painted segment is sent as the one curve that it is.
+    """Approximate all sections by lines and arcs; a painted segment is sent as the one curve that it is.
 
-    `step` is told the fraction done. No two pieces are drawn together into one that is bent by more than
-    `curvature_max_1pm`.
+    Args:
+        sections: Sections of the route.
+        step: Called with the fraction done.
+        tolerance_m: Maximum distance from the ideal curve.
+        curvature_max_1pm: Pieces are merged only within this curvature.
 
     Raises:
         PlanningError: There are too many lines and arcs for one message.
@@ -90,7 +93,7 @@ def send(
 
 
 def _largest(path: PiecePath, piece: Cut) -> tuple[float, float]:
-    """The largest |curvature| and |sharpness| of the ideal path behind a cut, and of the cut itself."""
+    """Maximum |curvature| and |sharpness| of the ideal path under a cut, and of the cut itself."""
     curvature, sharpness = abs(piece.curve.curvature_1pm), 0.0
     for start, ideal in _overlapping(path, piece):
         ends = (max(piece.ideal_from_m - start, 0.0), min(piece.ideal_to_m - start, ideal.length_m))

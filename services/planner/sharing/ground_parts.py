@@ -1,4 +1,4 @@
-"""Parts of areas for several robots: cut side by side, of given shares, overlapping a little at the joints."""
+"""Parts of areas for several robots: strips side by side, of given shares, that overlap a little."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,23 +13,23 @@ from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.shapes import as_area, turned
 
 Grounds = Mapping[str, Ground]
-"""Of areas by their ids, what of each is meant (m, map frame)."""
+"""Parts of areas by area id (m, map frame)."""
 
 HALVINGS = 40
-"""So often the interval in which a cut lies is halved."""
+"""Bisection steps for the position of a cut."""
 MOST_PIECES, MOST_CORNERS = 60, 900
-"""A template has no more areas (100), and no more corners to an outline (1000)."""
+"""Limits of pieces and of corners of a piece, below those of a template (100 areas, 1000 corners)."""
 _FAR_M = 1e5
 
 
 def strips(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_m: float) -> list[shapely.Polygon]:
-    """Strips side by side along lines of one direction, in which there are shares of some ground.
+    """Divide ground into parallel strips of given shares.
 
     Args:
-        grounds: What is to be shared.
-        shares: Of the whole ground, of each strip; their sum is 1.
-        angle_rad: Of the strips, counter-clockwise from +x.
-        overlap_m: By which neighbours overlap.
+        grounds: Ground to divide.
+        shares: Share of each strip in the whole ground; their sum is 1.
+        angle_rad: Direction of the strips, counter-clockwise from +x.
+        overlap_m: Overlap of neighbours.
     """
     level = shapely.transform(
         shapely.MultiPolygon([part for ground in grounds.values() for part in shapely.get_parts(ground)]),
@@ -46,13 +46,13 @@ def strips(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_
 
 
 def parts_in(grounds: Grounds, strip: shapely.Polygon, least_m: float) -> Grounds:
-    """What of some ground lies in a strip; pieces that are nowhere as wide are left to the neighbour, or left out."""
+    """Ground within a strip, without pieces that are narrower than `least_m` everywhere."""
     found = {name: wide_parts(as_area(intersection(ground, strip)), least_m) for name, ground in grounds.items()}
     return {name: part for name, part in found.items() if not part.is_empty}
 
 
 def _level(ground: Ground, wanted_m2: float, low: float, high: float) -> float:
-    """The level below which so much of some ground lies."""
+    """Level below which `wanted_m2` of the ground lie."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         below = intersection(ground, shapely.box(-_FAR_M, -_FAR_M, _FAR_M, middle)).area
@@ -61,18 +61,18 @@ def _level(ground: Ground, wanted_m2: float, low: float, high: float) -> float:
 
 
 def wide_parts(ground: Ground, least_m: float) -> Ground:
-    """The pieces of some ground that are somewhere as wide as that."""
+    """Pieces of the ground that are at least `least_m` wide somewhere."""
     kept = [part for part in shapely.get_parts(ground) if not buffer(part, -0.5 * least_m).is_empty]
     return kept[0] if len(kept) == 1 else shapely.MultiPolygon(kept)
 
 
 def size_m2(grounds: Grounds) -> float:
-    """Of all together."""
+    """Total area (m²)."""
     return sum(ground.area for ground in grounds.values())
 
 
 def share_template(template: Template, grounds: Grounds) -> Template:
-    """The template with these parts of its areas alone; each piece is an area, the first one under the area's id."""
+    """Copy of a template with only these parts of its areas; each piece is an area, the first under the area's id."""
     areas = list[Area]()
     for area in template.areas:
         pieces = sorted(shapely.get_parts(grounds.get(area.id, shapely.MultiPolygon())), key=lambda each: -each.area)
@@ -83,16 +83,16 @@ def share_template(template: Template, grounds: Grounds) -> Template:
 
 
 def _drawn(area: Area, name: str, piece: shapely.Polygon) -> Area:
-    """A piece of an area as one of a template."""
+    """Convert a piece of an area to an area of a template."""
     tolerance_m, simple = 1e-3, piece
     while len(simple.exterior.coords) > MOST_CORNERS and tolerance_m < 1.0:
         tolerance_m *= 2.0
         simple = shapely.simplify(piece, tolerance_m)
     rings = [tuple((x, y) for x, y in ring.coords[:-1]) for ring in (simple.exterior, *simple.interiors)]
-    # A copy would keep the polygon of the whole area, which that has worked out before.
+    # A copy would keep the cached polygon of the whole area.
     return Area.model_construct(id=name, outline=rings[0], holes=tuple(rings[1:]), angle_deg=area.angle_deg)
 
 
 def directions(angle_rad: float) -> tuple[float, float]:
-    """Of cuts that are tried: along the lanes, and across them."""
+    """Directions of cuts that are tried: along the lanes, and across them."""
     return angle_rad, angle_rad + 0.5 * math.pi

@@ -1,8 +1,8 @@
-"""Shares of a template: each robot its swaths, in about the same time, the shares apart from each other.
+"""Shares of a template for several robots: swaths of about the same total time, spatially apart.
 
-Shares are begun from cuts across the field in several directions and from a cut tour, and then improved by handing
-single swaths over or exchanging two, as long as that shortens what the slowest robot takes. Swaths of different robots
-that lie near each other cost some seconds: there one has to wait for the other.
+Initial shares are cuts across the field in several directions and a divided tour. They are improved by moving single
+swaths or exchanging two, as long as that shortens the time of the slowest robot. Neighbouring swaths of different
+robots cost some seconds, as one has to wait for the other there.
 """
 
 import math
@@ -18,25 +18,25 @@ from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.sharing.workload import Workload
 
 NEAR_S = 2.0
-"""What a pair of near swaths of different robots counts for."""
+"""Price of a pair of near swaths of different robots."""
 LONGEST = 8
-"""The norm that stands for what the slowest robot takes: of several that are about as slow each one counts."""
+"""Exponent of the norm that approximates the time of the slowest robot, so that several slow ones all count."""
 ALL_SHARE = 0.05
-"""Of what all robots take together counts beside what the slowest one takes."""
+"""Share of the total time of all robots in the cost."""
 CUTS_RAD = tuple(math.radians(angle) for angle in (0, 90, 30, 60, 120, 150, 180, 270))
-"""Directions along which the field is cut up."""
+"""Directions along which the field is cut."""
 LOOKED_AT, LOOKED_AT_LEAST, FEW = 600, 40, 40
-"""Ways that are timed from one beginning on, for a few swaths; for more of them fewer, as each takes longer."""
+"""Number of shares that are timed from one beginning: for a few swaths, and the minimum for many, which take longer."""
 
 
 @dataclass(frozen=True)
 class Sharing:
-    """A way to share a template.
+    """Division of a template among robots.
 
     Attributes:
-        shares: Of each robot, the template with its swaths alone.
-        seconds: Of each, about.
-        cost_s: By which ways are compared.
+        shares: For each robot, the template with its swaths only.
+        seconds: Approximate time of each robot.
+        cost_s: Cost by which divisions are compared.
     """
 
     shares: tuple[Template, ...]
@@ -45,14 +45,14 @@ class Sharing:
 
 
 def sharings(task: PlanTask, robots: int) -> list[Sharing]:
-    """Ways to share a template among robots, the best by rough figures first.
+    """Find divisions of a template among robots, the best by rough figures first.
 
     Args:
-        task: What is to be planned, for robots that are alike.
-        robots: How many; at least 2.
+        task: Template, vehicle and options, the same for all robots.
+        robots: Number of robots, at least 2.
 
     Raises:
-        PlanningError: It has areas or fewer swaths than robots; or an option or a segment cannot be met.
+        PlanningError: The template has areas or fewer swaths than robots, or an option or a segment cannot be met.
     """
     if task.template.areas:
         problem = f'has the area "{task.template.areas[0].id}", and robots that paint share lines alone'
@@ -69,7 +69,7 @@ def sharings(task: PlanTask, robots: int) -> list[Sharing]:
 
 
 def _numbered(owner: tuple[int, ...]) -> tuple[int, ...]:
-    """The same shares with the robots numbered as they come: they are alike."""
+    """Renumber the robots, which are alike, in the order of their first swaths."""
     numbers = {robot: number for number, robot in enumerate(dict.fromkeys(owner))}
     return tuple(numbers[robot] for robot in owner)
 
@@ -86,7 +86,7 @@ def _sharing(template: Template, work: Workload, owner: tuple[int, ...]) -> Shar
 
 
 def _shares(owner: Sequence[int]) -> list[list[int]]:
-    """The swaths of each robot."""
+    """Swaths of each robot."""
     return [[swath for swath, robot in enumerate(owner) if robot == each] for each in range(max(owner) + 1)]
 
 
@@ -99,7 +99,7 @@ def _cost_s(work: Workload, owner: Sequence[int]) -> float:
 
 
 def _beginnings(work: Workload, robots: int) -> Iterator[tuple[int, ...]]:
-    """Cuts across the field, and of a tour; the number of the robot of each swath."""
+    """Initial shares, as the number of the robot of each swath: cuts across the field, and of a tour."""
     for angle in CUTS_RAD:
         along = work.middles @ (math.cos(angle), math.sin(angle))
         across = work.middles @ (-math.sin(angle), math.cos(angle))
@@ -108,7 +108,7 @@ def _beginnings(work: Workload, robots: int) -> Iterator[tuple[int, ...]]:
 
 
 def _cut(work: Workload, order: Sequence[int], robots: int) -> tuple[int, ...]:
-    """The swaths in this order in as many runs of about the same time, none of them empty."""
+    """Divide the swaths in this order into runs of about the same time, none of them empty."""
     reached = np.cumsum([work.seconds((swath,)) for swath in order])
     owner = np.zeros(len(order), dtype=np.int64)
     bounds = [int(np.searchsorted(reached, reached[-1] * k / robots)) for k in range(1, robots)]
@@ -119,7 +119,7 @@ def _cut(work: Workload, order: Sequence[int], robots: int) -> tuple[int, ...]:
 
 
 def _improved(work: Workload, begun: tuple[int, ...]) -> tuple[int, ...]:
-    """The best of its neighbours, again and again, until none is better."""
+    """Move to the best neighbour until none is better."""
     owner, least, looked_at = begun, _cost_s(work, begun), 0
     most = max(LOOKED_AT * min(FEW / len(begun), 1.0) ** 2, LOOKED_AT_LEAST)
     while looked_at < most:
@@ -135,7 +135,7 @@ def _improved(work: Workload, begun: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _neighbours(work: Workload, owner: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """The slowest robot hands over a swath, or exchanges it for one that lies near it."""
+    """Shares in which the slowest robot hands over a swath, or exchanges it for one near it."""
     shares = _shares(owner)
     slowest = max(range(len(shares)), key=lambda robot: work.seconds(shares[robot]))
     for swath in shares[slowest]:
@@ -149,7 +149,7 @@ def _neighbours(work: Workload, owner: tuple[int, ...]) -> Iterator[tuple[int, .
 
 
 EXCHANGED = 8
-"""Of the swaths of other robots the nearest ones are tried in exchange."""
+"""Number of nearest swaths of other robots that are tried in exchange."""
 
 
 def _changed(owner: tuple[int, ...], changes: dict[int, int]) -> tuple[int, ...]:

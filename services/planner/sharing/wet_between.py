@@ -1,4 +1,4 @@
-"""Wet paint of the others: how often a robot's wheels and casters meet what another one has painted."""
+"""Crossings of wet paint between robots: wheels and casters of one on lines of another."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -11,11 +11,11 @@ from touchline.services.planner.sequencing.wet_paint import BEGUN, NO_LINES, SPE
 
 
 class Clocked(NamedTuple):
-    """A plan, and when its robot is where.
+    """A plan, and the time of its robot along it.
 
     Attributes:
         plan: The plan.
-        clock_s: Times (n,) at which the robot comes to arc lengths (n,) of what is sent, on a clock that all share.
+        clock_s: Times (n,) at which the robot reaches arc lengths (n,) of what is sent, on a clock that all share.
     """
 
     plan: Plan
@@ -23,11 +23,11 @@ class Clocked(NamedTuple):
 
 
 def crossings_between(works: Sequence[Clocked], wheels: Wheels, before: Floats = NO_LINES) -> int:
-    """How often a wheel or caster of any robot meets paint of another one, or of before, that is not dry yet.
+    """Count the crossings of wet paint of other robots, or of earlier lines, by all robots.
 
     Args:
-        works: What the robots do.
-        wheels: Of every one of them.
+        works: Plans of the robots.
+        wheels: Wheels and casters of each robot.
         before: (n, 7) rows of `sequencing.wet_paint`: lines that are on the ground already.
     """
     painted = [painted_rows_of(work) for work in works]
@@ -39,7 +39,7 @@ def crossings_between(works: Sequence[Clocked], wheels: Wheels, before: Floats =
 
 
 def painted_rows_of(work: Clocked) -> Floats:
-    """(n, 7) rows of `sequencing.wet_paint`: what a robot paints, and when."""
+    """Rows (n, 7) of `sequencing.wet_paint` of the lines that a robot paints."""
     lines = [line for line in work.plan.sent if line.stroke]
     rows = wet_rows(line.stroke.nozzle for line in lines if line.stroke)
     begun_s = work.clock_s(np.array([line.start_m for line in lines]))
@@ -50,7 +50,7 @@ def painted_rows_of(work: Clocked) -> Floats:
 
 
 def crossings_of(work: Clocked, wheels: Wheels, painted: Floats) -> int:
-    """How often a robot meets lines on its way."""
+    """Number of crossings of lines along a robot's path."""
     sent, count, ideal_m = work.plan.sent, 0, 0.0
     ideal_at = np.array([0.0, *(line.ideal_to_m for line in sent)])
     sent_at = np.array([0.0, *(line.end_m for line in sent)])

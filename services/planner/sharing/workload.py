@@ -1,4 +1,4 @@
-"""How long a robot would take for some of a template's swaths, roughly, and which swaths lie near each other."""
+"""Rough duration of subsets of a template's swaths for one robot, and neighbouring swaths."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -17,21 +17,21 @@ from touchline.services.planner.swaths.swaths import Painting, Swath, swaths
 from touchline.services.planner.tour import ordering
 
 KICKS = 200
-"""A rough tour is searched for with so many kicks: enough to tell which of two shares takes longer."""
+"""Kicks of the search for a rough tour: enough to tell which of two shares takes longer."""
 NEAR_M = 2.5
-"""Swaths nearer to each other than this get their painters into each other's way."""
+"""Distance below which robots on two swaths obstruct each other."""
 _SAMPLE_M = 0.5
 
 
 @dataclass(frozen=True)
 class Workload:
-    """The swaths of a template, what they cost, and where they lie.
+    """Swaths of a template, with their costs and positions.
 
     Attributes:
-        ids: Of each swath, its segments.
-        asked: The ordering problem of all swaths.
-        middles: (swaths, 2) their middles, m.
-        near: (swaths, swaths) whether two lie nearer to each other than `NEAR_M`.
+        ids: Segment ids of each swath.
+        asked: Ordering problem of all swaths.
+        middles: (swaths, 2) middles of the swaths, m.
+        near: (swaths, swaths) whether two are nearer to each other than `NEAR_M`.
     """
 
     ids: tuple[tuple[str, ...], ...]
@@ -42,7 +42,7 @@ class Workload:
 
     @classmethod
     def of(cls, task: PlanTask) -> "Workload":
-        """The swaths of a template of lines, timed with the planner's own transitions.
+        """Time the swaths of a template of lines with the planner's transitions.
 
         Raises:
             PlanningError: An option or a segment cannot be met.
@@ -57,7 +57,7 @@ class Workload:
         return cls(ids, asked, np.array([each.mean(axis=0) for each in points]), _near(points))
 
     def seconds(self, share: Iterable[int]) -> float:
-        """How long one robot takes for these swaths, about, run-in and run-out left out."""
+        """Approximate time (s) of one robot for these swaths, without run-in and run-out."""
         key = frozenset(share)
         if key not in self._known:
             part = _part_of(self.asked, sorted(key))
@@ -65,12 +65,12 @@ class Workload:
         return self._known[key]
 
     def tour(self) -> list[int]:
-        """The swaths in the order of a rough tour of one robot along all of them."""
+        """Order all swaths by a rough tour of one robot."""
         return [int(self.asked.segment[node]) for node in ordered(self.asked, kicks=20 * KICKS)]
 
 
 def _part_of(whole: Problem, chosen: Sequence[int]) -> Problem:
-    """The ordering problem of some of its swaths."""
+    """Restrict an ordering problem to some of its swaths."""
     nodes = np.flatnonzero(np.isin(whole.segment, chosen))
     place = np.zeros(len(whole.segment), dtype=np.int64)
     place[nodes] = np.arange(len(nodes))
@@ -83,7 +83,7 @@ def _part_of(whole: Problem, chosen: Sequence[int]) -> Problem:
 
 
 def _points(swath: Swath) -> Floats:
-    """(n, 2) points along the lines of a swath, `_SAMPLE_M` apart."""
+    """Points (n, 2) along the lines of a swath, `_SAMPLE_M` apart."""
     rows = []
     for stroke in swath.strokes:
         station = np.linspace(0.0, stroke.nozzle.length_m, 2 + int(stroke.nozzle.length_m / _SAMPLE_M))

@@ -1,4 +1,4 @@
-"""Chains: template segments that continue one another, in whatever order and direction they are given."""
+"""Chains of template segments that continue one another, in any given order and direction."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,12 +11,12 @@ import numpy as np
 from touchline.core.near_points import near_pairs
 from touchline.services.planner.swaths.offset import Stroke
 
-# Ends nearer to each other than this (m, rad) are one: less than what the robot's own computer takes for a gap.
+# Tolerance (m, rad) within which ends meet: less than the robot's computer takes for a gap.
 GAP_M, KINK_RAD = 1e-4, 5e-4
 
 
 class ChainLink(NamedTuple):
-    """A segment of a chain: as it is painted along the chain, and back; None where it cannot be driven so."""
+    """Segment of a chain: its stroke along the chain, and back; None where it cannot be driven."""
 
     along: Stroke | None
     back: Stroke | None
@@ -24,33 +24,33 @@ class ChainLink(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """Segments of which each continues the one before, at least one way; if `closed`, the first continues the last."""
+    """Segments that continue each other in at least one direction; if `closed`, the first continues the last."""
 
     links: tuple[ChainLink, ...]
     closed: bool = False
 
 
 class End(NamedTuple):
-    """An end of a segment, by its place in the template: where its line ends, or where it begins."""
+    """End of a segment, by its number in the template: the last or the first point of its line."""
 
     segment: int
     last: bool
 
     @property
     def other(self) -> "End":
-        """The segment's other end."""
+        """Other end of the segment."""
         return End(self.segment, not self.last)
 
 
 def joins(first: Stroke, second: Stroke) -> bool:
-    """Whether the robot, painting, goes on from one stroke into the other: to the same place, heading and paint."""
+    """True if one stroke continues the other: in position, heading and actuation."""
     apart, turn = second.begin.pose.seen_from(first.end.pose)
     near = abs(apart) <= GAP_M and abs(math.remainder(turn, math.tau)) <= KINK_RAD
     return near and first.actuation == second.actuation
 
 
 def chains_as_given(strokes: Sequence[Stroke]) -> Iterator[Chain]:
-    """The chains of strokes that are painted in this order and direction."""
+    """Chain up strokes that are painted in this order and direction."""
     begun = 0
     for i, (first, second) in enumerate(pairwise(strokes), 1):
         if not joins(first, second):
@@ -60,16 +60,16 @@ def chains_as_given(strokes: Sequence[Stroke]) -> Iterator[Chain]:
 
 
 def chains(choices: Sequence[Sequence[Stroke]]) -> Iterator[Chain]:
-    """The chains of segments that may be painted in any order and direction; each segment is in one of them.
+    """Chain up segments that may be painted in any order and direction; each segment is in one chain.
 
     Args:
-        choices: For every segment its stroke in the given direction, turned round, or both.
+        choices: For every segment its stroke in the given direction, in the opposite one, or both.
     """
     links = [_link(choice) for choice in choices]
     mates = _mates(links)
     done: set[int] = set()
     ends = [End(i, last) for i in range(len(links)) for last in (False, True)]
-    # First those that have an end; what is left then runs in circles.
+    # Open chains first; the remaining ones are closed.
     for begin in [end for end in ends if end not in mates] + ends:
         if begin.segment not in done:
             walk = list(_walk(begin, mates))
@@ -83,7 +83,7 @@ def _link(choice: Sequence[Stroke]) -> ChainLink:
 
 
 def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
-    """The ends at which a chain's segments are entered, from `begin` to the end of the chain or once round."""
+    """Ends at which a chain's segments are entered, from `begin` to the end of the chain or once round."""
     entered: End | None = begin
     while entered:
         yield entered
@@ -93,7 +93,7 @@ def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
 
 
 def _mates(links: Sequence[ChainLink]) -> dict[End, End]:
-    """Which end goes on into which; where there is a choice, the next segment, then the least step of curvature."""
+    """Match ends that continue each other; prefer the next segment, then the smallest step of curvature."""
     places, ends = [], []
     for i, link in enumerate(links):
         stroke = link.along or link.back
@@ -116,7 +116,7 @@ def _mates(links: Sequence[ChainLink]) -> dict[End, End]:
 
 
 def _step_1pm(links: Sequence[ChainLink], a: End, b: End) -> float | None:
-    """The step of curvature (1/m) between two ends; None if one does not go on into the other."""
+    """Step of curvature (1/m) between two ends; None if one does not continue the other."""
     for first, second in ((a, b), (b, a)):
         leaving, entering = links[first.segment], links[second.segment]
         out = leaving.along if first.last else leaving.back

@@ -1,4 +1,4 @@
-"""The paths of the axle's middle along which the nozzle paints the template's segments."""
+"""Paths of the axle's middle along which the nozzle paints the template's segments."""
 
 import math
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 
-# Rounding may put an arc at exactly the largest curvature a little above it.
+# Rounding may put an arc at exactly the maximum curvature a little above it.
 CURVATURE_SLACK = 1e-9
-# An arc this close to a full turn is a circle, and may begin at any of so many points.
+# An arc this close to a full turn is a circle, and may begin at any of this many points.
 FULL_TURN_RAD = 1e-6
 CIRCLE_STARTS = 8
 _BOTH_DIRECTIONS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = (
@@ -26,7 +26,7 @@ _BOTH_DIRECTIONS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = (
 
 @dataclass(frozen=True)
 class Stroke:
-    """A template segment as it will be painted: the nozzle's and the robot's curve, in the direction of travel."""
+    """Template segment as painted: curves of nozzle and robot, in the direction of travel."""
 
     id: str
     label: str
@@ -37,26 +37,30 @@ class Stroke:
 
     @property
     def begin(self) -> CurveEnd:
-        """Robot pose and curvature where painting begins."""
+        """Robot pose and curvature at the beginning of painting."""
         return CurveEnd(PathPose(self.robot.x_m, self.robot.y_m, self.robot.heading_rad), self.robot.curvature_1pm)
 
     @property
     def end(self) -> CurveEnd:
-        """Robot pose and curvature where painting ends."""
+        """Robot pose and curvature at the end of painting."""
         return CurveEnd(PathPose(*self.robot.end), self.robot.curvature_1pm)
 
     @property
     def path(self) -> PiecePath:
-        """The robot's curve as a path of one piece."""
+        """Curve of the robot as a path of one piece."""
         return PiecePath(self.begin.pose, (Piece(self.robot.length_m, self.robot.curvature_1pm),))
 
 
 def modes(
     segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float, *, free: bool = False
 ) -> list[list[Stroke]]:
-    """For every segment, in the template's order, the ways to paint it that can be driven, the given direction first.
+    """List the drivable modes of every segment, in the template's order, the given direction first.
 
-    With `free`, a full circle may begin anywhere (at one of `CIRCLE_STARTS` points).
+    Args:
+        segments: Segments of the template.
+        vehicle: Vehicle that paints.
+        curvature_max_1pm: Maximum curvature of the robot's path.
+        free: Whether a full circle may begin at any of `CIRCLE_STARTS` points.
 
     Raises:
         PlanningError: Two segments share an id, or an arc cannot be driven at all.
@@ -71,10 +75,10 @@ def modes(
 
 
 def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float) -> list[Stroke]:
-    """Every segment in the template's order, turned round where only the other direction can be driven.
+    """Convert segments to strokes in the template's order, reversed where only the opposite direction can be driven.
 
     Raises:
-        PlanningError: As `modes`.
+        PlanningError: See `modes`.
     """
     return [choice[0] for choice in modes(segments, vehicle, curvature_max_1pm)]
 
@@ -98,7 +102,7 @@ def _modes(segment: TemplateSegment, at_m: tuple[float, float], curvature_max_1p
 
 
 def _begun_elsewhere(curve: Curve) -> list[Curve]:
-    """A full circle begun at several points, any other curve as it is."""
+    """Copies of a full circle that begin at several points; any other curve is returned unchanged."""
     if abs(abs(curve.curvature_1pm) * curve.length_m - math.tau) > FULL_TURN_RAD:
         return [curve]
     stations = curve.length_m * np.arange(CIRCLE_STARTS) / CIRCLE_STARTS
@@ -109,18 +113,18 @@ def _begun_elsewhere(curve: Curve) -> list[Curve]:
 
 
 def _drivable(nozzle: Curve, at_m: tuple[float, float], curvature_max_1pm: float) -> Curve | None:
-    """The robot's curve while its nozzle, at (ahead, left), follows `nozzle`; None if it is too tight."""
-    robot = _carried(nozzle, *at_m)
+    """Curve of the robot while its nozzle, at (ahead, left), follows `nozzle`; None if it is too tight."""
+    robot = _axle_curve(nozzle, *at_m)
     if robot is None or abs(robot.curvature_1pm) > curvature_max_1pm * (1.0 + CURVATURE_SLACK):
         return None
     return robot
 
 
-def _carried(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
-    """The curve of the axle's middle whose nozzle, at (`ahead_m`, `left_m`), follows `nozzle`; None if there is none.
+def _axle_curve(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
+    """Curve of the axle's middle whose nozzle, at (`ahead_m`, `left_m`), follows `nozzle`; None if there is none.
 
-    On an arc both circle about one point, which is on the axle's line, at (0, ρ) in the robot's frame: for a nozzle
-    radius R, R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.
+    On an arc both circle about a point on the axle's line, at (0, ρ) in the robot's frame: for a nozzle radius R,
+    R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.
     """
     if nozzle.curvature_1pm * -left_m >= 1.0:
         return None

@@ -1,9 +1,9 @@
-"""Swaths: what is painted in one go, a template segment or several that go on into one another.
+"""Swaths: template segments, one or several that continue each other, painted without a break.
 
-Where segments join, heading is continuous, but curvature may step. A robot cannot change it at once: over a stretch of
-length L about the joint κ changes evenly. Behind that its heading is right, and it is beside the line by Δκ·L²/24: the
-integral, taken twice, of what κ is off. `JOINT_OFFSET_M` of that is allowed. The sharpness Δκ/L is what the wheels have
-to follow: it limits the speed.
+Where segments join, heading is continuous, but curvature may step. A robot cannot follow a step: over a stretch of
+length L about the joint κ changes linearly. After it the heading is right, and the robot is off the line by Δκ·L²/24,
+the double integral of the error of κ. `JOINT_OFFSET_M` of that is allowed. The wheels have to follow the sharpness
+Δκ/L, which limits the speed.
 """
 
 import math
@@ -22,18 +22,18 @@ from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.swaths.chains import Chain, ChainLink, chains, chains_as_given, joins
 from touchline.services.planner.swaths.offset import CIRCLE_STARTS, Stroke
 
-# How far (m) the robot may be beside the line where two segments of different curvature join.
+# Maximum offset (m) from the line where two segments of different curvature join.
 JOINT_OFFSET_M = 0.003
-# A joint that has to be passed more slowly than this (m/s) is none.
+# A joint that has to be passed more slowly than this (m/s) is not joined.
 JOINT_SPEED_MIN_MPS = 0.1
-# What it takes (s) to leave a line and come back to it: a swath that is slowed down by more is parted.
+# Time (s) to leave a line and return to it: a swath that is slowed down by more is divided.
 PARTING_S = 8.0
-# What is longer (m) is ordered in parts, so that other lines may come in between. Parts that follow each other are
-# painted in one go all the same.
+# A longer swath (m) is ordered in parts, so that other lines may come in between. Consecutive parts are still painted
+# without a break.
 LONG_M = 60.0
-# Closed lines begin at fewer places where there would be more modes than this in all: every pair is timed.
+# Maximum number of modes, as every pair is timed; with more, closed lines get fewer start points.
 MODES_MAX = 4000
-# A line is painted so slowly that the valve is open for this many times as long as it has to be.
+# A line is painted so slowly that the valve is open for this multiple of its minimum time.
 VALVE_SPARE = 2.0
 # Curvatures that differ by less (1/m), and pieces that are shorter (m), are rounding.
 STEP_1PM, PIECE_M = 1e-9, 1e-9
@@ -41,12 +41,12 @@ STEP_1PM, PIECE_M = 1e-9, 1e-9
 
 @dataclass(frozen=True)
 class Swath:
-    """Segments that are painted in one go and at one speed.
+    """Segments that are painted without a break and at one speed.
 
     Attributes:
-        strokes: The segments, in the order and direction of travel.
-        paths: The robot's path along each: from stroke to stroke continuous in curvature.
-        speed_mps: The speed at which they are painted, m/s.
+        strokes: Strokes in the order and direction of travel.
+        paths: Path of the robot along each, continuous in curvature from stroke to stroke.
+        speed_mps: Speed of painting, m/s.
     """
 
     strokes: tuple[Stroke, ...]
@@ -55,34 +55,34 @@ class Swath:
 
     @property
     def begin(self) -> CurveEnd:
-        """Robot pose, curvature and speed where painting begins."""
+        """Robot pose, curvature and speed at the beginning of painting."""
         return self.strokes[0].begin._replace(speed_mps=self.speed_mps)
 
     @property
     def end(self) -> CurveEnd:
-        """Robot pose, curvature and speed where painting ends."""
+        """Robot pose, curvature and speed at the end of painting."""
         return self.strokes[-1].end._replace(speed_mps=self.speed_mps)
 
     @property
     def length_m(self) -> float:
-        """Length of the robot's path, m."""
+        """Length of the robot's path (m)."""
         return sum(path.length_m for path in self.paths)
 
     @property
     def seconds(self) -> float:
-        """How long painting takes, s."""
+        """Time of painting (s)."""
         return self.length_m / self.speed_mps
 
 
 @dataclass(frozen=True)
 class Painting:
-    """How fast strokes and joints can be painted.
+    """Speeds at which strokes and joints can be painted.
 
     Attributes:
-        limits: Those of the plan.
-        joining: Whether anything is painted in one go with what it goes on into.
-        sharpness_max_1pm2: The largest sharpness of the robot's path at a joint, 1/m².
-        valve_s: How much longer the valve takes to close than to open, s: it cannot be open for less.
+        limits: Limits of the plan.
+        joining: Whether strokes that continue each other are painted without a break.
+        sharpness_max_1pm2: Maximum sharpness of the robot's path at a joint, 1/m².
+        valve_s: Excess of the valve's closing delay over its opening delay, s: the minimum time that it is open.
     """
 
     limits: Limits
@@ -92,20 +92,19 @@ class Painting:
 
     @classmethod
     def of(cls, vehicle: Vehicle, limits: Limits, options: PlanOptions) -> "Painting":
-        """The painting of a plan, by its limits and the sharpness that its options ask for.
+        """Derive the speeds from the limits of a plan and the sharpness in its options.
 
-        Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
-        segment.
+        A method may forbid joining: `dubins-padded` puts its padding around every segment.
         """
         valve_s = max(vehicle.tool.closes_s - vehicle.tool.opens_s, 0.0)
         return cls(limits, method_as(MethodTraits, options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
 
     def stroke_mps(self, stroke: Stroke) -> float:
-        """The speed (m/s) along one stroke."""
+        """Speed (m/s) along one stroke."""
         return self.limits.steady_speed_mps(stroke.robot.curvature_1pm)
 
     def joint_mps(self, first: Stroke, second: Stroke) -> float:
-        """The speed (m/s) from one stroke into the other; 0 if it is too slow or they do not join."""
+        """Speed (m/s) from one stroke into the other; 0 if it is too slow or they do not join."""
         if not (self.joining and joins(first, second)):
             return 0.0
         bends = abs(first.robot.curvature_1pm), abs(second.robot.curvature_1pm)
@@ -115,13 +114,13 @@ class Painting:
         return speed if speed >= JOINT_SPEED_MIN_MPS and sharpness <= self.sharpness_max_1pm2 else 0.0
 
     def in_one_go(self, first: Swath, second: Swath) -> Swath | None:
-        """Both swaths as one, if the first goes on into the second."""
+        """Merge two swaths, if the first continues into the second."""
         if not self.joint_mps(first.strokes[-1], second.strokes[0]):
             return None
         return self.swath((*first.strokes, *second.strokes))
 
     def swath(self, strokes: Sequence[Stroke]) -> Swath:
-        """The swath of strokes of which each goes on into the next."""
+        """Create the swath of strokes that continue each other."""
         halves = [0.0, *(half_ramp_m(a, b) for a, b in pairwise(strokes)), 0.0]
         bends = [stroke.robot.curvature_1pm for stroke in strokes]
         middles = [bends[0], *(0.5 * (a + b) for a, b in pairwise(bends)), bends[-1]]
@@ -130,7 +129,7 @@ class Painting:
             pieces = tuple(_pieces(stroke.robot.length_m, halves[k : k + 2], middles[k], bends[k], middles[k + 1]))
             begin = stroke.begin.pose
             if halves[k]:
-                # Behind the joint it is on the stroke again.
+                # After the joint the path is on the stroke again.
                 x, y, heading, _ = stroke.robot.at(halves[k])
                 begin = before(PathPose(float(x), float(y), float(heading)), pieces[:1])
             paths.append(PiecePath(begin, pieces))
@@ -142,7 +141,7 @@ class Painting:
 
 
 def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
-    """The `swaths` with paths and speeds of the `wholes`, each of which joins one or more of them in their order."""
+    """Give `swaths` the paths and speeds of `wholes`, each of which joins one or more of them in their order."""
     paths = iter([(path, whole.speed_mps) for whole in wholes for path in whole.paths])
     found = []
     for swath in swaths:
@@ -152,7 +151,7 @@ def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
 
 
 def half_ramp_m(first: Stroke, second: Stroke) -> float:
-    """Half the length (m) of the stretch over which curvature changes: not beyond the middles of the strokes."""
+    """Half the length (m) of the stretch over which curvature changes, up to the middles of the strokes."""
     step = _step_1pm(first, second)
     if step <= STEP_1PM:
         return 0.0
@@ -164,7 +163,7 @@ def _step_1pm(first: Stroke, second: Stroke) -> float:
 
 
 def _pieces(length: float, halves: Sequence[float], ahead: float, bend: float, behind: float) -> Iterator[Piece]:
-    """From curvature `ahead` to `bend` over the first of the `halves` (m), and over the other one on to `behind`."""
+    """Pieces from curvature `ahead` to `bend` over the first of the `halves` (m), then to `behind` over the second."""
     first, last = halves
     if first:
         yield Piece(first, ahead, (bend - ahead) / first)
@@ -175,12 +174,12 @@ def _pieces(length: float, halves: Sequence[float], ahead: float, bend: float, b
 
 
 def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: bool) -> list[list[Swath]]:
-    """For every swath the ways to paint it, in the order of their first segments.
+    """List the modes of every swath, in the order of their first segments.
 
     Args:
-        choices: For every segment the ways to paint it, as `offset.modes` has them.
-        painting: Decides what is painted in one go.
-        free: In any order and direction; otherwise as given, each segment in its first mode.
+        choices: Modes of every segment, from `offset.modes`.
+        painting: Speeds of painting.
+        free: Whether order and direction are free; otherwise they are as given, each segment in its first mode.
     """
     if not free:
         given = chains_as_given([choice[0] for choice in choices])
@@ -197,7 +196,7 @@ def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: boo
 
 
 def _fewer(modes: Sequence[Swath], most: int) -> list[Swath]:
-    """The ways of painting a closed line that begin at `most` of its places; both ways of any other."""
+    """Limit the modes of a closed line to `most` start points; other lines keep both modes."""
     begun = [(round(mode.strokes[0].nozzle.x_m, 6), round(mode.strokes[0].nozzle.y_m, 6)) for mode in modes]
     places = list(dict.fromkeys(begun))
     if len(modes) <= 2 or len(places) <= most:
@@ -207,11 +206,11 @@ def _fewer(modes: Sequence[Swath], most: int) -> list[Swath]:
 
 
 def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
-    """The chain in the parts that are painted in the least time; of each part the ways to paint it."""
+    """Divide a chain into the parts that take the least time; return the modes of each part."""
     links = chain.links
     strokes, joints = _speeds(chain, painting)
     if chain.closed:
-        # If it is parted anywhere, then where it is slowest.
+        # If it is divided anywhere, then at the slowest joint.
         turn = 1 + int(np.argmin(joints.max(axis=0)))
         links, strokes, joints = _turned(links, turn), np.roll(strokes, -turn, axis=1), np.roll(joints, -turn, axis=1)
     lengths = np.array([next(s.nozzle.length_m for s in link if s) for link in links])
@@ -223,12 +222,12 @@ def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
 
 
 def _turned(links: tuple[ChainLink, ...], count: int) -> tuple[ChainLink, ...]:
-    """The links of a closed chain, begun `count` links later."""
+    """Rotate the links of a closed chain by `count`."""
     return (*links[count:], *links[:count])
 
 
 def _speeds(chain: Chain, painting: Painting) -> tuple[Floats, Floats]:
-    """The speed (m/s) of each link, and from each into the next, (2, links): along the chain, and back; 0: not so."""
+    """Speed (m/s) of each link, and from each into the next, (2, links): along the chain, and back; 0: impossible."""
     following = [*chain.links[1:], chain.links[0] if chain.closed else ChainLink(None, None)]
     strokes = [[painting.stroke_mps(stroke) if stroke else 0.0 for stroke in link] for link in chain.links]
     joints = [
@@ -242,13 +241,13 @@ def _speeds(chain: Chain, painting: Painting) -> tuple[Floats, Floats]:
 
 
 def _parts(length_m: Floats, strokes_mps: Floats, joints_mps: Floats) -> list[tuple[int, int]]:
-    """The parts [first, last) of a chain that take least time, where each takes `PARTING_S` besides (exact)."""
+    """Optimal parts [first, last) of a chain, where each part takes `PARTING_S` besides, by dynamic programming."""
     count = len(length_m)
     reached = np.concatenate(([0.0], np.cumsum(length_m)))
     least, first = np.zeros(count + 1), np.zeros(count + 1, dtype=np.int64)
     speeds = np.zeros((2, count))
     for last in range(count):
-        # The speeds of the parts that end here, by where they begin.
+        # Speeds of the parts that end here, by their beginning.
         speeds[:, last] = np.inf
         if last:
             np.minimum(speeds[:, :last], joints_mps[:, last - 1, None], out=speeds[:, :last])
@@ -265,7 +264,7 @@ def _parts(length_m: Floats, strokes_mps: Floats, joints_mps: Floats) -> list[tu
 
 
 def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple[int, int]]:
-    """The parts, cut at joints where they are longer than `LONG_M`."""
+    """Divide parts longer than `LONG_M` at joints."""
     for first, last in parts:
         begun, length = first, 0.0
         for i in range(first, last):
@@ -277,7 +276,7 @@ def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple
 
 
 def _both_directions(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
-    """The swaths along links and back, as far as they are painted in one go."""
+    """Swaths along links and back, as far as they are painted without a break."""
     for given in ([link.along for link in links], [link.back for link in links[::-1]]):
         strokes = [stroke for stroke in given if stroke]
         if len(strokes) == len(given) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):

@@ -1,4 +1,4 @@
-"""Compiled: cubic curves between two poses, their price, and what clothoids in their place are found by.
+"""Compiled: cubic curves between two poses, their price, and their approximation by clothoids.
 
 Points are complex numbers x + iy. With p(0), p(1) the ends and k_i, k_f the lengths of the tangents there,
 
@@ -18,20 +18,20 @@ from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps, square_cap
 from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats
 
-# Slowest |p'| of an automatic curve, as a share of the distance: nearly standing, a curve bends without limit.
+# Minimum |p'| of a chosen curve, as a fraction of the distance: near 0, curvature is unbounded.
 SLOWEST_SHARE = 0.05
-# Factors of the distance that are tried as k_i and as k_f, the plainest first: it wins where all are as quick.
+# Candidates for k_i and k_f as factors of the distance, the plainest first, which wins ties.
 FACTORS = np.array([1.0, 0.8, 1.3, 0.6, 1.6, 0.4, 2.0, 2.6])
-# Points of a curve that are looked at: first roughly, then those of the best.
+# Samples of a curve: in the rough search, and of the best curves.
 ROUGH, FINE = 32, 256
-# Refinement goes by steps of this (of log k) at first, and halves them so often.
+# Initial step of the refinement (of log k), and number of halvings.
 FIRST_STEP, HALVINGS = 0.14, 5
-# A curve must be quicker by this share to replace an earlier one.
+# A curve must be quicker by this fraction to replace an earlier one.
 QUICKER = 1e-9
 
 
 class CubicCurve(NamedTuple):
-    """The curve's ends (m) and its other two coefficients (m), each complex, or all arrays of one shape."""
+    """Ends (m) and the other two coefficients (m) of a curve, complex numbers or arrays of one shape."""
 
     start: Any
     goal: Any
@@ -41,7 +41,7 @@ class CubicCurve(NamedTuple):
 
 @kernel
 def cubic_curve(start: Any, goal: Any, leaving: Any, arriving: Any) -> CubicCurve:
-    """The curve between two points with these tangents.
+    """Create the curve between two points with given tangents.
 
     Args:
         start: p(0), x + iy (m).
@@ -54,14 +54,14 @@ def cubic_curve(start: Any, goal: Any, leaving: Any, arriving: Any) -> CubicCurv
 
 @kernel
 def point(curve: CubicCurve, s: Any) -> Any:
-    """p(s), x + iy (m), for s in [0, 1]."""
+    """Position p(s), x + iy (m), for s in [0, 1]."""
     t = s - 1.0
     return s * s * s * curve.goal - t * t * t * curve.start + curve.alpha * s * s * t + curve.beta * s * t * t
 
 
 @kernel
 def tangent(curve: CubicCurve, s: Any) -> Any:
-    """p'(s) (m), for s in [0, 1]."""
+    """Tangent p'(s) (m), for s in [0, 1]."""
     t = s - 1.0
     ends = 3.0 * s * s * curve.goal - 3.0 * t * t * curve.start
     return ends + curve.alpha * (3.0 * s - 2.0) * s + curve.beta * t * (3.0 * s - 1.0)
@@ -69,14 +69,14 @@ def tangent(curve: CubicCurve, s: Any) -> Any:
 
 @kernel
 def tangent_change(curve: CubicCurve, s: Any) -> Any:
-    """p''(s) (m), for s in [0, 1]; linear in s."""
+    """Second derivative p''(s) (m), for s in [0, 1]; linear in s."""
     ends = 6.0 * s * curve.goal - 6.0 * (s - 1.0) * curve.start
     return ends + curve.alpha * (6.0 * s - 2.0) + curve.beta * (6.0 * s - 4.0)
 
 
 @kernel
 def bend(curve: CubicCurve, s: float) -> tuple[float, float, float]:
-    """How a curve runs at s: |p'| (m), curvature (1/m) as travelled, and its change per metre travelled (1/m²).
+    """Return |p'| (m), curvature (1/m) as travelled, and its change per metre travelled (1/m²) at s.
 
     κ = (p' × p'')/|p'|³, and dκ/ds its derivative by s over |p'|.
     """
@@ -92,13 +92,13 @@ def bend(curve: CubicCurve, s: float) -> tuple[float, float, float]:
 
 
 class Terms(NamedTuple):
-    """On what terms a curve is driven.
+    """Constraints of a drive along a curve.
 
     Attributes:
-        tightest: Largest curvature (1/m).
-        slowest: Least |p'| (m).
-        rates: (FINE + 1,) s'(τ) of the law by which it is driven, at equal steps of s; (0,): by the limits alone.
-        limits: Of drive and plan.
+        tightest: Maximum curvature (1/m).
+        slowest: Minimum |p'| (m).
+        rates: (FINE + 1,) s'(τ) of the speed law at equal steps of s; (0,): no law but the limits.
+        limits: Limits of drive and plan.
     """
 
     tightest: float
@@ -109,18 +109,18 @@ class Terms(NamedTuple):
 
 @kernel
 def price(curve: CubicCurve, terms: Terms, points: int, longest: float = math.inf) -> float:
-    """Seconds along a curve at the largest speed v that each place allows.
+    """Seconds along a curve at the maximum speed v that each point allows.
 
-    By the limits alone ∫ |p'|/v ds, by the trapezium rule; by a law s(τ) the least T with |p'|·s'/T ≤ v throughout.
+    Without a law ∫ |p'|/v ds, by the trapezium rule; by a law s(τ) the minimum T with |p'|·s'/T ≤ v throughout.
 
     Args:
-        curve: That is driven.
-        terms: How.
-        points: How many intervals of s are looked at; a part of FINE, if by a law.
-        longest: A curve that takes longer (s) does not matter.
+        curve: Curve to drive.
+        terms: Constraints of the drive.
+        points: Number of sampled intervals of s; a divisor of FINE with a law.
+        longest: Time (s) beyond which the price does not matter.
 
     Returns:
-        Infinity, if the curve is tighter or slower anywhere than the terms allow, or takes longer.
+        Seconds; infinity if the curve violates the terms, or takes longer.
     """
     seconds, by_law, every = 0.0, len(terms.rates) > 0, FINE // points
     for i in range(points + 1):
@@ -137,7 +137,7 @@ def price(curve: CubicCurve, terms: Terms, points: int, longest: float = math.in
 
 @kernel
 def quickest_lengths(goal: complex, turn: float, backward: bool, terms: Terms) -> tuple[float, float]:
-    """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x.
+    """Tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x.
 
     First 8 × 8 factors of the distance, forward and backward, then a compass search about the best, each step along
     k_i, k_f or both (Kolda, Lewis, Torczon, "Optimization by direct search", SIAM Review 45(3), 2003).
@@ -146,10 +146,10 @@ def quickest_lengths(goal: complex, turn: float, backward: bool, terms: Terms) -
         goal: x + iy (m).
         turn: Heading at the goal (rad).
         backward: Whether it may be driven backward.
-        terms: How it is driven.
+        terms: Constraints of the drive.
 
     Returns:
-        NaN twice, if none of those tried keeps to the terms.
+        The lengths; NaN twice if no candidate keeps to the terms.
     """
     distance, count = abs(goal), len(FACTORS)
     arriving = complex(math.cos(turn), math.sin(turn))
@@ -188,7 +188,7 @@ def quickest_lengths(goal: complex, turn: float, backward: bool, terms: Terms) -
 
 @kernel
 def _tried(i: int, distance: float) -> tuple[float, float, float]:
-    """The i-th of the curves that are tried: 1 forward or -1 backward, and its tangent lengths (m)."""
+    """The i-th candidate: 1 forward or −1 backward, and its tangent lengths (m)."""
     count = len(FACTORS)
     sense = 1.0 if i < count * count else -1.0
     at = i % (count * count)
@@ -197,10 +197,10 @@ def _tried(i: int, distance: float) -> tuple[float, float, float]:
 
 @kernel
 def weights_along(curve: CubicCurve) -> Floats:
-    """(FINE + 1,) shares of a curve's length, its turn and its twist, in all, that are behind equal steps of s.
+    """Cumulative weight (FINE + 1,) of a curve's length, turn and twist at equal steps of s.
 
     Args:
-        curve: As travelled.
+        curve: Curve, as travelled.
     """
     share = np.empty((FINE, 3))
     for i in range(FINE):
@@ -219,12 +219,12 @@ def weights_along(curve: CubicCurve) -> Floats:
 
 @kernel
 def nearest_curvature(curve: CubicCurve, at: Floats) -> tuple[Floats, Floats]:
-    """The continuous curvature, linear in arc length between borders, that is nearest to a curve's in the mean square.
+    """Least-squares fit of a curve's curvature, continuous and linear in arc length between borders.
 
     The normal equations of hat functions: Σ_j ∫h_i·h_j ds·κ_j = ∫h_i·κ ds, three to a row, solved by elimination.
 
     Args:
-        curve: As travelled.
+        curve: Curve, as travelled.
         at: (n + 1,) values of s at the borders.
 
     Returns:
@@ -262,10 +262,10 @@ def nearest_curvature(curve: CubicCurve, at: Floats) -> tuple[Floats, Floats]:
 
 @kernel
 def goal_ahead(curve: CubicCurve) -> tuple[complex, float]:
-    """Where a curve ends, x + iy (m), and how it turns until there (rad), if it leaves the origin along +x.
+    """End of a curve, x + iy (m), and its total turn (rad), if it leaves the origin along +x.
 
     Args:
-        curve: As travelled.
+        curve: Curve, as travelled.
     """
     leaving, arriving = tangent(curve, 0.0), tangent(curve, 1.0)
     goal = (curve.goal - curve.start) * leaving.conjugate() / abs(leaving)
@@ -275,13 +275,13 @@ def goal_ahead(curve: CubicCurve) -> tuple[complex, float]:
 
 @kernel
 def farthest_off(curve: CubicCurve, at: Floats, length: Floats, curvature: Floats) -> float:
-    """How far (m) clothoids are off the curve at their borders at most.
+    """Maximum distance (m) of clothoids from the curve at their borders.
 
     Args:
-        curve: In whose place they are.
+        curve: Curve that they approximate.
         at: (n + 1,) values of s at the borders.
-        length: (n,) of each (m).
-        curvature: (n + 1,) at the borders (1/m).
+        length: (n,) lengths (m).
+        curvature: (n + 1,) curvature at the borders (1/m).
     """
     leaving = tangent(curve, 0.0)
     position, heading, worst = curve.start, math.atan2(leaving.imag, leaving.real), 0.0
@@ -295,12 +295,12 @@ def farthest_off(curve: CubicCurve, at: Floats, length: Floats, curvature: Float
 
 @kernel
 def miss(length: Floats, curvature: Floats, scale: float, goal: complex, turn: float) -> Floats:
-    """(3,) by how much (m, m, rad) clothoids from the origin along +x miss a goal.
+    """Error (3,) (m, m, rad) at the goal of clothoids from the origin along +x.
 
     Args:
-        length: (n,) of each (m), but for the scale.
-        curvature: (n + 1,) at their borders (1/m).
-        scale: Of their lengths.
+        length: (n,) lengths (m), before scaling.
+        curvature: (n + 1,) curvature at their borders (1/m).
+        scale: Factor on their lengths.
         goal: x + iy (m).
         turn: Heading there (rad).
     """

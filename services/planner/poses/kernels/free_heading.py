@@ -1,4 +1,4 @@
-"""Compiled: the shortest path of bounded curvature from a pose to a point, at which it may arrive with any heading.
+"""Compiled: shortest path of bounded curvature from a pose to a point, with any heading there.
 
 It is an arc and its tangent line, or two arcs: see `shortest_to_point`. (The shortest to a point must be the least of
 Dubins' six words over all headings, of which at a free end only these are left: Boissonnat, Bui, "Accessibility region
@@ -13,13 +13,13 @@ from touchline.core.angles import TAU
 from touchline.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 
-# An arc this close below a full turn (rad) is none, blurred by rounding.
+# An arc this close below a full turn (rad) is zero with a rounding error.
 WRAP_RAD = 1e-12
 
 
 @kernel
 def shortest_to_point(goal: complex, radius: float) -> tuple[float, float, float, float]:
-    """The shortest path from the origin, heading along +x, to a point.
+    """Find the shortest path from the origin, heading along +x, to a point.
 
     Per side s the first turning circle is about c = isR. With D = |g − c|: outside it, an arc up to the tangent through
     g; and from R to 3R, an arc up to a second circle through g that touches the first: its centre is 2R from c and R
@@ -27,10 +27,10 @@ def shortest_to_point(goal: complex, radius: float) -> tuple[float, float, float
 
     Args:
         goal: x + iy (m).
-        radius: R, of the turning circle (m).
+        radius: Radius R of the turning circle (m).
 
     Returns:
-        The first arc's turn (rad, left positive), the line (m), the second arc's turn (rad), the length of all (m).
+        Turn of the first arc (rad, left positive), line (m), turn of the second arc (rad), and total length (m).
     """
     best = (0.0, 0.0, 0.0, math.inf)
     for side in (1.0, -1.0):
@@ -61,11 +61,11 @@ def shortest_to_point(goal: complex, radius: float) -> tuple[float, float, float
 
 @kernel
 def shortest_lengths(goals: Floats, radius: float) -> Floats:
-    """`shortest_to_point` for many.
+    """Compute `shortest_to_point` for many points.
 
     Args:
-        goals: (n, 2) x, y (m), seen from the start.
-        radius: Of the turning circle (m).
+        goals: (n, 2) x, y (m) relative to the start.
+        radius: Radius of the turning circle (m).
 
     Returns:
         (n, 2) length (m) and heading at the point (rad).
@@ -79,6 +79,6 @@ def shortest_lengths(goals: Floats, radius: float) -> Floats:
 
 @kernel
 def _turn(angle: float) -> float:
-    """The angle in [0, 2π), where a rounding error short of a full turn is no turn."""
+    """Wrap an angle to [0, 2π); a rounding error short of a full turn counts as 0."""
     turn = angle % TAU
     return 0.0 if turn > TAU - WRAP_RAD else turn

@@ -1,10 +1,10 @@
-"""Compiled: whether speeds along a path keep the limits."""
+"""Compiled: check of a speed profile against the limits."""
 
 from touchline.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps, gain
 from touchline.services.planner.geometry.clothoid import Floats
 
-# Rounding of a speed that is held is no acceleration (m²/s²).
+# Change of a constant v² by rounding, which is no acceleration (m²/s²).
 HELD = 1e-12
 
 
@@ -13,12 +13,12 @@ def fits(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, squa
     """True if a drive with u = v² linear over each cell keeps the limits of `drives/caps.py`.
 
     Args:
-        length: (n,) of the cells (m).
-        curvature: (n,) signed, at the beginning of each cell (1/m).
-        sharpness: (n,) signed, constant over each cell (1/m²).
-        cap: (n,) the largest u of each cell (m²/s²).
+        length: (n,) lengths of the cells (m).
+        curvature: (n,) signed curvature at the beginning of each cell (1/m).
+        sharpness: (n,) signed sharpness, constant over each cell (1/m²).
+        cap: (n,) maximum u of each cell (m²/s²).
         square: (n + 1,) u at the borders of the cells (m²/s²).
-        limits: Of drive and plan.
+        limits: Limits of drive and plan.
     """
     for i in range(len(length)):
         first, last = square[i], square[i + 1]

@@ -1,4 +1,4 @@
-"""Compiled: how soon a robot is at a pose that turns on the spot, drives the line and turns again."""
+"""Compiled: duration of a drive by turn on the spot, line, and turn on the spot."""
 
 import cmath
 import math
@@ -11,13 +11,13 @@ from touchline.services.planner.poses.kernels.cubic_curve import FINE, Terms, cu
 
 @kernel
 def turned_line_s(goal: complex, turn: float, backward: bool, terms: Terms) -> float:
-    """Seconds from the origin, heading along +x, by turn, line and turn; the line priced as curves are.
+    """Seconds from the origin, heading along +x, by turn, line and turn; the line is priced like a curve.
 
     Args:
         goal: x + iy (m), not the origin.
         turn: Heading there (rad).
-        backward: Whether the line may be driven backward, if that is sooner.
-        terms: How it is driven.
+        backward: Whether the line may be driven backward, if that is quicker.
+        terms: Constraints of the drive.
     """
     length = complex(abs(goal), 0.0)
     line_s = price(cubic_curve(0j, length, length, length), terms, FINE)

@@ -24,12 +24,12 @@ from touchline.schemas.team import TeamScenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
-from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.plan import finished
 from touchline.services.planner.poses.law4 import FAST_MPS, Law4
 from touchline.services.planner.poses.shipped_methods import BEARING, DUBINS_FREE
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
+from touchline.services.planner.running_leg import RunningLeg
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import send
 from touchline.services.robot_sim.emulator import Taking

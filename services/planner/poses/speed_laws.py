@@ -1,8 +1,8 @@
-"""Laws of when the robot is where between two poses: as the limits allow, or as a polynomial of time has it.
+"""Speed laws between two poses: as fast as the limits allow, or by a polynomial of time.
 
-With τ = t/T from 0 to 1, a law s(τ) drives a curve p(s) with v = |p'(s)|·s'(τ)/T; T may be given, but for what the
-limits need at least (Siciliano et al., "Robotics: Modelling, Planning and Control", 4.2 and 11.5.3). Where the robot
-stands on the way, at cusps and turns on the spot, each stretch between has the law to itself, over its arc length.
+With τ = t/T from 0 to 1, a law s(τ) drives a curve p(s) with v = |p'(s)|·s'(τ)/T, where T may be given if it is not
+below the minimum of the limits (Siciliano et al., "Robotics: Modelling, Planning and Control", 4.2 and 11.5.3). Where
+the robot stops, at cusps and turns on the spot, the law applies to each stretch in between, over its arc length.
 """
 
 import math
@@ -22,16 +22,16 @@ from touchline.services.planner.poses.pose_method import CurveProgress
 from touchline.services.planner.speed.path_grid import PathGrid
 from touchline.services.planner.speed.timing import SpeedProfile, speed_profile, spins_of
 
-# The first entry behind a standstill is at this τ, and the following ones at so many times their last τ; likewise at
-# the end. So v², linear between entries, is within 0.5 % of the law.
+# τ of the first entry after a standstill, and ratio of the τ of successive entries; likewise at the end. So v², linear
+# between entries, is within 0.5 % of the law.
 FIRST_ENTRY, ENTRY_RATIO = 1e-3, 1.06
 HALVINGS = 60
-# Shorter than the shortest by less than this share is rounding.
+# Fraction by which a duration may be below the minimum, as rounding.
 ROUNDING = 1e-6
 
 
 class SpeedLaw(NamedTuple):
-    """A law from rest to rest, but for one that begins and ends `moving`; both functions take and give (n,)."""
+    """Law s(τ) and its derivative, from rest to rest unless `moving`; both functions map (n,) to (n,)."""
 
     s: Callable[[Floats], Floats]
     rate: Callable[[Floats], Floats]
@@ -47,12 +47,12 @@ QUINTIC: Final = SpeedLaw(
 
 
 def rates_over(law: SpeedLaw, s: Floats) -> Floats:
-    """(n,) s'(τ) of a law at places of s (n,), from 0 to 1."""
+    """Rates s'(τ) (n,) of a law at values of s (n,), from 0 to 1."""
     return np.asarray(law.rate(_when(law.s, s)))
 
 
 def _when(s_of: Callable[[Floats], Floats], wanted: Floats) -> Floats:
-    """(n,) the τ from 0 to 1 at which an increasing function of it is as wanted (n,), by bisection."""
+    """Values of τ (n,), from 0 to 1, at which an increasing function has the wanted values (n,), by bisection."""
     low, high = np.zeros(len(wanted)), np.ones(len(wanted))
     for _ in range(HALVINGS):
         tau = 0.5 * (low + high)
@@ -63,7 +63,7 @@ def _when(s_of: Callable[[Floats], Floats], wanted: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class LawStretch:
-    """A stretch of path without a standstill on the way, from arc length `start_m` to `end_m`, and how it is driven."""
+    """Stretch of path between standstills, from arc length `start_m` to `end_m`, and its law."""
 
     start_m: float
     end_m: float
@@ -71,14 +71,14 @@ class LawStretch:
     progress: CubicHermiteSpline
 
     def entries_m(self) -> Floats:
-        """(n,) the arc lengths at which the profile has entries."""
+        """Arc lengths (n,) of the entries of the profile."""
         count = math.ceil(math.log(0.5 / FIRST_ENTRY) / math.log(ENTRY_RATIO))
         early = np.geomspace(FIRST_ENTRY, 0.5, count)
         tau = np.concatenate((early, 1.0 - early[-2::-1]))
         return np.asarray(self.start_m + (self.end_m - self.start_m) * self.progress(self.law.s(tau)))
 
     def speeds(self, station_m: Floats) -> Floats:
-        """(n,) the speeds (m/s) at arc lengths (n,), if it took one second."""
+        """Speeds (n,) (m/s) at arc lengths (n,), for a duration of one second."""
         length_m = self.end_m - self.start_m
         tau = _when(lambda at: self.progress(self.law.s(at)), (station_m - self.start_m) / length_m)
         speed = length_m * self.progress(self.law.s(tau), 1) * self.law.rate(tau)
@@ -94,17 +94,17 @@ def timed(
     limits: Limits,
     progress: CurveProgress | None = None,
 ) -> SpeedProfile:
-    """The profile along a path that takes a wanted time.
+    """Compute the speed profile along a path for a wanted duration.
 
     Args:
-        grid_of: Makes the path's cells, with borders at arc lengths (n,) too.
-        law: By which it is driven; None: as fast as the limits allow, and slowed evenly.
-        duration_s: Wanted; 0: the least.
-        limits: They are kept.
-        progress: Of a curve with a parameter of its own.
+        grid_of: Creates the path's cells, with additional borders at arc lengths (n,).
+        law: Speed law; None: as fast as the limits allow, slowed evenly.
+        duration_s: Wanted duration; 0: the minimum.
+        limits: Limits of the plan.
+        progress: Progress along a curve with a parameter of its own.
 
     Raises:
-        PlanningError: The wanted time is too short, or no law of driving helps; it says how much it takes at least.
+        PlanningError: The duration is shorter than the minimum, which the error gives, or the law cannot stop.
     """
     grid = grid_of(np.zeros(0))
     fastest = (
@@ -114,29 +114,29 @@ def timed(
 
 
 def _slowed(fastest: SpeedProfile, duration_s: float) -> SpeedProfile:
-    """The same, driven so much slower throughout that it takes the time; turns on the spot stay as they are."""
+    """Scale a profile to a longer duration; turns on the spot stay as they are."""
     least_s, turning_s = fastest.total_time_s, float(fastest.dwell_s.sum())
     if not duration_s >= least_s * (1.0 - ROUNDING):
         raise PlanningError(
-            "", f"shall take duration_s = {duration_s:g}", f"give at least {math.ceil(1e3 * least_s) / 1e3:g} s, or 0"
+            "", f"has duration_s = {duration_s:g}", f"give at least {math.ceil(1e3 * least_s) / 1e3:g} s, or 0"
         )
     if not math.isfinite(duration_s):
-        raise PlanningError("", f"shall take duration_s = {duration_s:g}", "give seconds, or 0 for the least")
+        raise PlanningError("", f"has duration_s = {duration_s:g}", "give seconds, or 0 for the least")
     slower = (duration_s - turning_s) / (least_s - turning_s)
     return replace(fastest, speed_mps=fastest.speed_mps / slower)
 
 
 def _stretches(grid: PathGrid, law: SpeedLaw, progress: CurveProgress | None) -> list[LawStretch]:
-    """What is driven between two standstills, by the law.
+    """Divide a path at its standstills into stretches of the law.
 
     Raises:
-        PlanningError: The law cannot stand.
+        PlanningError: The law cannot stop.
     """
     if law.moving and (grid.stops or grid.spins):
         raise PlanningError(
             "",
-            "shall keep a uniform law, but the path has cusps or turns on the spot, where the robot stands",
-            "give another speed law, or a pose method that drives one way (dubins, or g2 with forward_only)",
+            "has a uniform speed law, but the path has cusps or turns on the spot, where the robot stops",
+            "give another speed law, or a pose method without cusps (dubins, or g2 with forward_only)",
         )
     along = _shares(progress) if progress else CubicHermiteSpline([0.0, 1.0], [0.0, 1.0], [1.0, 1.0])
     stops = np.unique([0, *grid.stops, len(grid.station_m) - 1])
@@ -144,13 +144,13 @@ def _stretches(grid: PathGrid, law: SpeedLaw, progress: CurveProgress | None) ->
 
 
 def _shares(progress: CurveProgress) -> CubicHermiteSpline:
-    """The share of its length that a curve has come to, by its parameter."""
+    """Fraction of a curve's length as a function of its parameter."""
     whole_m = progress.station_m[-1]
     return CubicHermiteSpline(progress.at, progress.station_m / whole_m, progress.rate_m / whole_m)
 
 
 def _by_law(grid_of: Callable[[Floats], PathGrid], stretches: list[LawStretch], limits: Limits) -> SpeedProfile:
-    """The fastest profile in which every stretch keeps its law."""
+    """Fastest profile in which every stretch keeps its law."""
     grid = grid_of(np.concatenate([stretch.entries_m() for stretch in stretches]))
     speed = np.zeros(len(grid.station_m))
     for stretch in stretches:
@@ -162,7 +162,7 @@ def _by_law(grid_of: Callable[[Floats], PathGrid], stretches: list[LawStretch], 
 
 
 def _largest(grid: PathGrid, cells: slice, square: Floats, limits: Limits) -> float:
-    """By which factor v² (n + 1,) of some cells can be raised, or must be lowered, to be at the limits."""
+    """Factor on v² (n + 1,) of some cells that brings them to the limits."""
     columns = (grid.length_m[cells], grid.curvature_1pm[cells], grid.sharpness_1pm2[cells], grid.square_cap[cells])
     high = float(np.min(columns[3] / np.maximum(square[1:], square[:-1])))
     low = 0.0

@@ -53,7 +53,7 @@ class JudgedTable:
 
     @property
     def missed(self) -> bool:
-        """Whether a row misses what is asked of it."""
+        """True if a row misses what is asked of it."""
         return any(row.met is False for row in self.rows)
 
     def markdown(self) -> str:

@@ -1,4 +1,4 @@
-"""The start of a drive from amid another one: the running trajectory's next stretch as sent, and a stop on it."""
+"""Running leg of a trajectory, from which another drive begins: its next stretch as sent, and a stop on it."""
 
 import math
 from collections.abc import Iterator
@@ -20,16 +20,16 @@ from touchline.services.planner.speed.path_grid import course
 from touchline.services.planner.speed.timing import SpeedProfile, keeps_entry, speed_profile
 from touchline.services.planner.steering.method import CurveEnd
 
-# So long (s) the running trajectory is kept where nobody says: planning, sending and the robot's check take less.
+# Default time (s) for which the running trajectory is kept: planning, sending and the robot's check take less.
 KEEP_S = 2.0
-# A robot that is to stop brakes with the largest of these shares of its acceleration that path and wheels allow.
+# A robot brakes with the largest of these fractions of its acceleration that path and wheels allow.
 BRAKING_SHARES = (1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2)
-# Shorter stretches (m) and slower drives (m/s) are none.
+# Shorter stretches (m) and slower drives (m/s) count as rest.
 LEAST_M, LEAST_MPS = 1e-6, 1e-3
 
 
 class RunningCurve(NamedTuple):
-    """A line or arc of the running leg, and the arc lengths between which it is driven."""
+    """Line or arc of the running leg, and its interval of arc length."""
 
     curve: Curve
     start_m: float
@@ -38,12 +38,12 @@ class RunningCurve(NamedTuple):
 
 @dataclass(frozen=True)
 class RunningLeg:
-    """What the robot is driving until it next stands.
+    """Part of the running trajectory up to the next standstill.
 
     Attributes:
-        curves: As travelled.
+        curves: Curves as travelled.
         direction: +1 forward, −1 backward.
-        profile: The speeds of the whole trajectory.
+        profile: Speeds of the whole trajectory.
     """
 
     curves: tuple[RunningCurve, ...]
@@ -52,10 +52,10 @@ class RunningLeg:
 
     @classmethod
     def of(cls, leaving: LeavingTrajectory) -> "RunningLeg":
-        """The leg that holds the arc length at which the robot is.
+        """Find the leg that holds the robot's arc length.
 
         Raises:
-            PlanningError: The trajectory has no such place, or cannot be read.
+            PlanningError: The trajectory has no such arc length, or cannot be read.
         """
         at_m = leaving.arc_length_m
         try:
@@ -73,11 +73,11 @@ class RunningLeg:
 
     @property
     def end_m(self) -> float:
-        """Arc length at which the robot stands."""
+        """Arc length of the standstill (m)."""
         return self.curves[-1].end_m
 
     def part(self, from_m: float, to_m: float) -> DrivenPart:
-        """The stretch between two arc lengths, as it was sent."""
+        """Cut out the stretch between two arc lengths, as sent."""
         cut = [
             (each.curve, max(from_m - each.start_m, 0.0), min(to_m, each.end_m) - each.start_m)
             for each in self.curves
@@ -102,7 +102,7 @@ class RunningLeg:
         return DrivenPart([Section(TRANSITION, path)], sent, SpeedProfile(station - from_m, speed))
 
     def _heading(self, curve: Curve) -> PathPose:
-        """The robot's pose at the start of a curve."""
+        """Pose of the robot at the start of a curve."""
         return PathPose(curve.x_m, curve.y_m, curve.heading_rad + (0.0 if self.direction > 0 else math.pi))
 
     def end_of(self, part: DrivenPart) -> CurveEnd:
@@ -111,10 +111,10 @@ class RunningLeg:
         return CurveEnd(path.end, path.pieces[-1].curvature_1pm, float(part.speeds.speed_mps[-1]))
 
     def kept(self, leaving: LeavingTrajectory) -> tuple[DrivenPart, float]:
-        """What is kept in any case, and the arc length at which that ends.
+        """Return the stretch that is kept in any case, and the arc length at its end.
 
         Raises:
-            PlanningError: The time for which it is to be kept is none.
+            PlanningError: The time for which it is kept is not usable.
         """
         keep_s = leaving.keep_s or KEEP_S
         if not 0.0 < keep_s < math.inf:
@@ -127,7 +127,7 @@ class RunningLeg:
         return self.part(at_m, to_m), to_m
 
     def stopped(self, from_m: float, vehicle: Vehicle) -> DrivenPart:
-        """The stretch from an arc length on at which the robot moves to where it stands: as soon as it can."""
+        """Stretch from an arc length, at which the robot moves, to the earliest standstill."""
         limits = Limits.of(vehicle, PlanOptions())
         speed_mps = float(self.profile.speed_at(from_m))
         for share in BRAKING_SHARES:
@@ -141,14 +141,14 @@ class RunningLeg:
         return self._to_end(from_m)
 
     def _to_end(self, from_m: float) -> DrivenPart:
-        """The stretch to where the robot stands, as it was sent; a law that ends moving ends in a stop."""
+        """Stretch up to the standstill, as sent; a law that ends moving gets a stop."""
         part = self.part(from_m, self.end_m)
         speeds = np.append(part.speeds.speed_mps[:-1], 0.0)
         return DrivenPart(part.sections, part.sent, SpeedProfile(part.speeds.station_m, speeds))
 
 
 def _legs(trajectory: Trajectory) -> Iterator[tuple[tuple[RunningCurve, ...], int]]:
-    """The curves between two standstills and their direction; turns on the spot left out."""
+    """Curves between standstills and their direction, without turns on the spot."""
     found: list[RunningCurve] = []
     direction, at_m = 0, 0.0
     for segment in trajectory.path.segments:
@@ -167,10 +167,10 @@ def _legs(trajectory: Trajectory) -> Iterator[tuple[tuple[RunningCurve, ...], in
 
 
 def _profile(trajectory: Trajectory) -> SpeedProfile:
-    """The speeds over arc length.
+    """Speeds over arc length.
 
     Raises:
-        PlanningError: There are none.
+        PlanningError: The trajectory has no speeds.
     """
     entries = [
         (entry.arc_length, entry.velocity.value)
