@@ -12,17 +12,17 @@ TAU = 2.0 * math.pi
 
 @kernel
 def wrapped(angle_rad: float) -> float:
-    """The angle in (−π, π], rad."""
+    """Wrap an angle (rad) to (−π, π]."""
     return math.pi - (math.pi - angle_rad) % TAU
 
 
 @kernel
 def nearest_turn(angle_rad: float, middle_rad: float) -> float:
-    """The angle less as many whole turns as bring it within half a turn of another.
+    """Shift an angle by whole turns to within half a turn of another.
 
     Args:
-        angle_rad: To be turned back or on.
-        middle_rad: That it is to be near to.
+        angle_rad: Angle to shift.
+        middle_rad: Angle that it is to be near to.
 
     Returns:
         The angle in [middle − π, middle + π), rad.
@@ -32,10 +32,10 @@ def nearest_turn(angle_rad: float, middle_rad: float) -> float:
 
 @kernel
 def sinc(angle_rad: float) -> float:
-    """Sin x / x, 1 at 0."""
+    """Compute sin(x) / x, 1 at 0."""
     return math.sin(angle_rad) / angle_rad if abs(angle_rad) > 1e-6 else 1.0
 
 
 def wrapped_all(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The angles, rad, in [−π, π]; of any shape."""
+    """Wrap angles (rad), of any shape, to [−π, π]."""
     return np.asarray(np.angle(np.exp(1j * angle_rad)))

@@ -19,13 +19,13 @@ X, Y, HEADING, CURVATURE, LENGTH = range(5)
 
 @kernel
 def unit(angle_rad: float) -> complex:
-    """The unit vector at an angle from +x."""
+    """Unit vector at an angle from +x."""
     return complex(math.cos(angle_rad), math.sin(angle_rad))
 
 
 @kernel
 def chord_share(half_turn_rad: float) -> float:
-    """The length of the chord over that of an arc, which turns by twice the angle: sin(x) / x."""
+    """Ratio of the chord to an arc that turns by twice the angle: sin(x) / x."""
     return math.sin(half_turn_rad) / half_turn_rad if half_turn_rad != 0.0 else 1.0
 
 
@@ -34,12 +34,12 @@ def arc(heading_rad: float, curvature_1pm: float, length_m: float) -> tuple[comp
     """Displacement and turn along an arc or a line.
 
     Args:
-        heading_rad: At its start, from +x.
-        curvature_1pm: Left positive; 0 for a line.
-        length_m: How far along it; negative is backward.
+        heading_rad: Heading at its start, from +x.
+        curvature_1pm: Curvature, left positive; 0 for a line.
+        length_m: Arc length; negative is backward.
 
     Returns:
-        The chord x + iy (m), in the frame in which the heading is given, and the turn (rad).
+        The chord x + iy (m), in the frame of the heading, and the turn (rad).
     """
     half = 0.5 * curvature_1pm * length_m
     return unit(heading_rad + half) * (length_m * chord_share(half)), 2.0 * half
@@ -47,12 +47,12 @@ def arc(heading_rad: float, curvature_1pm: float, length_m: float) -> tuple[comp
 
 @kernel
 def beside(point: complex, row: Floats, facing: complex) -> float:
-    """The signed distance (m) of a point from a line or arc that goes on beyond its ends, left positive.
+    """Signed distance (m) of a point from a line or arc that extends beyond its ends, left positive.
 
     Args:
-        point: In the frame of the row, m.
+        point: Point in the frame of the row, m.
         row: (5 or more,) X to LENGTH.
-        facing: The unit vector of its heading: the same for many points.
+        facing: Unit vector of its heading, precomputed for many points.
     """
     dx, dy = point.real - row[X], point.imag - row[Y]
     left: float = facing.real * dy - facing.imag * dx
@@ -66,14 +66,14 @@ def beside(point: complex, row: Floats, facing: complex) -> float:
 
 @kernel
 def abreast(point: complex, row: Floats, facing: complex) -> float:
-    """The arc length (m) at which a line or arc that goes on beyond its ends is nearest to a point.
+    """Arc length (m) at which a line or arc that extends beyond its ends is nearest to a point.
 
-    An arc passes there once a turn; the one nearest to the middle of its length is taken.
+    An arc passes there once per turn; the pass nearest to the middle of its length counts.
 
     Args:
-        point: In the frame of the row, m.
+        point: Point in the frame of the row, m.
         row: (5 or more,) X to LENGTH.
-        facing: The unit vector of its heading: the same for many points.
+        facing: Unit vector of its heading, precomputed for many points.
     """
     dx, dy = point.real - row[X], point.imag - row[Y]
     ahead: float = facing.real * dx + facing.imag * dy

@@ -27,7 +27,7 @@ def copy_rows(source: NDArray[Any], target: NDArray[Any], count: int) -> None:
     Args:
         source: (`count` or more, k).
         target: (`count` or more, k) its first `count` rows are overwritten.
-        count: How many.
+        count: Number of rows.
     """
     for i in range(count):
         for j in range(source.shape[1]):
@@ -36,7 +36,7 @@ def copy_rows(source: NDArray[Any], target: NDArray[Any], count: int) -> None:
 
 @kernel
 def least(values: NDArray[np.float64]) -> int:
-    """Index of the least of `values` (n,), the first one if there are equals."""
+    """Index of the minimum of `values` (n,), the first one of equals."""
     place = 0
     for i in range(1, len(values)):
         if values[i] < values[place]:
@@ -46,11 +46,11 @@ def least(values: NDArray[np.float64]) -> int:
 
 @kernel
 def ascending(values: NDArray[np.float64], order: NDArray[np.int64]) -> None:
-    """Indices that sort an array, by insertion: for few values. Equals stay in order.
+    """Sort the indices of an array by its values, by stable insertion: for few values.
 
     Args:
         values: (n,).
-        order: (n,) filled with the indices of the values from the least to the greatest.
+        order: (n,) filled with the indices of the values in ascending order.
     """
     for i in range(len(values)):
         j = i
@@ -62,11 +62,11 @@ def ascending(values: NDArray[np.float64], order: NDArray[np.int64]) -> None:
 
 @kernel
 def count_up_to(values: NDArray[np.float64], limit: float) -> int:
-    """Number of values that are at most a limit, by bisection: ``bisect.bisect_right``.
+    """Number of values that are at most a limit, by bisection, as `bisect.bisect_right`.
 
     Args:
         values: (n,) ascending.
-        limit: In their unit.
+        limit: Limit in the unit of the values.
     """
     low, high = 0, len(values)
     while low < high:

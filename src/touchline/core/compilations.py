@@ -1,4 +1,4 @@
-"""Compilations of this process, of our kernels and of anybody's functions, as they happen."""
+"""Observation of compilations in this process, of our kernels and of other functions."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _inside = threading.local()
 
 
 class Compilations:
-    """Functions that are compiled while this context is entered; loading them does not count.
+    """Context that records compiled functions; loading them does not count.
 
     Args:
-        begin: Called with a function's name before it is compiled, in the thread that needs it.
+        begin: Called with a function's name before it is compiled, in the compiling thread.
         end: Called with it afterwards.
 
     Attributes:
-        names: Of those compiled so far.
+        names: Names of the functions compiled so far.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ def run_steps(steps: Iterable[Step], report: Callable[[str], object]) -> None:
     """Run the steps of a warm-up.
 
     Args:
-        steps: Name and function of each.
+        steps: Name and function of each step.
         report: Called before each kernel that has to be compiled, with a line such as "compiling 3 of 6 (sensors):
             fast.measure", and at the end; not at all if nothing has to be compiled.
     """

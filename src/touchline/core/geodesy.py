@@ -57,13 +57,13 @@ def _from_ecef(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 @kernel
 def to_geodetic(frame: Floats, east_m: float, north_m: float, up_m: float) -> tuple[float, float, float]:
-    """(latitude [°], longitude [°], height above the ellipsoid [m]) of a local point.
+    """Convert a local point to (latitude [°], longitude [°], height above the ellipsoid [m]).
 
     Args:
-        frame: (FRAME_SIZE,) as `local_frame` makes it.
-        east_m: In the frame.
-        north_m: In the frame.
-        up_m: In the frame.
+        frame: (FRAME_SIZE,) from `local_frame`.
+        east_m: East coordinate.
+        north_m: North coordinate.
+        up_m: Up coordinate.
     """
     outward = frame[_COS_LAT] * up_m - frame[_SIN_LAT] * north_m
     geodetic: tuple[float, float, float] = _from_ecef(
@@ -76,12 +76,12 @@ def to_geodetic(frame: Floats, east_m: float, north_m: float, up_m: float) -> tu
 
 @kernel
 def to_local(frame: Floats, latitude_deg: float, longitude_deg: float, altitude_m: float) -> tuple[float, float, float]:
-    """(east, north, up) [m] of a geodetic point.
+    """Convert a geodetic point to (east, north, up) [m].
 
     Args:
-        frame: (FRAME_SIZE,) as `local_frame` makes it.
-        latitude_deg: WGS 84.
-        longitude_deg: WGS 84.
+        frame: (FRAME_SIZE,) from `local_frame`.
+        latitude_deg: WGS 84 latitude.
+        longitude_deg: WGS 84 longitude.
         altitude_m: Height above the ellipsoid.
     """
     x, y, z = _to_ecef(math.radians(latitude_deg), math.radians(longitude_deg), altitude_m)
@@ -102,7 +102,7 @@ def _fill(frame: Floats, latitude: float, longitude: float, altitude_m: float) -
 
 
 def local_frame(latitude_deg: float, longitude_deg: float, altitude_m: float) -> Floats:
-    """(FRAME_SIZE,) the east-north-up tangent plane at an origin on or near the ellipsoid."""
+    """East-north-up tangent plane (FRAME_SIZE,) at an origin on or near the ellipsoid."""
     frame = np.zeros(FRAME_SIZE)
     _fill(frame, math.radians(latitude_deg), math.radians(longitude_deg), altitude_m)
     return frame

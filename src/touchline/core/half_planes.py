@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 from touchline.core.jit import kernel
 
 Floats = NDArray[np.float64]
-# Columns of a half-plane: its outward unit normal n, and the offset (m). A row of zeros says nothing.
+# Columns of a half-plane: its outward unit normal n, and the offset (m). A row of zeros has no effect.
 NORMAL_X, NORMAL_Y, OFFSET = range(3)
 
 
 @kernel
 def excess_m(rows: Floats, point: complex) -> float:
-    """How far (m) a point is outside; inside, negative, by the least distance to a side; −inf if there is no side.
+    """Signed distance (m) of a point from the set: positive outside, negative inside; −inf without half-planes.
 
     Args:
         rows: (k, 3) half-planes.
-        point: m.
+        point: Point, m.
     """
     most = -math.inf
     for k in range(len(rows)):
@@ -30,15 +30,15 @@ def excess_m(rows: Floats, point: complex) -> float:
 
 @kernel
 def permits(rows: Floats, here: complex, after: complex, stop: complex) -> bool:
-    """The rule of motion: whether a step may be taken, as after it the place and the stopping point are inside.
+    """Rule of motion: true if after a step the position and the stopping point are inside.
 
-    Who stands outside a half-plane may be where it is, but no farther out.
+    A robot outside a half-plane may stay at its distance from it, but go no farther out.
 
     Args:
         rows: (k, 3) half-planes.
-        here: Where the robot is (m).
-        after: Where it would be (m).
-        stop: Where it would stand if it braked from there (m).
+        here: Position of the robot (m).
+        after: Position after the step (m).
+        stop: Position of rest after braking from there (m).
     """
     for k in range(len(rows)):
         x, y = rows[k, NORMAL_X], rows[k, NORMAL_Y]

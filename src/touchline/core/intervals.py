@@ -1,4 +1,4 @@
-"""A growing set of stretches of a line, exact at any length."""
+"""Growing union of intervals, exact at any length."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from bisect import bisect_left, bisect_right
 
 
 class Intervals:
-    """Union of closed intervals of the real line: the same whatever the order in which they were added."""
+    """Union of closed intervals of the real line, independent of the order of additions."""
 
     def __init__(self) -> None:
-        """Start empty."""
+        """Create an empty set."""
         self._starts: list[float] = []
         self._ends: list[float] = []
 
     @property
     def length(self) -> float:
-        """Total length."""
+        """Total length of the set."""
         return sum(end - start for start, end in zip(self._starts, self._ends, strict=True))
 
     def add(self, start: float, end: float) -> None:

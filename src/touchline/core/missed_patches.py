@@ -1,4 +1,4 @@
-"""Pieces of ground that were left out."""
+"""Missed patches of ground."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 SMALLEST_M2: Final = 0.05
-"""Smaller ones are not listed."""
+"""Size below which a patch is not listed."""
 
 
 class Patch(NamedTuple):
-    """A place that was left out: a point inside it, and its size."""
+    """Missed patch: a point inside it, and its area."""
 
     x_m: float
     y_m: float
@@ -20,7 +20,7 @@ class Patch(NamedTuple):
 
 
 def patches(missed: BaseGeometry) -> list[Patch]:
-    """The pieces of what was missed that are not too small, the largest first."""
+    """List the patches of missed ground from `SMALLEST_M2` on, the largest first."""
     import shapely
 
     large = [part for part in shapely.get_parts(missed).tolist() if part.area > SMALLEST_M2]

@@ -1,4 +1,4 @@
-"""Physical constants."""
+"""Physical constants in SI units."""
 
 from typing import Final
 

@@ -8,15 +8,15 @@ from touchline.core.jit import kernel
 
 @kernel
 def crossed(point: complex, a: complex, b: complex) -> bool:
-    """Whether a ray from the point along +x crosses the edge from `a` to `b`, the lower of its ends included.
+    """True if a ray from the point along +x crosses the edge from `a` to `b`, the lower end included.
 
     A point is inside a closed outline if its ray crosses an odd number of edges: Shimrat, "Algorithm 112: position of
     point relative to polygon", Communications of the ACM 5(8), 1962.
 
     Args:
-        point: Where the ray begins, m.
+        point: Origin of the ray, m.
         a: One end of the edge, m.
-        b: The other.
+        b: The other end.
     """
     x, y = point.real, point.imag
     return (a.imag > y) != (b.imag > y) and x < a.real + (y - a.imag) / (b.imag - a.imag) * (b.real - a.real)
@@ -24,10 +24,10 @@ def crossed(point: complex, a: complex, b: complex) -> bool:
 
 @kernel
 def within(point: complex, edges: NDArray[np.float64]) -> bool:
-    """Whether a point is inside a closed outline, by the rule of `crossed`.
+    """True if a point is inside a closed outline, by the rule of `crossed`.
 
     Args:
-        point: m.
+        point: Point, m.
         edges: (n, 4) x₁ y₁ x₂ y₂ of each edge, in any order, m.
     """
     inside = False
@@ -39,12 +39,12 @@ def within(point: complex, edges: NDArray[np.float64]) -> bool:
 
 @kernel
 def nearest_share(point: complex, a: complex, b: complex) -> float:
-    """How far along a segment its point nearest to another point is: 0 at its first end, 1 at its second.
+    """Parameter of the point of a segment that is nearest to another point: 0 at its first end, 1 at its second.
 
     Args:
-        point: m.
+        point: Point, m.
         a: One end of the segment, m.
-        b: The other; it may be the same.
+        b: The other end; it may be the same.
     """
     u, from_a = b - a, point - a
     square = u.real * u.real + u.imag * u.imag
@@ -54,7 +54,7 @@ def nearest_share(point: complex, a: complex, b: complex) -> float:
 
 @kernel
 def crossing_share(a: complex, b: complex, c: complex, d: complex) -> float:
-    """How far along the first of two segments the second crosses it, 0 to 1; -1 if they do not, or are parallel.
+    """Parameter, 0 to 1, at which the first segment is crossed by the second; −1 if they do not cross, or are parallel.
 
     Args:
         a: One end of the first segment, m.
@@ -72,12 +72,12 @@ def crossing_share(a: complex, b: complex, c: complex, d: complex) -> float:
 
 @kernel
 def off_squared(point: complex, a: complex, b: complex) -> float:
-    """The squared distance (m²) of a point from a segment.
+    """Squared distance (m²) of a point from a segment.
 
     Args:
-        point: m.
+        point: Point, m.
         a: One end of the segment, m.
-        b: The other; it may be the same.
+        b: The other end; it may be the same.
     """
     u, from_a = b - a, point - a
     share = nearest_share(point, a, b)
@@ -87,7 +87,7 @@ def off_squared(point: complex, a: complex, b: complex) -> float:
 
 @kernel
 def apart_squared(a: complex, b: complex, c: complex, d: complex) -> float:
-    """The squared distance (m²) between two segments; 0 if they meet.
+    """Squared distance (m²) between two segments; 0 if they meet.
 
     Segments that do not cross are nearest to each other at an end of one of them.
 

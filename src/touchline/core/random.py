@@ -21,13 +21,13 @@ STREAM_GNSS: Final = 3
 STREAM_IMU: Final = 4
 STREAM_MAGNETOMETER: Final = 5
 STREAM_ENCODER: Final = 6
-STREAM_RECEIVER: Final = 7  # when a GNSS receiver falls back and converges, and how late its messages are
+STREAM_RECEIVER: Final = 7  # fallback and convergence of a GNSS receiver, latency of its messages
 STREAM_LOOSE_FIX: Final = 8  # errors of float and single positions
-STREAM_TRANSPORT: Final = 9  # which messages are lost, late or sent again
-STREAM_FAULT: Final = 10  # noise that only faults add
-STREAM_CAMERA: Final = 11  # errors of a camera's poses, which are missing, and how late they are
-STREAM_TEAM_START: Final = 12  # how the robots of a team stand at the start
-STREAM_RADIO: Final = 13  # which messages between a team's robots and its coordinator are lost, or late
+STREAM_TRANSPORT: Final = 9  # loss, delay and repetition of messages
+STREAM_FAULT: Final = 10  # noise of faults
+STREAM_CAMERA: Final = 11  # errors, gaps and delays of a camera's poses
+STREAM_TEAM_START: Final = 12  # start poses of a team
+STREAM_RADIO: Final = 13  # loss and delay of messages between a team's robots and its coordinator
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -63,9 +63,9 @@ def whole(seed: int, counter: int, below: int) -> int:
     All are equally likely to within one part in 2⁵³ / `below`.
 
     Args:
-        seed: Of SplitMix64.
-        counter: How many of its outputs come before this one.
-        below: How many numbers there are to draw from; less than 1 counts as 1.
+        seed: Seed of SplitMix64.
+        counter: Number of its outputs before this one.
+        below: Upper bound, excluded; less than 1 counts as 1.
 
     Returns:
         0 … `below` − 1.
@@ -79,9 +79,9 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
     """Draw from the uniform distribution on [0, 1): the top 53 bits of the key's hash.
 
     Args:
-        seed: Of the session.
-        stream: STREAM_CHASSIS to STREAM_RADIO: what is drawn.
-        tick: When.
+        seed: Seed of the session.
+        stream: STREAM_CHASSIS to STREAM_RADIO.
+        tick: Tick of the draw.
         channel: Number within stream and tick.
     """
     return float(_hash(seed, stream, tick, channel) >> _S11) * _UNIT
@@ -92,9 +92,9 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
     """Draw from the standard normal distribution. Finite for every key (|value| < 8.6).
 
     Args:
-        seed: Of the session.
-        stream: STREAM_CHASSIS to STREAM_RADIO: what is drawn.
-        tick: When.
+        seed: Seed of the session.
+        stream: STREAM_CHASSIS to STREAM_RADIO.
+        tick: Tick of the draw.
         channel: Number within stream and tick.
     """
     word = _hash(seed, stream, tick, channel)

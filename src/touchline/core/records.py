@@ -14,7 +14,7 @@ _ARRAYS: dict[Any, Any] = {NDArray[np.float64]: np.float64, NDArray[np.int64]: n
 
 
 class _Number:
-    """A field of a record that is one number or truth value, as Python sees it."""
+    """Descriptor of a field of a record that is one number or truth value."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -45,13 +45,13 @@ class Record:
         wheels = Wheels()
         turn(wheels.array)
 
-    Kernels pass it on as it is, or its element: unlike arrays, elements are not counted by reference.
+    Kernels pass on the array or its element: unlike arrays, elements are not counted by reference.
     """
 
     dtype: np.dtype[np.void]
     array: Sequence[Self]
-    """(1,) structured array over the same memory, for kernels."""
-    _whole: tuple[Record, str] | None = None  # that it is a part of, and as what
+    """Structured array (1,) over the same memory, for kernels."""
+    _whole: tuple[Record, str] | None = None  # record that it is a part of, and the field
     _blank: NDArray[np.void]  # (1,) with the defaults
     _records: dict[str, type[Record]]
     _rows: dict[str, type[Record]]
@@ -85,18 +85,18 @@ class Record:
             cls._blank[name] = value
 
     def __init__(self, **values: Any) -> None:
-        """A record with these values, and the defaults for all other fields."""
+        """Create a record with these values, and the defaults for all other fields."""
         self._lie_in(np.zeros(1, self.dtype))
         self.reset(**values)
 
     @classmethod
     def row(cls, length: int) -> Sequence[Self]:
-        """(length,) structured array of such records, all zero, for kernels."""
+        """Create a structured array (length,) of such records, all zero, for kernels."""
         return cast("Sequence[Self]", np.zeros(length, cls.dtype))
 
     @classmethod
     def _over(cls, array: NDArray[np.void]) -> Self:
-        """A record whose fields lie in this memory, (1,) of `dtype`."""
+        """Create a record whose fields lie in this memory, (1,) of `dtype`."""
         record = cls.__new__(cls)
         record._lie_in(array)
         return record
@@ -128,7 +128,7 @@ class Record:
         self._array[:] = other._array
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """A copy with memory of its own; the copy of a part is a part of the copy."""
+        """Copy the record to memory of its own; the copy of a part is a part of the copy."""
         if self._whole is not None:
             whole, name = self._whole
             part: Self = getattr(deepcopy(whole, memo), name)
@@ -145,11 +145,11 @@ _Kind = TypeVar("_Kind", bound=Record)
 class RecordArray(Generic[_Kind]):
     """Records of one kind, a field of another record; their number is part of that field's type.
 
-    An element lies in the memory of the whole: what is set in it is set there.
+    An element lies in the memory of the whole: setting it changes the whole.
     """
 
     def __init__(self, kind: type[_Kind], array: NDArray[np.void]) -> None:
-        """Those that lie in this memory, (n,) of the dtype of their kind."""
+        """Wrap the records in this memory, (n,) of the dtype of their kind."""
         self._kind, self._array, self.array = kind, array, cast("Sequence[_Kind]", array)
 
     def __len__(self) -> int:
@@ -166,5 +166,5 @@ class RecordArray(Generic[_Kind]):
         self[index].assign(record)
 
     def reset(self) -> None:
-        """Set all fields of all of them to their defaults."""
+        """Set all fields of all records to their defaults."""
         self._array[:] = self._kind._blank

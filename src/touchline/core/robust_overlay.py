@@ -1,8 +1,7 @@
-"""Robust overlays: union, intersection, difference and buffer of polygons that no rounding makes fail.
+"""Robust overlays: union, intersection, difference and buffer of polygons that do not fail by rounding.
 
-The exact operation comes first, and its result is returned as it is. Where the library gives up, as it does where
-rounding leaves edges that cross next to a corner, the operation is repeated with the corners of valid shapes rounded
-to a grid, the finest that works.
+The exact operation comes first. Where the library raises an error, as for edges that cross next to a corner by
+rounding, the operation is repeated with the corners of valid shapes rounded to the finest grid that works.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ def union(shapes: Iterable[BaseGeometry] | Shapes) -> BaseGeometry:
 
 
 def union_of_two(first: BaseGeometry, second: BaseGeometry) -> BaseGeometry:
-    """Union of two shapes; its corners may begin elsewhere than those of `union`."""
+    """Union of two shapes; its rings may begin at other corners than those of `union`."""
     import shapely
 
     return _of_two(shapely.union, first, second)
@@ -54,7 +53,7 @@ def difference(first: BaseGeometry, second: BaseGeometry) -> BaseGeometry:
 
 
 def symmetric_difference(first: BaseGeometry, second: BaseGeometry) -> BaseGeometry:
-    """Parts of two shapes that only one of them has."""
+    """Parts that belong to only one of two shapes."""
     import shapely
 
     return _of_two(shapely.symmetric_difference, first, second)
@@ -68,7 +67,7 @@ def intersections(first: Any, second: Any) -> Shapes:
         second: A shape or (n,) shapes.
 
     Returns:
-        (n,)
+        (n,) intersections.
     """
     import shapely
 
@@ -118,11 +117,11 @@ def _of_pairs(overlay: Callable[..., Any], first: Any, second: Any) -> Shapes:
 def _robust(
     operation: Callable[[Sequence[BaseGeometry], float | None], BaseGeometry], shapes: Sequence[BaseGeometry]
 ) -> BaseGeometry:
-    """What an operation gives exactly, else on the finest grid that works.
+    """Run an operation exactly, else on the finest grid that works.
 
     Args:
-        operation: From shapes and a grid (m; None: exactly) to a shape.
-        shapes: As it takes them.
+        operation: Maps shapes and a grid (m; None: exact) to a shape.
+        shapes: Arguments of the operation.
     """
     import shapely
 

@@ -1,4 +1,4 @@
-"""Stopwatch for figures of speed: the time that work takes once its kernels are there."""
+"""Stopwatch for benchmarks that leaves out the compilation of kernels."""
 
 import time
 
@@ -6,7 +6,7 @@ from touchline.core.jit import PREPARING
 
 
 class Stopwatch:
-    """Measures from when it is made; compiling and loading kernels, which a first call does, is left out."""
+    """Wall-clock time from creation on, without compiling and loading kernels, which happens at first calls."""
 
     def __init__(self) -> None:
         self._begun_s = time.perf_counter() - PREPARING.spent_s

@@ -1,4 +1,4 @@
-"""What of some ground a machine can pass its tool over with its body where it may be: polygons, heading by heading."""
+"""Reachable ground of a machine's tool while its body stays on free ground: polygons, heading by heading."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 HEADINGS: Final = 72
 """Every 5°."""
 _GROUNDS: Final = 4
-"""Of so many it is kept what was found: areas of one template lie in the same ground, and are planned again."""
+"""Size of the cache: areas of one template lie on the same ground, and are planned again."""
 
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
@@ -32,15 +32,15 @@ def reachable(
     width_m: float,
     home: BaseGeometry | None = None,
 ) -> BaseGeometry:
-    """What of some ground the tool can pass over, at any heading; whether it can get there is not asked.
+    """Part of the ground that the tool can pass over at some heading, regardless of paths to it.
 
     Args:
-        ground: To be passed over.
-        free: Where the body may be.
-        outline: Of the body, in its own frame.
-        tool: Its middle in that frame; it lies across the body.
-        width_m: Of the tool.
-        home: Where the body's origin stays, if not anywhere.
+        ground: Ground to pass over (m, map frame).
+        free: Ground where the body may be.
+        outline: Corners of the body, in its own frame (m).
+        tool: Middle of the tool in that frame; it lies across the body.
+        width_m: Width of the tool.
+        home: Region in which the body's origin stays; None: anywhere.
     """
     return intersection(ground, _within_reach(free, tuple(outline), tool, width_m, home))
 
@@ -49,7 +49,7 @@ def reachable(
 def _within_reach(
     free: BaseGeometry, outline: tuple[Point, ...], tool: Point, width_m: float, home: BaseGeometry | None
 ) -> BaseGeometry:
-    """What the tool can pass over of any ground."""
+    """Ground that the tool can pass over."""
     parts = []
     for heading in headings_rad():
         at = _places(free, outline, heading)
@@ -59,12 +59,12 @@ def _within_reach(
 
 
 def headings_rad() -> list[float]:
-    """All headings that are looked at."""
+    """Sampled headings (rad)."""
     return [number * math.tau / HEADINGS for number in range(HEADINGS)]
 
 
 def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:
-    """Where a body may be: inside a boundary and off what is kept out, by a margin; corners stay corners."""
+    """Ground inside a boundary and off kept-out shapes, by a margin; corners stay corners."""
     if margin_m:
         boundary = buffer(boundary, -margin_m, join_style="mitre")
         kept_out = [buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
@@ -72,7 +72,7 @@ def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin
 
 
 def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
-    """Where the origin of a body, which lies inside it, may be at a heading with the whole body in free ground."""
+    """Positions of a body's origin, which lies inside it, at a heading with the whole body on free ground."""
     return _places(free, tuple(outline), heading_rad)
 
 
@@ -93,7 +93,7 @@ def _places(free: BaseGeometry, outline: tuple[Point, ...], heading_rad: float) 
 
 
 def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: float) -> BaseGeometry:
-    """What the tool lies over while the body's origin is at some places."""
+    """Ground under the tool while the body's origin is at given positions."""
     import shapely
 
     ends = _turned(np.array([[tool[0], tool[1] - half_width_m], [tool[0], tool[1] + half_width_m]]), heading_rad)
