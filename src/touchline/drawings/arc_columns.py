@@ -1,4 +1,4 @@
-"""Lines and arcs by the thousand, as columns: biarcs, the arcs by an end's tangent, and how far points are from them.
+"""Lines and arcs by the thousand, as columns: biarcs, arcs by the tangent at an end, and distances of points.
 
 A biarc is two arcs that leave the first point with its tangent, arrive at the last with its tangent, and meet with a
 common one (Bolton 1975, here with legs of equal length). Points and unit tangents are complex numbers, x + iy.
@@ -17,25 +17,25 @@ Bools: TypeAlias = npt.NDArray[np.bool_]
 
 #: Columns of a curve: x, y (m), heading (rad), curvature (1/m), length (m).
 COLUMNS = 5
-#: A turn below this over a whole piece is a straight line to every computer on board; points closer are one (m).
+#: A piece that turns by less is a straight line to every onboard computer; points closer than this (m) coincide.
 STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-11
-#: No arc of a biarc turns by more.
+#: Maximum turn of an arc of a biarc.
 STEEPEST_RAD = np.pi
 
 
 def columns(curves: list[Curve]) -> Floats:
-    """(n, 5) columns of curves."""
+    """Convert curves to columns (n, 5)."""
     rows = [(c.x_m, c.y_m, c.heading_rad, c.curvature_1pm, c.length_m) for c in curves]
     return np.array(rows, dtype=np.float64).reshape(-1, COLUMNS)
 
 
 def curves_of(rows: Floats) -> list[Curve]:
-    """The curves of columns (…, 5), without those that have no length."""
+    """Convert columns (…, 5) to curves, without those of no length."""
     return [Curve(*row) for row in rows.reshape(-1, COLUMNS).tolist() if row[-1] > 0.0]
 
 
 def biarcs(start: Complexes, leave: Complexes, end: Complexes, arrive: Complexes) -> tuple[Floats, Bools]:
-    """(n, 2, 5) two arcs each (a line: the second has no length), and (n,) whether there is one that goes forward.
+    """Two arcs each (n, 2, 5) (for a line the second has no length), and whether a forward biarc exists (n,).
 
     With legs of equal length d: |v|² − 2d v·(t₀ + t₁) − 2d²(1 − t₀·t₁) = 0, where v joins the ends.
     """
@@ -58,23 +58,23 @@ def biarcs(start: Complexes, leave: Complexes, end: Complexes, arrive: Complexes
 
 
 def lines(start: Complexes, end: Complexes) -> Floats:
-    """(n, 5) the lines between points (n,)."""
+    """Lines (n, 5) between points (n,)."""
     v = end - start
     return np.column_stack((start.real, start.imag, np.angle(v), np.zeros(len(v)), np.abs(v)))
 
 
 def leaving(start: Complexes, leave: Complexes, end: Complexes) -> Floats:
-    """(n, 5) the arcs that leave ``start`` along ``leave`` and pass ``end``."""
+    """Arcs (n, 5) that leave ``start`` along ``leave`` and pass ``end``."""
     return _bent(start, end - start, np.angle((end - start) * leave.conj()))
 
 
 def arriving(start: Complexes, end: Complexes, arrive: Complexes) -> Floats:
-    """(n, 5) the arcs from ``start`` that arrive at ``end`` along ``arrive``."""
+    """Arcs (n, 5) from ``start`` that arrive at ``end`` along ``arrive``."""
     return _bent(start, end - start, np.angle(arrive * (end - start).conj()))
 
 
 def through(start: Complexes, middle: Complexes, end: Complexes) -> Floats:
-    """(n, 5) the arcs from ``start`` to ``end`` that pass ``middle``."""
+    """Arcs (n, 5) from ``start`` to ``end`` that pass ``middle``."""
     # The angles at the circle are half of those at its centre.
     half_turn = np.angle((end - middle) * (middle - start).conj())
     return _bent(start, end - start, half_turn)
@@ -90,7 +90,7 @@ def _bent(start: Complexes, chord: Complexes, half_turn: Floats) -> Floats:
 
 
 def distances(points: Complexes, rows: Floats) -> Floats:
-    """How far points (…) are from the lines and arcs (…, 5), of shapes that go together, m."""
+    """Distances (m) of points (…) from lines and arcs (…, 5), of shapes that broadcast."""
     x, y, heading, curvature, length = (rows[..., k] for k in range(COLUMNS))
     local = (points - (x + 1j * y)) * np.exp(-1j * heading)
     along, left = local.real, local.imag

@@ -1,4 +1,4 @@
-"""Fills the coloured areas of a drawing with strokes."""
+"""Strokes that fill the coloured areas of a drawing."""
 
 import math
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ CHORD_M = 1e-3
 def fill_areas(
     fitted: Sequence[tuple[Outline, list[Curve]]], width_m: float, angle_rad: float, least_m: float
 ) -> list[TemplateSegment]:
-    """Strokes that fill every coloured closed element; the parts of one path and of one hatch make one area.
+    """Fill every coloured closed element with strokes; the parts of one path or of one hatch make one area.
 
     Args:
         fitted: Outlines and their lines and arcs.
-        width_m: Of a stroke.
+        width_m: Width of a stroke.
         angle_rad: Direction of the strokes.
-        least_m: Strokes shorter than this are left out.
+        least_m: Minimum length of a stroke.
     """
     areas: dict[str, list[Ring]] = {}
     for outline, curves in fitted:

@@ -1,8 +1,8 @@
 """Closed shapes of a drawing as areas with holes.
 
-The parts of one path or hatch enclose what its fill rule says. Of shapes that lie in each other the inner one is a
-hole, one in a hole is an area again, and so on, whatever their colours; the same outline twice counts once, which is
-what a hatch and its edge are. Shapes that overlap in part become one; those that share an edge stay two.
+The parts of one path or hatch enclose the ground by its fill rule. Of nested shapes the inner one is a hole, one in a
+hole is an area again, and so on, regardless of colours; a repeated outline, such as a hatch and its edge, counts once.
+Shapes that overlap in part are united; those that share an edge stay two.
 """
 
 from collections.abc import Iterable, Sequence
@@ -31,11 +31,11 @@ from touchline.schemas.template import MIN_AREA_M2, Area, Polygon
 if TYPE_CHECKING:
     import shapely
 
-#: What a template holds.
+#: Limits of a template.
 MOST_AREAS, MOST_HOLES, MOST_CORNERS = 100, 100, 1000
-#: An outline whose ends are as near to each other is closed, m.
+#: Maximum distance between the ends of a closed outline, m.
 MEET_M = 1e-3
-#: How far an outline of more corners may give way, as a share of the detail; but `CHORD_M` in any case.
+#: Tolerance for simplifying an outline of more corners, as a fraction of the detail; at least `CHORD_M`.
 SIMPLER_SHARE = 0.1
 
 
@@ -45,9 +45,9 @@ class FoundAreas:
 
     Attributes:
         areas: In m, largest first.
-        mended: Names of shapes that cross themselves, and what they enclose is clear.
-        united: How many shapes overlapped others in part and were joined with them.
-        small: How many areas and holes were too small, or enclose nothing.
+        mended: Names of shapes that cross themselves, but have a clear inside.
+        united: Number of shapes that overlapped others in part and were united with them.
+        small: Number of areas and holes that were too small, or enclose nothing.
     """
 
     areas: tuple[Area, ...]
@@ -57,7 +57,7 @@ class FoundAreas:
 
 
 def is_shape(outline: Outline) -> bool:
-    """Whether an outline encloses something: it ends where it begins."""
+    """True if an outline is closed and so encloses something."""
     if outline.closed:
         return True
     start, end = sampled(outline.pieces[0], 2)[0], sampled(outline.pieces[-1], 2)[-1]
@@ -67,15 +67,15 @@ def is_shape(outline: Outline) -> bool:
 
 
 def areas_of(source: str, outlines: Sequence[Outline], feature_m: float) -> FoundAreas:
-    """The areas of closed outlines.
+    """Find the areas of closed outlines.
 
     Args:
-        source: The file, for errors.
-        outlines: Those for which `is_shape` says so.
-        feature_m: Areas and holes that are smaller than its square are left out.
+        source: Name of the file, for errors.
+        outlines: Outlines for which `is_shape` is true.
+        feature_m: Areas and holes smaller than its square are left out.
 
     Raises:
-        SpecError: A shape's inside is not clear, or there is more of something than a template holds.
+        SpecError: A shape's inside is not clear, or a limit of templates is exceeded.
     """
     least_m2 = max(feature_m**2, MIN_AREA_M2)
     polygons, mended = _enclosed(source, outlines)
@@ -100,10 +100,10 @@ def areas_of(source: str, outlines: Sequence[Outline], feature_m: float) -> Foun
 
 
 def boundary_of(source: str, layer: str, outlines: Sequence[Outline], feature_m: float) -> Polygon:
-    """The largest outline of a layer; the arguments are those of `areas_of`.
+    """Find the largest outline of a layer; the arguments are those of `areas_of`.
 
     Raises:
-        SpecError: It has no closed one.
+        SpecError: The layer has no closed outline.
     """
     polygons, _ = _enclosed(source, [outline for outline in outlines if is_shape(outline)])
     if not polygons:
@@ -118,7 +118,7 @@ def boundary_of(source: str, layer: str, outlines: Sequence[Outline], feature_m:
 
 
 def _enclosed(source: str, outlines: Sequence[Outline]) -> "tuple[list[tuple[str, shapely.Polygon]], list[str]]":
-    """Every ring that is an edge of what the elements enclose, filled, and the names of those that cross themselves."""
+    """Filled rings at the edges of what the elements enclose, and the names of elements that cross themselves."""
     import shapely
 
     elements: dict[str, list[Outline]] = {}
@@ -149,7 +149,7 @@ def _same(first: "list[shapely.Polygon]", second: "list[shapely.Polygon]") -> bo
 
 
 def _slack_m2(ring: "shapely.Polygon") -> float:
-    """Less than this, along its edge, counts as nothing."""
+    """Area along a ring's edge below which a difference counts as none (m²)."""
     return float(min(CHORD_M * ring.length, 0.25 * ring.area))
 
 
@@ -164,7 +164,7 @@ def _different(rings: "Iterable[tuple[str, shapely.Polygon]]") -> "list[tuple[st
 
 
 def _nested(rings: "Iterable[tuple[str, shapely.Polygon]]") -> tuple[list[tuple[str, Any]], int]:
-    """Areas made of rings, the largest first: in one it is a hole, across an edge it joins, elsewhere it is an area."""
+    """Nest rings, the largest first: within an area a ring is a hole, across an edge it joins, elsewhere an area."""
     found: list[tuple[str, Any]] = []
     united = 0
     for name, ring in rings:
@@ -188,9 +188,9 @@ def _nested(rings: "Iterable[tuple[str, shapely.Polygon]]") -> tuple[list[tuple[
 
 
 def _parts(polygon: Any) -> "list[shapely.Polygon]":
-    """The polygons of what is left, each with its holes apart from its edge and from each other.
+    """Polygons of a shape, each with its holes apart from its edge and from each other.
 
-    Where they touch in a point, so much is cut out there that the hole becomes a bay.
+    Where they touch in a point, a piece is cut out so that the hole becomes a bay.
     """
     import shapely
 
@@ -230,7 +230,7 @@ def _area(source: str, name: str, polygon: "shapely.Polygon", feature_m: float) 
 
 
 def _corners(source: str, name: str, ring: Any, feature_m: float) -> tuple[tuple[float, float], ...]:
-    """The corners of a closed line, of which none is on the line between its neighbours."""
+    """Corners of a closed line, without those on the line between their neighbours."""
     import shapely
 
     corners = shapely.get_coordinates(shapely.Polygon(ring).simplify(1e-9))[:-1]
@@ -244,7 +244,7 @@ def _corners(source: str, name: str, ring: Any, feature_m: float) -> tuple[tuple
 
 
 def _named(areas: list[Area]) -> tuple[Area, ...]:
-    """The same areas under ids of their own, largest first."""
+    """Give the areas unique ids, the largest first."""
     seen: set[str] = set()
     named = []
     for area in sorted(areas, key=lambda each: -each.polygon.area):

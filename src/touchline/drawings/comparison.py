@@ -1,4 +1,4 @@
-"""A picture of a drawing and of the template made of it: what is painted, at its true width, and what was drawn."""
+"""Picture that compares a drawing with its template: drawn lines on the paint at its true width."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from matplotlib.path import Path as Path2D
 
 JOINT, DRAWN, LEFT_OUT, WORST = "#2a5db0", "#111111", "#ff9d2e", "#e0202a"
-#: The picture's longer side, the margin round it and above it for the title, inches; dots per inch of a .png.
+#: Longer side of the picture, margin around it and above it for the title, inches; dots per inch of a .png.
 SIDE_IN, MARGIN_IN, TITLE_IN, DPI = 11.0, 0.3, 0.75, 160
-#: Room round the drawing, as a share of its size; a picture is at least this share as wide as high, or the reverse.
+#: Room around the drawing, as a fraction of its size; minimum ratio of the sides of the picture.
 ROOM_SHARE, SLIMMEST = 0.05, 0.45
-#: Lines are drawn no thinner than this, points; points per inch.
+#: Minimum width of lines, points; points per inch.
 THINNEST_PT, POINTS_PER_IN = 0.8, 72.0
-#: A piece that is bent by this much (rad) becomes two straight ones.
+#: Turn (rad) from which a piece is drawn as two straight ones.
 BEND_RAD = 0.05
 
 
 def draw_comparison(imported: Imported, path: Path) -> None:
     """Draw what was imported to ``path`` (.svg or .png).
 
-    The drawing's own lines are thin and black on the paint, dots mark where its lines and arcs meet, what is not
-    painted is orange, and the place where both are farthest apart is ringed.
+    The drawing's own lines are thin and black on the paint, dots mark the ends of lines and arcs, what is not painted
+    is orange, and a ring marks the largest deviation.
 
     Raises:
         OSError: The file cannot be written.
-        ValueError: The file's ending names no known format.
+        ValueError: The suffix names no known format.
     """
     from matplotlib.collections import LineCollection, PathCollection
     from matplotlib.figure import Figure
@@ -93,7 +93,7 @@ def draw_comparison(imported: Imported, path: Path) -> None:
 
 
 def _mark_worst(axes: "Axes", imported: Imported, low: Floats, high: Floats) -> None:
-    """A ring round the place where drawing and template are farthest apart, and its figure."""
+    """Draw a ring around the largest deviation between drawing and template, and its figure."""
     if imported.deviation_m <= 0.0:
         return
     x, y = imported.farthest_m
@@ -126,7 +126,7 @@ def _frame(curves: Sequence[Curve], line_width_m: float) -> tuple[Floats, Floats
 
 
 def _shape(area: Area) -> "Path2D":
-    """The outline one way round and the holes the other, as the picture's fill rule wants them."""
+    """Path of an area, with outline and holes in opposite directions for the picture's fill rule."""
     from matplotlib.path import Path as Path2D
     from shapely import get_coordinates, orient_polygons
 

@@ -1,4 +1,4 @@
-"""Dashed lines as the dashes that are painted."""
+"""Dashes of dashed lines."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,19 +9,19 @@ from touchline.drawings.outline import Outline
 from touchline.drawings.outline_clipping import part_of
 from touchline.schemas.curves import Curve
 
-#: Dashes of one line.
+#: Maximum number of dashes of one line.
 MOST_DASHES = 5_000
-#: A dash that is shorter is not there, m.
+#: Minimum length of a dash, m.
 _LEAST_M = 1e-6
 
 
 def dashed(outline: Outline, pattern_m: Sequence[float], offset_m: float) -> list[Outline] | None:
-    """The dashes of an outline; None: there are too many.
+    """Divide an outline into dashes; None if there are too many.
 
     Args:
-        outline: A line.
+        outline: Outline of a line.
         pattern_m: Lengths of dash, gap, dash, …; their number is even and their sum above 0.
-        offset_m: How far into the pattern the line begins.
+        offset_m: Position in the pattern at which the line begins.
     """
     curves = fit_outline(outline)
     length = sum(curve.length_m for curve in curves)
@@ -38,7 +38,7 @@ def dashed(outline: Outline, pattern_m: Sequence[float], offset_m: float) -> lis
 
 
 def _dashes(pattern_m: Sequence[float], offset_m: float, length_m: float) -> Iterator[tuple[float, float]]:
-    """(begin, end) of each dash along a line."""
+    """Begin and end (m) of each dash along a line."""
     at = -offset_m
     for index, part in cycle(enumerate(pattern_m)):
         if at >= length_m:

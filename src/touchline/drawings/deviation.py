@@ -1,4 +1,4 @@
-"""How far a drawing's lines and a template's are from each other."""
+"""Deviation between a drawing's lines and a template's."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,16 @@ from touchline.drawings.arc_columns import columns, distances
 from touchline.drawings.outline import Floats, Piece, Smooth
 from touchline.schemas.curves import Curve
 
-#: Points times curves that are looked at one by one; of more, the curves near by are looked up.
+#: Maximum number of pairs of points and curves that are all compared; beyond it, only near curves are.
 _ALL = 200_000
-#: Points by which the curves near by are found, about, and how many of them count as near.
+#: Approximate number of points by which near curves are found, and number of curves that count as near.
 _POSTS, _NEAR = 20_000, 8
-#: Points of one piece that are looked at, at most, and their spacing, m.
+#: Maximum number of samples of a piece, and their spacing, m.
 SAMPLES, SAMPLES_M = 64, 2e-3
 
 
 def distance_m(points: Floats, curves: Sequence[Curve]) -> Floats:
-    """Distance (n,) of points (n, 2) to the nearest of ``curves``, m."""
+    """Distances (n,) of points (n, 2) to the nearest of ``curves``, m."""
     rows, at = columns(list(curves)), points[:, 0] + 1j * points[:, 1]
     if len(points) * len(rows) <= _ALL:
         return np.asarray(distances(at[:, None], rows[None]).min(axis=1))
@@ -31,14 +31,14 @@ def distance_m(points: Floats, curves: Sequence[Curve]) -> Floats:
 
 
 def sampled(piece: Piece, count: int) -> Floats:
-    """(count, 2) points of a piece of an outline, ends included, m."""
+    """Points (count, 2) of a piece of an outline, ends included, m."""
     if isinstance(piece, Smooth):
         return piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], count))
     return np.column_stack(piece.at(np.linspace(0.0, piece.length_m, count))[:2])
 
 
 def apart_m(drawn: Sequence[Curve], painted: Sequence[Curve], most: int = SAMPLES) -> tuple[float, tuple[float, float]]:
-    """How far any point of either is from the other at most, m, and where (x, y)."""
+    """Maximum deviation between two sets of curves, in either direction, m, and its position (x, y)."""
     worst, where = 0.0, (0.0, 0.0)
     for these, those in ((drawn, painted), (painted, drawn)):
         known = set(those)

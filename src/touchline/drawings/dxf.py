@@ -1,4 +1,4 @@
-"""DXF drawings as outlines: what a plot of model space shows of lines and curves, blocks included."""
+"""DXF drawings as outlines: the lines and curves of a plot of model space, blocks included."""
 
 import logging
 import math
@@ -16,16 +16,16 @@ from touchline.drawings.outline import Edge, FillRule, Floats, Outline, Piece, S
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
 
-#: How deep blocks may hold blocks.
+#: Maximum nesting of blocks.
 MAX_DEPTH = 16
-#: Entities, each copy that an INSERT makes counted.
+#: Maximum number of entities, counting each copy by an INSERT.
 MOST_ENTITIES = 20_000
-#: A binary file's entities cannot be counted before it is read.
+#: Maximum size of a binary file, whose entities cannot be counted before it is read.
 MOST_BINARY_BYTES = 1_000_000
 #: A point is painted as a stroke of this length along x, m.
 POINT_M = 0.24
 FLAT = (0.0, 0.0, 1.0)
-#: The layer of a drawing program's own points, which no plot shows.
+#: Layer of a drawing program's own points, which no plot shows.
 NEVER_PLOTTED = "defpoints"
 _SOLIDS = frozenset(("SOLID", "TRACE"))
 _CURVES = _SOLIDS | {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE", "HELIX"}
@@ -33,19 +33,19 @@ _CURVES = _SOLIDS | {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE
 _SILENT = frozenset(("VIEWPORT", "ATTDEF", "LIGHT", "SUN", "SECTIONOBJECT"))
 
 
-#: What the library raises for values that no entity may have.
+#: Exceptions that the library raises for invalid values.
 _STUMBLES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def read_dxf(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
-    """(outlines in metres, what was left out) of a DXF file.
+    """Read a DXF file: outlines in metres, and omissions.
 
     Args:
-        path: The file.
+        path: Path of the file.
         scale_m: Metres per drawing unit; None: from the header's $INSUNITS.
 
     Raises:
-        SpecError: It is no DXF, it states no unit, or it is beyond a limit.
+        SpecError: The file is no DXF, states no unit, or exceeds a limit.
     """
     _check_size(path)
     try:
@@ -73,7 +73,7 @@ def _read(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omissi
 
 
 def _opened(path: Path) -> tuple[Any, str]:
-    """The library's document, and what is wrong with the file; "": nothing."""
+    """Document of the library, and the damage of the file; "" if there is none."""
     from ezdxf import recover
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
@@ -87,14 +87,14 @@ def _opened(path: Path) -> tuple[Any, str]:
 
 
 def _give_blocks_a_height(drawing: Any) -> None:
-    """Programs that draw in a plane write a z scale of 0, with which no block can be transformed; heights go unused."""
+    """Replace z scales of 0, which planar programs write and with which no block can be transformed."""
     for entity in drawing.entitydb.values():
         if entity.dxftype() == "INSERT" and entity.dxf.zscale == 0.0:
             entity.dxf.zscale = 1.0
 
 
 def _expand_arrays(source: str, drawing: Any) -> None:
-    """Insert one by one what blocks insert in rows and columns: ezdxf would not scale their spacing with the block."""
+    """Expand arrays of inserts within blocks, whose spacing ezdxf would not scale with the block."""
     arrays = [
         (block, entity)
         for block in drawing.blocks
@@ -111,7 +111,7 @@ def _expand_arrays(source: str, drawing: Any) -> None:
 
 
 def _check_size(path: Path) -> None:
-    """Refuse, before it is read, a file of more entities than are painted."""
+    """Refuse a file with too many entities before it is read."""
     data = path.read_bytes()
     if data.startswith(b"AutoCAD Binary DXF"):
         if len(data) > MOST_BINARY_BYTES:
@@ -139,12 +139,12 @@ def _metres_per_unit(source: str, drawing: Any) -> float:
 
 
 def _is_mesh(entity: Any, kind: str) -> bool:
-    """Whether a polyline holds the vertices of a surface."""
+    """True if a polyline holds the vertices of a surface."""
     return kind == "POLYLINE" and bool(entity.is_polygon_mesh or entity.is_poly_face_mesh)
 
 
 class _Reader:
-    """Turns entities into outlines in metres; what it leaves out it lists."""
+    """Converter of entities to outlines in metres, with a list of omissions."""
 
     def __init__(self, source: str, scale: float, drawing: Any) -> None:
         self.source, self.scale = source, scale
@@ -155,19 +155,19 @@ class _Reader:
         self._count = self._entities = 0
 
     def outlines(self, entity: Any, blocks: tuple[str, ...], layer: str) -> Iterator[Outline]:
-        """Those of an entity that a plot shows.
+        """Generate the outlines of an entity that a plot shows.
 
         Args:
-            entity: Anything in a layout or block.
-            blocks: Names of the blocks that it is in.
-            layer: That of the insert of the innermost one, which entities of layer 0 take on.
+            entity: Entity of a layout or block.
+            blocks: Names of the enclosing blocks.
+            layer: Layer of the innermost insert, which entities of layer 0 take on.
         """
         own = str(entity.dxf.get("layer", "0"))
         layer = layer if own == "0" else own
         if entity.dxf.get("invisible", 0):
             return
         if entity.dxftype() == "INSERT":
-            # Where its own layer is off, or not plotted, only what takes that layer on is hidden.
+            # If its own layer is off, or not plotted, only the entities that take it on are hidden.
             if layer.lower() not in self._frozen:
                 yield from self._block(entity, self._counted(entity), blocks, layer)
         elif layer.lower() not in self._hidden:
@@ -185,7 +185,7 @@ class _Reader:
         self.omissions.append(Omission(name, reason))
 
     def _counted(self, entity: Any) -> str:
-        """The name of one more entity."""
+        """Count an entity, and return its name."""
         self._entities += 1
         if self._entities > MOST_ENTITIES:
             raise SpecError(self.source, "", f"makes more than {MOST_ENTITIES:,} entities of its blocks", "simplify it")
@@ -306,7 +306,7 @@ class _Reader:
         return Smooth(lambda t: every(0, t), lambda t: every(1, t), (*breaks, inside[-1]))
 
     def _path(self, drawn: Any) -> Iterator[Piece]:
-        """The library's path: lines and Bézier curves."""
+        """Convert the library's path to lines and Bézier curves."""
         here = drawn.start
         for command in drawn.commands():
             controls = [command.ctrl] if hasattr(command, "ctrl") else []

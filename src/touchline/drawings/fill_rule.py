@@ -1,4 +1,4 @@
-"""What closed lines enclose: the inside of rings that may cross themselves and each other, by a fill rule."""
+"""Inside of rings that may cross themselves and each other, by a fill rule."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -10,12 +10,12 @@ from touchline.drawings.outline import FillRule, Floats
 if TYPE_CHECKING:
     from shapely import Point, Polygon
 
-#: Corners are whole multiples of this, m, so that what crosses and touches stays so wherever it is moved.
+#: Grid of corners, m, so that crossing and touching do not depend on the position.
 GRID_M = 1e-6
 
 
 def enclosed(rings: Sequence[Floats], rule: FillRule) -> "list[Polygon]":
-    """The polygons, with holes, that rings (n, 2) enclose; none if that is nothing."""
+    """Polygons, with holes, that rings (n, 2) enclose; an empty list if they enclose nothing."""
     import shapely
 
     sides = [shapely.LineString(np.vstack((ring, ring[:1]))) for ring in rings if len(ring) > 2]
@@ -33,7 +33,7 @@ def _inside(point: "Point", rings: Sequence[Floats], rule: FillRule) -> bool:
 
 
 def _times_round(ring: Floats) -> int:
-    """How often a ring goes round the origin, counter-clockwise positive."""
+    """Winding number of a ring about the origin, counter-clockwise positive."""
     (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
     left = x0 * y1 - x1 * y0
     up, down = (y0 <= 0) & (y1 > 0) & (left > 0), (y0 > 0) & (y1 <= 0) & (left < 0)

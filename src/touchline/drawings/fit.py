@@ -1,4 +1,4 @@
-"""Fits biarcs to smooth curves, by the curve's own tangents: lines and arcs are all that the robot drives.
+"""Fit of biarcs to smooth curves by the curve's tangents: lines and arcs are all that the robot drives.
 
 Where a biarc strays further than the tolerance its span is halved.
 """
@@ -11,15 +11,15 @@ from touchline.drawings.arc_columns import COINCIDENT_M, Complexes, biarcs, curv
 from touchline.drawings.outline import Floats, Outline, Smooth
 from touchline.schemas.curves import Curve
 
-#: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
+#: Tolerance of the fit, and the fraction of it that is allowed at samples.
 TOLERANCE_M, SHARE = 1e-3, 0.9
 SAMPLES, STEEPEST_RAD, DEPTH = 24, np.pi / 2, 24
-#: Share of a span whose chord stands in for a tangent that vanishes.
+#: Fraction of a span whose chord replaces a vanishing tangent.
 CHORD_SHARE = 1e-4
 
 
 def fit_outline(outline: Outline, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
-    """The lines and arcs of an outline; drawn ones are themselves, smooth curves are within ``tolerance_m``."""
+    """Convert an outline to lines and arcs; drawn ones are kept, smooth curves are fitted within ``tolerance_m``."""
     fitted = iter(fit_all([piece for piece in outline.pieces if isinstance(piece, Smooth)], tolerance_m))
     curves: list[Curve] = []
     for piece in outline.pieces:
@@ -28,12 +28,12 @@ def fit_outline(outline: Outline, tolerance_m: float = TOLERANCE_M) -> list[Curv
 
 
 def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
-    """Lines and arcs within ``tolerance_m`` of a smooth curve; headings are continuous where the curve's are."""
+    """Fit lines and arcs to a smooth curve within ``tolerance_m``; headings are continuous where the curve's are."""
     return fit_all([smooth], tolerance_m)[0]
 
 
 def fit_all(smooths: Sequence[Smooth], tolerance_m: float = TOLERANCE_M) -> list[list[Curve]]:
-    """The same for many at once."""
+    """Fit many smooth curves at once; see `fit`."""
     todo = [np.column_stack((smooth.breaks[:-1], smooth.breaks[1:])) for smooth in smooths]
     found: list[list[tuple[float, Floats]]] = [[] for _ in smooths]
     for depth in range(DEPTH, -1, -1):
@@ -72,7 +72,7 @@ def _in_order(smooth: Smooth, found: list[tuple[float, Floats]]) -> list[Curve]:
 
 
 def _points(smooth: Smooth, spans: Floats) -> Complexes:
-    """(n, SAMPLES) points of spans (n, 2), ends included."""
+    """Points (n, SAMPLES) of spans (n, 2), ends included."""
     share = np.linspace(0.0, 1.0, SAMPLES)
     at = spans[:, :1] * (1.0 - share) + spans[:, 1:] * share
     x, y = smooth.point(at.ravel()).T
@@ -80,7 +80,7 @@ def _points(smooth: Smooth, spans: Floats) -> Complexes:
 
 
 def _tangents(smooth: Smooth, at: Floats, towards: Floats) -> Complexes:
-    """(n,) unit vectors in which the curve leaves ``at`` (n,) in the direction of ``towards``, also where it stands."""
+    """Unit tangents (n,) of the curve at ``at`` (n,) towards ``towards``, also where its derivative vanishes."""
     count, step = len(at), (towards - at) * CHORD_SHARE
     x, y = smooth.point(np.concatenate((at + step, at + step / 2, at))).T
     near, nearer, here = np.split(x + 1j * y, 3)

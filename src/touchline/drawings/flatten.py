@@ -8,16 +8,16 @@ from touchline.drawings.deviation import sampled
 from touchline.drawings.outline import Floats, Outline, Piece
 from touchline.schemas.curves import Curve
 
-#: How far chords may be from what is drawn, m.
+#: Maximum distance of chords from the drawn curve, m.
 CHORD_M = 0.01
-#: A curve has at least so many chords per turn.
+#: Minimum number of chords per turn.
 CHORDS = 12
-#: Points of one smooth curve, at first and at most.
+#: Initial and maximum number of points of a smooth curve.
 _FEW, _MOST = 33, 4097
 
 
 def ring_of(outline: Outline) -> Floats:
-    """(n, 2) corners of a closed outline, the last one not the first again; corners of the drawing stay as they are."""
+    """Corners (n, 2) of a closed outline, the first one not repeated; corners of the drawing are kept."""
     points = np.concatenate([_chords(piece)[:-1] for piece in outline.pieces] + [_chords(outline.pieces[-1])[-1:]])
     ring = points[np.r_[True, np.any(np.diff(points, axis=0) != 0.0, axis=1)]]
     return ring[:-1] if len(ring) > 1 and np.hypot(*(ring[0] - ring[-1])) < 1e-9 else ring

@@ -1,4 +1,4 @@
-"""Fills areas with parallel strokes, as wide as the nozzle sprays, that never leave them."""
+"""Hatching: parallel strokes, as wide as the nozzle sprays, that fill areas without leaving them."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ Stroke: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 
 def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list[Stroke]:
-    """Strokes that cover an area, there and back, none of it beyond the edge by more than slanted ends are.
+    """Cover an area with strokes back and forth.
 
     The strokes lie at most ``width_m`` apart (they overlap where the area is not a whole number of widths), the outer
     ones half a width inside the edge. Ends are cut where the stroke's whole width is inside, so that a slanted edge is
@@ -23,7 +23,7 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
 
     Args:
         rings: Closed outlines, (n, 2) m each; a ring inside another is a hole, one inside that is filled again.
-        width_m: Of a stroke.
+        width_m: Width of a stroke.
         angle_rad: Direction of the strokes.
 
     Returns:
@@ -61,13 +61,13 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
 
 
 def _spans(found: object) -> list[tuple[float, float]]:
-    """The x intervals of a horizontal line's intersection, ascending."""
+    """Intervals along x of an intersection with a horizontal line, ascending."""
     parts = getattr(found, "geoms", [found])
     bounds = [part.bounds for part in parts if getattr(part, "length", 0.0) > 0.0]
     return sorted((b[0], b[2]) for b in bounds)
 
 
 def _common(first: list[tuple[float, float]], second: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Where two sets of intervals overlap."""
+    """Intersection of two sets of intervals."""
     common = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
     return [(low, high) for low, high in common if low < high]

@@ -1,4 +1,4 @@
-"""Imports drawings of other programs (SVG, DXF) as templates."""
+"""Import of drawings of other programs (SVG, DXF) as templates."""
 
 import itertools
 import math
@@ -32,21 +32,21 @@ from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Temp
 Reader = Callable[[Path, float | None], tuple[list[Outline], list[Omission]]]
 Progress = Callable[[float, str], None]
 READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
-#: The planner takes no more.
+#: Maximum number of segments of the planner.
 MAX_SEGMENTS = 10_000
-#: Lines and curves of a drawing; each is fitted.
+#: Maximum number of lines and curves of a drawing, each of which is fitted.
 MAX_PIECES = 20_000
-#: So many layers are named where one is not known.
+#: Number of layers that an error names.
 _NAMED = 12
-#: More than any coordinate on Earth, and few enough for fitting to a micrometre.
+#: Maximum coordinate: larger than any on Earth, small enough for fitting to a micrometre.
 MAX_REACH_M = 1e8
 NO_AREAS = FoundAreas((), (), 0, 0)
-#: Of the time that an import takes, what reading takes.
+#: Fraction of an import's time that reading takes.
 READING = 0.3
 
 
 class Anchor(StrEnum):
-    """What of the drawing becomes the template's (0, 0)."""
+    """Point of the drawing that becomes the template's (0, 0)."""
 
     CENTRE = "centre"
     CORNER = "corner"
@@ -55,7 +55,7 @@ class Anchor(StrEnum):
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """How a drawing is read; see the command's help."""
+    """Options of an import; see the command's help."""
 
     scale_m: float | None = None
     line_width_m: float = 0.12
@@ -63,23 +63,23 @@ class ImportOptions:
     fill_angle_deg: float = 0.0
     anchor: Anchor = Anchor.CENTRE
     detail_m: float | None = None
-    """The smallest feature that is kept; None: as long as the line is wide; 0: all that a template may hold."""
+    """Smallest feature that is kept; None: the width of a line; 0: all that a template may hold."""
     areas: bool = False
-    """Closed shapes become areas, not lines."""
+    """Whether closed shapes become areas, not lines."""
     layers: tuple[str, ...] = ()
-    """What lies in one of these is read, and nothing else; none: all but the boundary's."""
+    """Layers to read; empty: all but the boundary's."""
     boundary: str = ""
-    """The layer whose largest closed outline is the boundary; "": there is none."""
+    """Layer whose largest closed outline is the boundary; "": no boundary."""
 
     @property
     def detail(self) -> Detail:
-        """What of the drawing is kept."""
+        """Tolerances for the options."""
         return Detail.of(self.line_width_m if self.detail_m is None else self.detail_m)
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """What was read of a file."""
+    """Content of a file: outlines and omissions."""
 
     outlines: list[Outline]
     omissions: list[Omission]
@@ -87,21 +87,21 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Imported:
-    """A drawing's template, and what its author should know.
+    """Template of a drawing, and what its author should know.
 
     Attributes:
-        template: The strokes.
-        deviation_m: How far the strokes are from the drawn lines at most, and these from them; dots apart.
-        farthest_m: (x, y) where that is, in the template's frame.
-        omissions: Elements that are not painted, or not all of them, with the reasons.
-        skipped: Names of outlines left out: those too small to paint, and repeated ones.
-        pieces: Lines and curves that the drawing has.
-        dots: How many outlines are painted as a dot.
-        doubled: How many are painted once in place of there and back.
-        repeated: How many lie on others.
-        drawn: The drawing's lines in the template's frame.
+        template: Template with the strokes.
+        deviation_m: Maximum deviation between strokes and drawn lines, dots excluded.
+        farthest_m: Position (x, y) of that, in the template's frame.
+        omissions: Elements that are not or not fully painted, with the reasons.
+        skipped: Names of outlines that are too small to paint or repeated.
+        pieces: Number of lines and curves in the drawing.
+        dots: Number of outlines painted as a dot.
+        doubled: Number of outlines that run back and forth and are painted once.
+        repeated: Number of outlines that lie on others.
+        drawn: Lines of the drawing in the template's frame.
         left_out: Those of them that are not painted.
-        found: The areas, and what their author should know.
+        found: Areas, and what their author should know.
     """
 
     template: Template
@@ -120,7 +120,7 @@ class Imported:
 
 @dataclass
 class _Collected:
-    """What an import has found so far."""
+    """Accumulator of an import."""
 
     skipped: list[str] = field(default_factory=list)
     segments: list[TemplateSegment] = field(default_factory=list)
@@ -147,15 +147,15 @@ class _Collected:
 
 
 def import_drawing(path: Path, options: ImportOptions | None = None, progress: Progress | None = None) -> Imported:
-    """The template of an SVG or DXF file.
+    """Import an SVG or DXF file as a template.
 
     Args:
-        path: The file.
-        options: How it is read.
-        progress: Told how much is done, from 0 to 1, and what.
+        path: Path of the file.
+        options: Options of the import.
+        progress: Called with the fraction done, from 0 to 1, and the current step.
 
     Raises:
-        SpecError: It names the file, the element and the remedy.
+        SpecError: The file or an element of it cannot be imported.
     """
     options, progress = options or ImportOptions(), progress or _silent
     reader = READERS.get(path.suffix.lower())
@@ -173,7 +173,7 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
 
 
 def _imported(path: Path, drawing: Drawing, options: ImportOptions, progress: Progress) -> Imported:
-    """The template of what was read."""
+    """Convert what was read to a template."""
     pieces = sum(len(outline.pieces) for outline in drawing.outlines)
     if pieces > MAX_PIECES:
         raise SpecError(path.name, "", f"has {pieces:,} lines and curves", f"give at most {MAX_PIECES:,}")
@@ -221,7 +221,7 @@ def _imported(path: Path, drawing: Drawing, options: ImportOptions, progress: Pr
 
 
 def _nothing(source: str, drawing: Drawing, detail: Detail) -> SpecError:
-    """Why there is no template."""
+    """Create the error for a drawing with nothing to paint."""
     if drawing.omissions and not drawing.outlines:
         first = drawing.omissions[0]
         others = len(drawing.omissions) - 1
@@ -235,7 +235,7 @@ def _nothing(source: str, drawing: Drawing, detail: Detail) -> SpecError:
 
 
 def _chosen(source: str, outlines: list[Outline], options: ImportOptions) -> list[Outline]:
-    """What lies in the layers asked for."""
+    """Select the outlines in the layers asked for."""
     chosen = [
         outline
         for outline in outlines
@@ -248,7 +248,7 @@ def _chosen(source: str, outlines: list[Outline], options: ImportOptions) -> lis
 
 
 def _fence(source: str, outlines: list[Outline], options: ImportOptions) -> list[Outline]:
-    """What lies in the boundary's layer, once every layer that is asked for is known to be there."""
+    """Check that all layers asked for exist, and return the outlines of the boundary's layer."""
     known = {name.lower(): name for outline in outlines for name in outline.layers}
     for option, layer in [("--layer", layer) for layer in options.layers] + [("--boundary", options.boundary)]:
         if layer and layer.lower() not in known:
@@ -268,7 +268,7 @@ def _silent(_fraction: float, _doing: str) -> None:
 
 
 def _collected(outlines: Sequence[Outline], options: ImportOptions, progress: Progress) -> _Collected:
-    """What is painted of outlines, but for areas."""
+    """Collect the strokes of outlines, areas excluded."""
     found, detail = _Collected(), options.detail
     done, every = 0, sum(len(outline.pieces) for outline in outlines)
     for outline in outlines:
@@ -303,10 +303,10 @@ def _check(path: Path, options: ImportOptions) -> None:
 
 
 def _check_reach(source: str, outlines: Sequence[Outline], fence: Sequence[Outline], anchor: Anchor) -> Floats:
-    """Refuse what lies or reaches too far out, before anything is fitted to it.
+    """Refuse outlines that lie or reach too far out, before they are fitted.
 
     Returns:
-        (2,) middle of a drawing so far out (map coordinates, mostly) that it is moved before anything is made of it, m.
+        (2,) middle of a drawing, m, by which one far from the origin (mostly in map coordinates) is moved first.
     """
     if not outlines:
         return np.zeros(2)
@@ -323,7 +323,7 @@ def _check_reach(source: str, outlines: Sequence[Outline], fence: Sequence[Outli
 
 
 def _extent(source: str, outline: Outline) -> Floats:
-    """(n, 2) points of an outline."""
+    """Points (n, 2) of an outline."""
     points = np.concatenate([sampled(piece, 9) for piece in outline.pieces])
     if not np.abs(points).max() <= MAX_REACH_M:
         raise SpecError(source, outline.name, f"is further out than {MAX_REACH_M / 1e3:,.0f} km", "check --scale")
@@ -331,10 +331,10 @@ def _extent(source: str, outline: Outline) -> Floats:
 
 
 def _origin(source: str, low: Floats, high: Floats, anchor: Anchor) -> Floats:
-    """(x, y) of the anchor of what reaches from ``low`` to ``high``, m.
+    """Position (x, y) of the anchor of a drawing that reaches from ``low`` to ``high``, m.
 
     Raises:
-        SpecError: Something of it is too far away from there.
+        SpecError: The drawing reaches too far from there.
     """
     at = {Anchor.CENTRE: (low + high) / 2, Anchor.CORNER: low, Anchor.OWN: np.zeros(2)}[anchor]
     size = max(abs(low - at).max(), abs(high - at).max())
@@ -358,7 +358,7 @@ def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
 
 
 def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
-    """The same strokes under ids of their own."""
+    """Give the strokes unique ids."""
     seen: set[str] = set()
     unique = []
     for segment in segments:
@@ -372,7 +372,7 @@ def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
 
 
 def _anchored(source: str, template: Template, anchor: Anchor) -> tuple[Template, tuple[float, float]]:
-    """The template about its anchor, and by how much it was moved (m)."""
+    """Move a template to its anchor; return it and the displacement (m)."""
     x, y = (-float(v) for v in _origin(source, *bounds(template), anchor))
     segments = _unique([part for segment in template.segments for part in _within_reach(segment, x, y)])
     template = template.model_copy(update={"segments": segments})
@@ -380,7 +380,7 @@ def _anchored(source: str, template: Template, anchor: Anchor) -> tuple[Template
 
 
 def _within_reach(segment: TemplateSegment, x_m: float, y_m: float) -> list[TemplateSegment]:
-    """An arc, moved by (x, y), whose center would be too far out for a template: as lines, of which one mostly does."""
+    """Convert an arc whose center would be too far out for a template, moved by (x, y), to lines, mostly one."""
     if segment.arc is None:
         return [segment]
     center = segment.arc.center

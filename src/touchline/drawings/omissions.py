@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Omission:
-    """One element that is not painted, or not all of it.
+    """Element that is not, or not fully, painted.
 
     Attributes:
-        name: The element's id or handle; without one, its kind and number.
-        reason: Why, as a clause; it names a remedy where there is one.
-        line: Line of the file where the element begins; None: the format has none that a person could look up.
+        name: Id or handle of the element; without one, its kind and number.
+        reason: Reason as a clause, with a remedy where there is one.
+        line: Line of the file at which the element begins; None: the format has no useful line numbers.
     """
 
     name: str
@@ -19,9 +19,9 @@ class Omission:
 
     @property
     def element(self) -> str:
-        """The name, and where it stands in the file."""
+        """Name and line of the element."""
         return self.name if self.line is None else f"{self.name} (line {self.line})"
 
 
 class Unclear(Exception):
-    """An element that cannot be followed; the text is the reason of its omission."""
+    """Raised for an element that cannot be converted; the text is the reason of its omission."""

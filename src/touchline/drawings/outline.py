@@ -1,4 +1,4 @@
-"""What a drawing's elements are, whatever file they come from: chains of straight, circular and smooth pieces."""
+"""Outlines: elements of a drawing of any format, as chains of straight, circular and smooth pieces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Smooth:
-    """A curve that is neither straight nor circular, by its parameter.
+    """Parametric curve that is neither straight nor circular.
 
     Attributes:
         point: (n,) parameters to (n, 2) points, m.
@@ -32,7 +32,7 @@ Piece: TypeAlias = Curve | Smooth
 
 
 class Edge(Enum):
-    """Whether the line itself is painted: always, unless its area is filled instead, or never."""
+    """Rule for painting the line itself: always, unless its area is filled instead, or never."""
 
     PAINTED = 1
     UNLESS_FILLED = 2
@@ -40,7 +40,7 @@ class Edge(Enum):
 
 
 class FillRule(Enum):
-    """Which places rings enclose: those that they go round at all, or an odd number of times."""
+    """Rule for the inside of rings: points with a nonzero, or with an odd, winding number."""
 
     NONZERO = "nonzero"
     EVEN_ODD = "evenodd"
@@ -51,14 +51,14 @@ class Outline:
     """One unbroken line of a drawing.
 
     Attributes:
-        name: The element's name, unique in its file.
-        pieces: One after another, each beginning where the last one ends; lines and arcs are exact.
+        name: Name of the element, unique in its file.
+        pieces: Pieces, each beginning where the last one ends; lines and arcs are exact.
         closed: Whether it ends where it begins.
         filled: Whether its inside is coloured.
         edge: Whether the line itself is painted.
         area: Name of the element; outlines of one area make each other's holes.
-        rule: Which of them do; None: the drawing does not say.
-        layers: Names of what it lies in: a layer, or a group in a group.
+        rule: Fill rule for that; None: the drawing has none.
+        layers: Names of the enclosing layer or groups.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Outline:
 
 
 def shifted(outline: Outline, by: Floats) -> Outline:
-    """The outline moved by ``by``, (2,) m."""
+    """Move an outline by ``by``, (2,) m."""
     if not by.any():
         return outline
     return replace(outline, pieces=tuple(_moved(piece, by) for piece in outline.pieces))
@@ -85,7 +85,7 @@ def _moved(piece: Piece, by: Floats) -> Piece:
 
 
 def bezier(points: npt.ArrayLike) -> Smooth:
-    """The Bézier curve of any degree with these control points, (k, 2)."""
+    """Bézier curve of any degree with these control points, (k, 2)."""
     control = np.asarray(points, dtype=np.float64)
     hodograph = (len(control) - 1) * np.diff(control, axis=0)
     breaks = tuple(np.linspace(0.0, 1.0, 3).tolist())
@@ -93,7 +93,7 @@ def bezier(points: npt.ArrayLike) -> Smooth:
 
 
 def ellipse(center: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike, begin: float, end: float) -> Smooth:
-    """The curve center + first·cos t + second·sin t from ``begin`` to ``end`` (rad), half-diameters in m."""
+    """Curve center + first·cos t + second·sin t from ``begin`` to ``end`` (rad), half-diameters in m."""
     c, p, q = (np.asarray(v, dtype=np.float64) for v in (center, first, second))
     count = max(2, int(np.ceil(abs(end - begin) / (np.pi / 4))) + 1)
     return Smooth(

@@ -1,4 +1,4 @@
-"""Outlines cut to what a drawing shows of them: clip paths, and the edges of viewports."""
+"""Clipping of outlines by clip paths and the edges of viewports."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,16 +18,16 @@ from touchline.schemas.curves import Curve
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-#: What is outside a region by less is inside, m: an outline on the region's edge shows.
+#: Tolerance outside a region, m, so that an outline on its edge shows.
 SLACK_M = 2 * CHORD_M
-#: Relative width up to which what is enclosed is nothing.
+#: Relative width up to which an enclosed shape counts as empty.
 THIN = 1e-9
-#: The bend of a chord, rad, at which arcs are looked at for where they cross an edge.
+#: Turn (rad) of the chords by which crossings of arcs with an edge are found.
 _BEND_RAD = 0.02
 
 
 def region_of(outlines: Sequence[Outline]) -> "BaseGeometry":
-    """What shapes enclose together; those of one area by their common fill rule."""
+    """Region that shapes enclose together; those of one area by their common fill rule."""
     import shapely
 
     elements: dict[str, list[Outline]] = {}
@@ -40,7 +40,7 @@ def region_of(outlines: Sequence[Outline]) -> "BaseGeometry":
 
 
 def clipped(outlines: Sequence[Outline], region: "BaseGeometry") -> list[Outline]:
-    """What shows of the outlines of one element inside a region: lines are cut, areas get the region's edge."""
+    """Clip the outlines of one element to a region: lines are cut, areas get the region's edge."""
     import shapely
 
     room = region.buffer(SLACK_M)
@@ -52,7 +52,7 @@ def clipped(outlines: Sequence[Outline], region: "BaseGeometry") -> list[Outline
 
 
 def encloses_nothing(outline: Outline) -> bool:
-    """Whether all of an outline is on one line."""
+    """True if all of an outline is on one line."""
     points = np.concatenate([sampled(piece, 9) for piece in outline.pieces])
     away = points - points[0]
     far = away[int(np.argmax((away**2).sum(axis=1)))]
@@ -90,7 +90,7 @@ def _areas(outlines: Sequence[Outline], region: "BaseGeometry") -> Iterator[Outl
 
 
 def _lines(outline: Outline, room: "BaseGeometry", region: "BaseGeometry") -> Iterator[Outline]:
-    """The parts of a line inside a region, each as long as it can be."""
+    """Maximal parts of a line inside a region."""
     chains: list[list[Curve]] = [[]]
     for curve in fit_outline(outline):
         for begin, end, shown in _stretches(curve, room, region):
@@ -107,7 +107,7 @@ def _lines(outline: Outline, room: "BaseGeometry", region: "BaseGeometry") -> It
 
 
 def _stretches(curve: Curve, room: "BaseGeometry", region: "BaseGeometry") -> Iterator[tuple[float, float, bool]]:
-    """(begin, end, whether it shows) along a curve, m."""
+    """Intervals (begin, end, visible) along a curve, m."""
     import shapely
 
     count = 2 + int(abs(curve.curvature_1pm) * curve.length_m / _BEND_RAD)
@@ -122,7 +122,7 @@ def _stretches(curve: Curve, room: "BaseGeometry", region: "BaseGeometry") -> It
 
 
 def part_of(curve: Curve, begin_m: float, end_m: float) -> Curve:
-    """The part of a curve between two arc lengths."""
+    """Part of a curve between two arc lengths."""
     if begin_m == 0.0 and end_m == curve.length_m:
         return curve
     x, y, heading, _ = (float(v) for v in curve.at(begin_m))

@@ -21,7 +21,7 @@ _ARGUMENTS |= {"A": "nnnffnn", "Z": ""}
 
 @dataclass(frozen=True)
 class EllipseArc:
-    """center + first·cos t + second·sin t from ``begin`` to ``end`` (rad); the vectors are (2,)."""
+    """Arc center + first·cos t + second·sin t from ``begin`` to ``end`` (rad); the vectors are (2,)."""
 
     center: Floats
     first: Floats
@@ -36,7 +36,7 @@ Drawn: TypeAlias = Floats | EllipseArc
 
 @dataclass
 class SubPath:
-    """One unbroken line from a moveto on."""
+    """Unbroken line from a moveto on."""
 
     start: Floats
     pieces: list[Drawn] = field(default_factory=list)
@@ -44,7 +44,7 @@ class SubPath:
 
 
 def parse_path(text: str) -> tuple[list[SubPath], str]:
-    """The subpaths of path data, and what is wrong with the data; "": nothing."""
+    """Parse path data; return the subpaths, and the error in the data, "" if there is none."""
     pen, read = _Pen(), 0
     for end, command, arguments in _commands(text):
         if command not in "Mm" and not pen.subpaths:
@@ -57,7 +57,7 @@ def parse_path(text: str) -> tuple[list[SubPath], str]:
 
 
 def _commands(text: str) -> Iterator[tuple[int, str, list[float]]]:
-    """(where it ends, command, arguments) one after another; a repeated moveto is a lineto."""
+    """Generate (end position, command, arguments); a repeated moveto is a lineto."""
     position = 0
     while found := _COMMAND.match(text, position):
         command, kinds = found[1], _ARGUMENTS[found[1].upper()]
@@ -86,7 +86,7 @@ def _arguments(text: str, position: int, kinds: str, first: bool) -> tuple[int, 
 
 
 class _Pen:
-    """Draws commands one after another."""
+    """State of a pen that executes commands."""
 
     def __init__(self) -> None:
         self.subpaths: list[SubPath] = []
@@ -147,12 +147,12 @@ class _Pen:
 
 
 def arc_between(start: Floats, end: Floats, radii: Floats, turned_rad: float, flags: tuple[bool, bool]) -> EllipseArc:
-    """The elliptical arc between two points, by SVG 2, appendix B.2: radii that are too small grow.
+    """Elliptical arc between two points, by SVG 2, appendix B.2: radii that are too small grow.
 
     Args:
-        start: (2,).
-        end: (2,), elsewhere.
-        radii: (2,), above 0.
+        start: (2,) start point.
+        end: (2,) end point, different from the start.
+        radii: (2,) radii, above 0.
         turned_rad: Angle of the first half-diameter.
         flags: Whether it is the larger arc, and whether its angle grows.
     """

@@ -1,4 +1,4 @@
-"""A template as an SVG picture, to scale: strokes as wide as they are painted, areas, what the body keeps to dashed."""
+"""SVG picture of a template to scale: strokes at their painted width, areas, and boundary and obstacles dashed."""
 
 import math
 from collections.abc import Iterable
@@ -13,7 +13,7 @@ WIDTH_PX, MARGIN_SHARE, TITLE_PX, THINNEST_PX = 900.0, 0.04, 30.0, 0.6
 
 
 def picture(template: Template) -> str:
-    """The SVG text; its user unit is a pixel, y is turned so that north is up."""
+    """Render a template as SVG text; the user unit is a pixel, and north is up."""
     low, high = bounds(template)
     margin = MARGIN_SHARE * float(max(high - low)) + template.line_width_m
     low, high = low - margin, high + margin
@@ -55,7 +55,7 @@ def bounds(template: Template) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rings(rings: Iterable[tuple[Position, ...]], low: np.ndarray, high: np.ndarray, scale: float) -> str:
-    """Closed outlines, corner by corner."""
+    """Path data of closed outlines."""
     drawn = ((np.array(ring) - (low[0], high[1])) * (scale, -scale) for ring in rings)
     return "".join(f"M{'L'.join(f'{x:.3f} {y:.3f}' for x, y in ring.tolist())}Z" for ring in drawn)
 

@@ -1,9 +1,9 @@
-"""Fits as few lines and arcs as possible to a chain of them, tangent to one another where the drawing allows it.
+"""Fit of as few lines and arcs as possible to a chain of them, tangent to one another where the drawing allows it.
 
 A chain of lines and arcs is cut at some of its joints; between two of these comes one line, one arc, a biarc, or two
 lines that meet in a corner. Of all such curves that stay within the tolerance, dynamic programming finds the one of the
-least cost: of pieces, corners, short and tight pieces, and of straying. The cost is the same for the chain travelled
-the other way, and for its mirror image. Long lines and arcs of the drawing stay what they are.
+least cost: of pieces, corners, short and tight pieces, and of deviation. The cost is the same for the reversed chain
+and for its mirror image. Long lines and arcs of the drawing are kept.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -38,38 +38,38 @@ Indices = npt.NDArray[np.intp]
 #: A joint that turns by less is no corner that was meant, if the tolerance allows to make it tangent: coordinates of
 #: two digits turn the short handles of a curve by as much. One that turns by no more than the second is tangent.
 SOFT_RAD, TANGENT_RAD = 0.3, 1e-6
-#: Dust, as a share of the tolerance.
+#: Size of dust, as a fraction of the tolerance.
 DUST_SHARE = 0.1
 #: What a corner, a piece of no length between corners, such a one between others, and one of no radius cost, in
 #: pieces; straying by the tolerance costs one, by a share of it the share's square.
 CORNER, SHORT, SHORT_SMOOTH, TIGHT, CRAMPED = 1.5, 1.5, 0.3, 0.5, 1.5
-#: Arcs tighter than the nozzle is beside the axle can be painted one way round only.
+#: Arcs tighter than the nozzle's lateral offset can be painted in one direction only.
 EASY_RADIUS_M = abs(Vehicle().tool.nozzle_y_m)
-#: Something this many times the smallest feature is none any more.
+#: Multiple of the smallest feature from which something is no feature any more.
 FEATURES = 5.0
-#: Of each piece at most so many points are looked at, no closer than this share of the tolerance; of all together.
+#: Maximum samples of a piece, their minimum spacing as a fraction of the tolerance, and maximum samples in all.
 POINTS, SPACING_SHARE, MOST_POINTS = 6, 0.5, 240
-#: First at so few: most pieces are further off there already. The others by so many in one go.
+#: Samples of the first check, which most pieces fail, and pieces per batch of the full check.
 FEW_POINTS, AT_ONCE = 8, 200
-#: So many joints are looked from in one go.
+#: Joints that are processed in one batch.
 BATCH = 64
-#: So many joints ahead are looked at first, then twice as many, in the end with gaps; and at most.
+#: Joints ahead in the first block, which doubles and finally gets gaps, and maximum.
 FIRST_BLOCK, MOST_AHEAD = 6, 180
-#: Of chains of more pieces, joints closer to each other than this share of the smallest feature are passed over.
+#: In chains of more pieces, joints closer to each other than this fraction of the smallest feature are skipped.
 MANY, CLOSE_SHARE = 300, 0.25
 STEEPEST_RAD = 0.9 * np.pi
-#: Of the tolerance, what a piece may use up at the points looked at.
+#: Fraction of the tolerance that a piece may use at the samples.
 STRICT_SHARE = 0.9
 
 
 def refit(drawn: Sequence[Curve], exact: Sequence[bool], closed: bool, detail: Detail) -> list[Curve]:
-    """The chain ``drawn`` as few lines and arcs, within the tolerances of ``detail``.
+    """Reduce a chain to as few lines and arcs as possible, within the tolerances of ``detail``.
 
     Args:
-        drawn: Lines and arcs, connected.
-        exact: Which of them the drawing itself has, and which stand for another curve.
+        drawn: Connected lines and arcs.
+        exact: For each, whether it is drawn, or approximates another curve.
         closed: Whether the last one ends where the first one begins.
-        detail: What is kept.
+        detail: Tolerances.
     """
     known = {curve for curve, is_exact in zip(drawn, exact, strict=True) if is_exact}
     curves = welded(drawn, closed, DUST_SHARE * detail.tolerance_m)
@@ -87,7 +87,7 @@ def refit(drawn: Sequence[Curve], exact: Sequence[bool], closed: bool, detail: D
 
 @dataclass(frozen=True)
 class _Chain:
-    """Connected curves; which of them stay as they are, and by how much each turns off from the one before (rad).
+    """Connected curves, flags of those that are kept, and the turn of each from the one before (rad).
 
     The first turn of an open chain is infinite.
     """
@@ -106,7 +106,7 @@ class _Chain:
         return replace(chain, kept=[ok and chain._stays(k, detail) for k, ok in enumerate(exact)])
 
     def turn_at(self, joint: int) -> float:
-        """By how much the chain turns at the beginning of a curve, or at its own end."""
+        """Turn (rad) at the beginning of a curve, or at the chain's end."""
         return self.turns[joint % len(self.turns)]
 
     def _stays(self, k: int, detail: Detail) -> bool:
@@ -126,7 +126,7 @@ class _Chain:
         return curve.length_m > 2 * neighbour.length_m
 
     def _is_flattened(self, joint: int, detail: Detail) -> bool:
-        """Whether the lines that meet there may as well be chords of a smooth curve."""
+        """True if the lines that meet there may as well be chords of a smooth curve."""
         first, second = self.curves[joint % len(self.curves) - 1], self.curves[joint % len(self.curves)]
         turn = abs(self.turn_at(joint))
         if first.curvature_1pm or second.curvature_1pm or not TANGENT_RAD < turn <= SOFT_RAD:
@@ -137,7 +137,7 @@ class _Chain:
         return abs(self.turn_at(joint)) <= SOFT_RAD
 
     def heading(self, joint: int) -> float:
-        """The one heading of a soft joint: of the line or arc that stays, else between both."""
+        """Common heading of a soft joint: of the line or arc that is kept, else between both."""
         before, after = joint % len(self.curves) - 1, joint % len(self.curves)
         if self.kept[after] and not self.kept[before]:
             return self.curves[after].heading_rad
@@ -145,7 +145,7 @@ class _Chain:
         return end if self.kept[before] else end + self.turn_at(joint) / 2
 
     def split(self, detail: Detail) -> "_Chain":
-        """The chain with more joints: where a line could be left for a corner's sake, or an arc for its heading's."""
+        """Add joints at which a line could be left for a corner, or an arc for its heading."""
         curves, kept, turns = [], [], []
         for k, curve in enumerate(self.curves):
             head, tail = self._cuts(k, detail)
@@ -176,7 +176,7 @@ class _Chain:
         return cuts[0], cuts[1]
 
     def rotated(self) -> "_Chain":
-        """A closed chain begun where something stays, or at a corner."""
+        """Rotate a closed chain to begin at a curve that is kept, or at a corner."""
         if not self.closed:
             return self
         count = len(self.curves)
@@ -187,7 +187,7 @@ class _Chain:
         return _Chain(curves[at:] + curves[:at], kept[at:] + kept[:at], turns[at:] + turns[:at], self.closed)
 
     def runs(self) -> Iterator[tuple[int, int]]:
-        """(first, end) of each curve that stays, and of each stretch between."""
+        """Intervals (first, end) of each curve that is kept, and of each stretch between."""
         begin = 0
         while begin < len(self.curves):
             end = begin + 1
@@ -198,7 +198,7 @@ class _Chain:
 
 
 class _Fitter:
-    """The best way along the curves ``begin`` to ``end`` of a chain."""
+    """Search for the best pieces along the curves ``begin`` to ``end`` of a chain."""
 
     def __init__(self, chain: _Chain, begin: int, end: int, detail: Detail) -> None:
         self.detail = detail
@@ -224,7 +224,7 @@ class _Fitter:
         self.arrive = np.where(self.soft, tangents, arrive)
 
     def _nodes(self, soft: Bools) -> np.ndarray:
-        """The joints at which the chain may be cut."""
+        """Joints at which the chain may be cut."""
         count = len(soft)
         if count <= MANY:
             return np.arange(count)
@@ -253,9 +253,9 @@ class _Fitter:
         return [curve for rows in reversed(found) for curve in curves_of(rows)]
 
     def _offers(self, nodes: Indices) -> list[list[tuple[Indices, Floats, list[Floats]]]]:
-        """For each of some joints (n,): block by block the joints ahead, and the pieces to them with their costs.
+        """Find the pieces with their costs from joints (n,) to the joints ahead, block by block.
 
-        What can be had from a joint does not depend on the way to it, so many are looked at in one go.
+        The pieces from a joint do not depend on those before it, so that many joints are processed at once.
         """
         found: list[list[tuple[Indices, Floats, list[Floats]]]] = [[] for _ in nodes]
         going, off, block = np.arange(len(nodes)), 1, FIRST_BLOCK
@@ -289,14 +289,14 @@ class _Fitter:
             cost[ahead[k]], before[ahead[k]], chosen[ahead[k]] = total[k], i, offers[1][k]
 
     def _as_drawn(self, i: int) -> tuple[Floats, list[Floats]]:
-        """The drawn pieces to the next joint, and what they cost."""
+        """Drawn pieces to the next joint, and their costs."""
         rows = self.rows[self.piece[i] : self.piece[i + 1]]
         corners = CORNER * (int(self.turned[i]) + int(self.turned[i + 1]) + len(rows) - 1)
         alone = not (self.soft[i] or self.soft[i + 1])
         return np.array([self._cost(rows[None], np.array([alone]))[0] + corners]), [rows]
 
     def _cost(self, rows: Floats, alone: Bools) -> Floats:
-        """(n,) cost of pieces (n, k, 5), straying apart."""
+        """Costs (n,) of pieces (n, k, 5) without deviation."""
         length, radius = rows[..., 4], 1.0 / np.maximum(np.abs(rows[..., 3]), 1e-9)
         short = np.maximum(1.0 - length / self.detail.feature_m, 0.0) * np.where(alone, SHORT, SHORT_SMOOTH)[:, None]
         tight = TIGHT * np.maximum(1.0 - radius / EASY_RADIUS_M, 0.0)
@@ -304,7 +304,7 @@ class _Fitter:
         return np.asarray(np.where(length > 0.0, 1.0 + short + tight + cramped, 0.0).sum(axis=1))
 
     def _pieces(self, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-        """The cheapest piece or two from joints to later ones (n,) each, (n,) and (n, 2, 5); infinite: none."""
+        """Cheapest one or two pieces (n, 2, 5) from joints (n,) to later ones (n,), costs (n,), infinite if none."""
         start, end, leave, arrive = self.points[i], self.points[j], self.leave[i], self.arrive[j]
         along_m = self.ends_m[self.piece[j]] - self.ends_m[self.piece[i]]
         soft, free, apart = self.soft[i], self.soft[j], np.abs(end - start) > COINCIDENT_M
@@ -333,18 +333,18 @@ class _Fitter:
         return costs[cheapest], pieces[cheapest]
 
     def _middles(self, i: Indices, j: Indices) -> Complexes:
-        """(n,) points half way between joints."""
+        """Points (n,) half way between joints."""
         half = (self.ends_m[self.piece[j]] + self.ends_m[self.piece[i]]) / 2
         k = np.clip(np.searchsorted(self.ends_m, half, side="right") - 1, 0, len(self.rows) - 1)
         return _points_along(self.rows[k], half - self.ends_m[k])
 
     def _stray(self, i: Indices, j: Indices, rows: Floats, allowed_m: Floats) -> Floats:
-        """(n,) how far the chain between joints is from pieces (n, 2, 5) at most, m; infinite: further than allowed."""
+        """Maximum deviations (n,) of the chain from pieces (n, 2, 5) between joints, m; infinite beyond the allowed."""
         first, stop = self.first_sample[self.piece[i]], self.first_sample[self.piece[j]]
         stride = (stop - first) // MOST_POINTS + 1
         count = -((first - stop) // stride)
         strays = np.full(len(rows), np.inf)
-        # Few points tell of most pieces that they are no good.
+        # A few points rule out most pieces.
         few = first[:, None] + stride[:, None] * (np.arange(FEW_POINTS) * count[:, None] // FEW_POINTS)
         near = np.flatnonzero(_away(self.samples[few], rows) <= allowed_m)
         near = near[np.argsort(count[near], kind="stable")]
@@ -357,21 +357,21 @@ class _Fitter:
 
 @dataclass(frozen=True)
 class _Offer:
-    """A kind of piece, what it is made of for every pair of joints, and for which (n,) of them it may be used."""
+    """Kind of piece: its constructor, the arguments for every pair of joints, and the pairs (n,) that it fits."""
 
     make: Callable[..., tuple[Floats, Bools]]
     given: tuple[Complexes, ...]
     fits: Bools
 
     def made(self) -> tuple[Indices, Floats]:
-        """The pairs (m,) for which there is one, and their pieces (m, 2, 5)."""
+        """Pairs (m,) for which there is such a piece, and the pieces (m, 2, 5)."""
         pairs = np.flatnonzero(self.fits)
         rows, good = self.make(*(each[pairs] for each in self.given))
         return pairs[good], rows[good]
 
 
 def _one_arc(make: Callable[..., Floats]) -> Callable[..., tuple[Floats, Bools]]:
-    """Pieces (n, 2, 5) from pieces (n, 5), each followed by none."""
+    """Extend pieces (n, 5) to (n, 2, 5), each followed by an empty one."""
 
     def made(*given: Complexes) -> tuple[Floats, Bools]:
         rows = make(*given)
@@ -381,7 +381,7 @@ def _one_arc(make: Callable[..., Floats]) -> Callable[..., tuple[Floats, Bools]]
 
 
 def _away(points: Complexes, rows: Floats) -> Floats:
-    """(n,) how far points (n, m) are from pieces (n, 2, 5) at most, m."""
+    """Maximum distances (n,) of points (n, m) from pieces (n, 2, 5), m."""
     away = distances(points, rows[:, :1])
     second = rows[:, 1, 4] > 0.0
     if second.any():
@@ -390,7 +390,7 @@ def _away(points: Complexes, rows: Floats) -> Floats:
 
 
 def _corners(start: Complexes, leave: Complexes, end: Complexes, arrive: Complexes) -> tuple[Floats, Bools]:
-    """(n, 2, 5) two lines along the tangents, and (n,) whether they meet in a corner."""
+    """Two lines (n, 2, 5) along the tangents, and whether they meet in a corner (n,)."""
     v, turn = end - start, (leave.conj() * arrive).imag
     safe = np.where(np.abs(turn) > np.sin(SOFT_RAD) / 2, turn, 1.0)
     first, second = (v.conj() * arrive).imag / safe, (leave.conj() * v).imag / safe
@@ -400,7 +400,7 @@ def _corners(start: Complexes, leave: Complexes, end: Complexes, arrive: Complex
 
 
 def _points_along(rows: Floats, s_m: Floats) -> Complexes:
-    """(n,) points of pieces (n, 5) at arc lengths (n,), m."""
+    """Points (n,) of pieces (n, 5) at arc lengths (n,), m."""
     x, y, _, _ = along(rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], s_m)
     return np.asarray(x + 1j * y)
 
@@ -410,7 +410,7 @@ def _turn(first: Curve, second: Curve) -> float:
 
 
 def _merged(curves: list[Curve], closed: bool) -> list[Curve]:
-    """Pieces of one line, or of one arc, as one."""
+    """Merge neighbouring pieces of the same line or arc."""
     if closed and len(curves) > 1:  # begun at a joint, if there is one
         at = next((k for k in range(len(curves)) if _one(curves[k - 1], curves[k]) is None), 0)
         curves = curves[at:] + curves[:at]
@@ -422,7 +422,7 @@ def _merged(curves: list[Curve], closed: bool) -> list[Curve]:
 
 
 def _one(first: Curve, second: Curve) -> Curve | None:
-    """Both as one, if they are of one line or arc."""
+    """Merge two curves, if they are of the same line or arc."""
     if abs(_turn(first, second)) > 1e-9:
         return None
     if first.curvature_1pm == second.curvature_1pm == 0.0:

@@ -1,4 +1,4 @@
-"""Finds outlines that lie on others, which are painted once."""
+"""Detection of repeated outlines, which are painted once."""
 
 import math
 from collections import defaultdict
@@ -10,20 +10,20 @@ from touchline.drawings.detail import Detail
 from touchline.drawings.deviation import apart_m
 from touchline.schemas.curves import Curve
 
-#: Two outlines are one if they are closer than this share of the tolerance, their lengths too.
+#: Outlines are the same if they, and their lengths, differ by less than this fraction of the tolerance.
 SAME_SHARE = 0.1
 
 
 class Repeats:
-    """The outlines so far, and how many of them lay on others."""
+    """Registry of outlines, with the number of repeated ones."""
 
     def __init__(self) -> None:
         self.count = 0
         self._seen: dict[tuple[int, int], list[tuple[tuple[float, ...], Sequence[Curve]]]] = defaultdict(list)
-        """By the cell, as wide as the tolerance, of their lower left corner."""
+        """Index outlines by the cell, as wide as the tolerance, of their lower left corner."""
 
     def has(self, curves: Sequence[Curve], detail: Detail) -> bool:
-        """Whether ``curves`` lie on those of an earlier outline, whichever way round; else they count as one."""
+        """True if ``curves`` lie on an earlier outline, in either direction; else they are added."""
         if not curves:
             return False
         near = SAME_SHARE * detail.tolerance_m
@@ -40,6 +40,6 @@ class Repeats:
 
 
 def _size(curves: Sequence[Curve]) -> tuple[float, ...]:
-    """The box round the curves' ends and middles and their length, m."""
+    """Bounding box of the curves' ends and middles, and their length, m."""
     points = np.concatenate([np.column_stack(c.at(np.array([0.0, 0.5, 1.0]) * c.length_m)[:2]) for c in curves])
     return (*points.min(axis=0).tolist(), *points.max(axis=0).tolist(), sum(curve.length_m for curve in curves))

@@ -1,4 +1,4 @@
-"""Bridges curves too short or too tight for a template by straight lines, within half a shortest line of them.
+"""Bridges of straight lines over curves too short or too tight for a template, within half a shortest line of them.
 
 Walk along the curve with a stick as long as the shortest line. One end of it lies at v, within half a stick of where
 the curve is; turn the other one towards the curve's first point p further from v than half a stick. What comes before p
@@ -22,53 +22,53 @@ from touchline.schemas.template import MIN_LENGTH_M
 
 Indices = npt.NDArray[np.intp]
 
-#: Longer than the shortest line, and half of that, by more than coordinates are rounded.
+#: Length of a stick: the shortest line plus more than the rounding of coordinates; and half of it.
 STICK_M = MIN_LENGTH_M * (1 + 1e-5)
 STRAYS_M = STICK_M / 2 * (1 + 1e-5)
-#: Lines that bridge reach at most about as far, and past this many points looked at.
+#: Approximate maximum length of bridging lines, and maximum number of samples that they pass.
 LONGEST_M, MOST = 2 * STICK_M, 120
-#: How far from what must be bridged the walk may leave the curve, at first.
+#: Initial distance from a sliver within which the walk may leave the curve.
 REACH_M = 2 * STICK_M
-#: Spacing of the points looked at: by length, and by turn on tight arcs.
+#: Spacing of samples: by length, and by turn on tight arcs.
 STEP_M, STEP_RAD = 2e-3, 0.3
-#: A walk of one line more must stray this much less.
+#: Price of a line, as deviation (m).
 LINE_M = 1e-3
-#: Whether a walk stands on the curve, or off it at the end of a stick longer than the distance to the curve.
+#: State of a walk: on the curve, or off it at the end of a stick longer than the distance to the curve.
 ON, OFF = 0, 1
 
 
 def paintable(curve: Curve) -> bool:
-    """Whether a template may hold it."""
+    """True if a template may hold the curve."""
     return curve.length_m >= MIN_LENGTH_M and abs(curve.curvature_1pm) * MIN_LENGTH_M <= 1.0
 
 
 def without_slivers(curves: Sequence[Curve]) -> list[Curve]:
-    """``curves``, with straight lines in the place and the neighbourhood of those that a template may not hold.
+    """Replace curves that a template may not hold, and their neighbourhood, by straight lines.
 
-    Each then begins where the one before it ends, and the first one where it did. Neither is further from the other
-    than half of `MIN_LENGTH_M`, and what a tight arc bulges between the points looked at, 0.1 mm at most. Empty if
-    ``curves`` nowhere are further than that from where they begin.
+    The result is connected, and begins where ``curves`` do. The deviation in both directions is at most half of
+    `MIN_LENGTH_M`, plus the bulge of tight arcs between samples, 0.1 mm at most. The result is empty if ``curves`` stay
+    that close to their beginning.
     """
     if all(paintable(curve) for curve in curves):
         return list(curves)
     reach_m = REACH_M
     while (walk := _walk(_stations(curves, reach_m))) is None:
-        # No way back to the curve so near. Where the walk may leave it everywhere there is one.
+        # No walk within this reach returns to the curve; without a limit there is always one.
         reach_m *= 2
     return walk
 
 
 @dataclass(frozen=True)
 class _Stations:
-    """Points at which a walk may leave the curves, and by which it is judged.
+    """Points at which a walk may leave the curves, and by which it is evaluated.
 
     Attributes:
-        curves: What is walked along.
-        first: (len(curves) + 1,) the station at which each begins, and the very last one.
-        curve: (n,) the curve that each station is on, or begins; the last station has the last one's end.
-        at_m: (n,) and how far along.
-        points: (n,) m, x + iy.
-        until: (n,) the last station before the next stretch that has none, and so must be followed.
+        curves: Curves to walk along.
+        first: (len(curves) + 1,) first station of each curve, and the last station.
+        curve: (n,) curve of each station; the last station is at the end of the last curve.
+        at_m: (n,) position along the curve.
+        points: (n,) x + iy, m.
+        until: (n,) last station before the next stretch without stations, which must be followed.
     """
 
     curves: Sequence[Curve]
@@ -81,7 +81,7 @@ class _Stations:
 
 @dataclass(frozen=True)
 class _Steps:
-    """What a walk may do next: to stations (m,), standing ON or OFF there (m,), at points (m,), at a cost (m,)."""
+    """Next steps of a walk: target stations (m,), states ON or OFF (m,), points (m,) and costs (m,)."""
 
     to: Indices
     stands: Indices
@@ -91,7 +91,7 @@ class _Steps:
 
 
 class _Walks:
-    """The best walk to each station, ON the curve and OFF it: cost, end, where from, whether along the curve."""
+    """Best walk to each station, ON the curve and OFF it: cost, end, predecessor, whether along the curve."""
 
     def __init__(self, stations: _Stations) -> None:
         count = len(stations.points)
@@ -102,7 +102,7 @@ class _Walks:
         self.cost[0, ON] = 0.0
 
     def extend(self, i: int, stands: int, steps: _Steps) -> None:
-        """Take the steps from station ``i`` that make a walk better."""
+        """Take the steps from station ``i`` that improve a walk."""
         cost = self.cost[i, stands] + steps.cost
         better = cost < self.cost[steps.to, steps.stands]
         where = steps.to[better], steps.stands[better]
@@ -111,7 +111,7 @@ class _Walks:
 
 
 def _walk(stations: _Stations) -> list[Curve] | None:
-    """The best walk from the first station to the last; None if there is none."""
+    """Find the best walk from the first station to the last; None if there is none."""
     walks, last = _Walks(stations), len(stations.points) - 1
     for i, stands in product(range(last), (ON, OFF)):
         if np.isfinite(walks.cost[i, stands]):
@@ -135,7 +135,7 @@ def _walk(stations: _Stations) -> list[Curve] | None:
 
 
 def _lines(stations: _Stations, i: int, start: complex) -> _Steps:
-    """Lines from ``start``, that stands for station ``i``, towards later ones."""
+    """Lines from ``start``, which represents station ``i``, towards later ones."""
     ahead = _ahead(stations, i) - start
     away = np.abs(ahead)
     if away.max() > LONGEST_M:
@@ -153,40 +153,40 @@ def _lines(stations: _Stations, i: int, start: complex) -> _Steps:
 
 
 def _rest(stations: _Stations, i: int, start: complex) -> _Steps:
-    """No line at all, as long as the curve stays near to ``start``."""
+    """Steps without a line, as long as the curve stays near to ``start``."""
     away = np.maximum.accumulate(np.abs(_ahead(stations, i) - start))
     near = np.flatnonzero(away <= STRAYS_M)[1:][-1:]
     return _Steps(i + near, np.full(len(near), OFF), np.full(len(near), start), away[near] ** 4, follows=False)
 
 
 def _ahead(stations: _Stations, i: int) -> Complexes:
-    """The points (m,) of station ``i`` and of those to which one step may go."""
+    """Points (m,) of station ``i`` and of those that one step can reach."""
     return stations.points[i : min(stations.until[i], i + MOST) + 1]
 
 
 def _following(stations: _Stations, i: int) -> _Steps:
-    """The curve itself from station ``i`` on, as far as it goes."""
+    """Steps along the curve itself from station ``i`` on."""
     long_enough = _lengths(stations, i) >= MIN_LENGTH_M
     to = i + 1 + np.flatnonzero(long_enough & paintable(stations.curves[stations.curve[i]]))
     return _Steps(to, np.full(len(to), ON), stations.points[to], np.zeros(len(to)), follows=True)
 
 
 def _lengths(stations: _Stations, i: int) -> Floats:
-    """(m,) distance from station ``i`` to the later ones of the same curve, m."""
+    """Distances (m,) from station ``i`` to the later ones of the same curve, m."""
     k = stations.curve[i]
     at = np.append(stations.at_m[i + 1 : stations.first[k + 1]], stations.curves[k].length_m)
     return np.asarray(at - stations.at_m[i])[: stations.first[k + 1] - i]
 
 
 def _part(stations: _Stations, i: int, j: int) -> Curve:
-    """What is between two stations of one curve."""
+    """Part of a curve between two stations."""
     curve: Curve = stations.curves[stations.curve[i]]
     x, y, heading, _ = (float(v) for v in curve.at(stations.at_m[i]))
     return replace(curve, x_m=x, y_m=y, heading_rad=heading, length_m=float(_lengths(stations, i)[j - i - 1]))
 
 
 def _stations(curves: Sequence[Curve], reach_m: float) -> _Stations:
-    """Stations within ``reach_m`` along the curves of those that must be bridged, else where one begins."""
+    """Lay stations within ``reach_m`` of the curves that must be bridged, elsewhere at the beginning of curves."""
     at: list[Floats] = []
     stops: list[int] = []
     first = [0]
@@ -215,7 +215,7 @@ def _stations(curves: Sequence[Curve], reach_m: float) -> _Stations:
 
 
 def _distances_m(curves: Sequence[Curve]) -> list[float]:
-    """How far along ``curves`` the beginning of each is from the last that must be bridged, m; 0 for such a one."""
+    """Distance (m) along ``curves`` of each one's beginning from the last that must be bridged; 0 for such a one."""
     distances, distance = [], np.inf
     for curve in curves:
         distance = distance if paintable(curve) else 0.0

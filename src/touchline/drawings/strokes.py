@@ -1,4 +1,4 @@
-"""Decides what of an outline is painted: its lines, one line in place of two that nearly coincide, a dot, nothing."""
+"""Strokes of an outline: its lines, one line in place of two that nearly coincide, a dot, or nothing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ from touchline.drawings.refit import refit
 from touchline.drawings.slivers import without_slivers
 from touchline.schemas.curves import Curve
 
-#: Smooth curves are followed this much closer than they are refitted.
+#: Tolerance of the first fit of smooth curves, as a fraction of that of the refit.
 FINE_SHARE = 0.1
-#: A drawn arc that nowhere leaves its chord by this much, m, and has a larger radius, m, is a line.
+#: A drawn arc with a smaller sagitta, m, and a larger radius, m, is a line.
 FLAT_M, FLAT_RADIUS_M = 1e-3, 2_000.0
-#: Points by which the size of an outline is taken, at least; those of a long one are this share of the detail apart.
+#: Minimum samples for the size of an outline; spacing on long ones, as a fraction of the detail; maximum samples.
 POINTS, POINTS_SHARE, MOST_POINTS = 65, 0.5, 2_000
 
 
 class StrokeKind(Enum):
-    """What became of an outline."""
+    """Treatment of an outline."""
 
     LINES = "lines"
     DOT = "dot"
@@ -35,12 +35,12 @@ class StrokeKind(Enum):
 
 @dataclass(frozen=True)
 class Strokes:
-    """An outline as it is painted.
+    """Outline as painted.
 
     Attributes:
-        kind: What became of it.
-        drawn: Lines and arcs that stand for the drawing, closer than the tolerance.
-        curves: Those that are painted; a speck has none.
+        kind: Treatment of the outline.
+        drawn: Lines and arcs that approximate the drawing, well within the tolerance.
+        curves: Painted lines and arcs; a speck has none.
     """
 
     kind: StrokeKind
@@ -49,7 +49,7 @@ class Strokes:
 
     @classmethod
     def of(cls, outline: Outline, detail: Detail) -> "Strokes":
-        """The strokes of an outline; without a smallest feature, all that a template may hold."""
+        """Compute the strokes of an outline; without a smallest feature, all that a template may hold is kept."""
         fine = FINE_SHARE * detail.tolerance_m if detail.feature_m else detail.tolerance_m
         exact = {_flattened(piece) for piece in outline.pieces if isinstance(piece, Curve)}
         drawn = [_flattened(curve) for curve in fit_outline(outline, fine)]
@@ -95,7 +95,7 @@ def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: De
 
 
 def _dot(points: Floats, axis: Floats, detail: Detail) -> list[Curve]:
-    """A short line along the longer side of what is too small for a line of its own."""
+    """Short line along the longer side of an outline that is too small for its own lines."""
     low, high = float((points @ axis).min()), float((points @ axis).max())
     across = np.array([-axis[1], axis[0]])
     side = points @ across
@@ -106,7 +106,7 @@ def _dot(points: Floats, axis: Floats, detail: Detail) -> list[Curve]:
 
 
 def _axis(points: Floats) -> Floats:
-    """The direction in which points (n, 2) reach farthest: x, if they are round."""
+    """Direction of the largest extent of points (n, 2); x if they are round."""
     centred = points - points.mean(axis=0)
     (a, b), (_, c) = centred.T @ centred
     if np.hypot(a - c, 2 * b) <= 1e-3 * (a + c):
@@ -116,10 +116,10 @@ def _axis(points: Floats) -> Floats:
 
 
 def _middle_line(drawn: list[Curve], length_m: float, detail: Detail) -> list[Curve]:
-    """The line in the middle of a closed outline that goes there and back by about one way; empty: it does not."""
+    """Middle line of a closed outline that returns along nearly the same path; empty if it does not."""
     count = min(max(POINTS, int(length_m / (POINTS_SHARE * detail.feature_m))), MOST_POINTS)
     points = _points(drawn, count)[:-1]
-    # From any point the farthest one is a tip of such a line, and from that tip the other one.
+    # The point farthest from any point is a tip of such a line, and the one farthest from that the other tip.
     first = int(np.argmax(np.hypot(*(points - points[0]).T)))
     points = np.roll(points, -first, axis=0)
     second = int(np.argmax(np.hypot(*(points - points[0]).T)))
@@ -138,13 +138,13 @@ def _middle_line(drawn: list[Curve], length_m: float, detail: Detail) -> list[Cu
     inner = middle[np.hypot(*(middle[:, None] - tips).T).min(axis=0) > detail.feature_m]
     if len(inner) < 2:
         return _polyline(tips)
-    # Towards a tip the nearest points of both sides are on the short side: the line goes straight on.
+    # Near a tip the nearest points of both sides are on the short side: the line continues straight.
     ends = [_straight_on(inner[1], inner[0], tips[0]), _straight_on(inner[-2], inner[-1], tips[1])]
     return _polyline(np.vstack((ends[0], inner, ends[1])))
 
 
 def _straight_on(before: Floats, here: Floats, tip: Floats) -> Floats:
-    """Where the line from ``before`` to ``here`` is nearest to ``tip``."""
+    """Point of the line from ``before`` to ``here`` that is nearest to ``tip``."""
     along = (here - before) / np.hypot(*(here - before))
     return np.asarray(here + float((tip - here) @ along) * along)
 
@@ -155,7 +155,7 @@ def _polyline(points: Floats) -> list[Curve]:
 
 
 def _points(curves: Sequence[Curve], count: int) -> Floats:
-    """(count or more, 2) points along connected curves, about as far from each other, joints included."""
+    """Roughly equidistant points (count or more, 2) along connected curves, joints included."""
     length = sum(curve.length_m for curve in curves)
     parts = [sampled(curve, max(2, int(np.ceil(count * curve.length_m / length)) + 1)) for curve in curves]
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])

@@ -1,6 +1,6 @@
 """SVG drawings as outlines, as a browser shows them: what is visible, where it is, cut to what clips it; y turned up.
 
-Text, images, masks, markers and whatever else is no line or cannot be followed exactly is left out, by element.
+Text, images, masks, markers and other elements that are no lines or cannot be followed exactly are left out.
 """
 
 import math
@@ -49,21 +49,21 @@ _GROUPS = frozenset(("g", "a", "svg", "switch"))
 _ANIMATIONS = frozenset(("animate", "animateMotion", "animateTransform", "animateColor", "set"))
 _SHOWN = frozenset((*_GROUPS, "use", *SHAPES, *UNPAINTABLE))
 _LANGUAGE = "en"
-#: What numbers of an extreme size lead the libraries into.
+#: Exceptions that the libraries raise for numbers of an extreme size.
 _STUMBLES = (ArithmeticError, LookupError, TypeError, ValueError, ShapelyError)
-#: Points of a piece by which the size of an element is taken.
+#: Samples of a piece for the size of an element.
 _MEASURED = 65
 
 
 def read_svg(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omission]]:
-    """(outlines in metres, what was left out) of an SVG file.
+    """Read an SVG file: outlines in metres, and omissions.
 
     Args:
-        path: The file.
+        path: Path of the file.
         scale_m: Metres per user unit; None: from the drawing's width or height, if they have a unit of length.
 
     Raises:
-        SpecError: It is no SVG, its size in metres is unknown, or it is beyond a limit.
+        SpecError: The file is no SVG, its size in metres is unknown, or it exceeds a limit.
     """
     try:
         check_svg(path)
@@ -87,7 +87,7 @@ def _read(path: Path, scale_m: float | None) -> tuple[list[Outline], list[Omissi
 
 
 class _SvgReader:
-    """Walks through a document, and has a painter collect what shows."""
+    """Walk through a document that passes visible shapes to a painter."""
 
     def __init__(self, source: str, document: SvgDocument, cascade: Cascade, painter: SvgPainter) -> None:
         self._source, self._document, self._cascade, self._painter = source, document, cascade, painter
@@ -97,7 +97,7 @@ class _SvgReader:
         self._clips = 0
 
     def read(self, page: SvgPage) -> None:
-        """Find all that the page shows."""
+        """Read all that the page shows."""
         root, self._page = self._document.root, page
         for element, reason in self._cascade.unread:
             self._painter.omit(element, reason)
@@ -183,7 +183,7 @@ class _SvgReader:
             self._symbol(target, replace(place, style=style), size)
 
     def _symbol(self, target: Element, place: SvgPlace, size: tuple[str, str]) -> None:
-        """A symbol or svg that is used; the use element's width and height, if it has them, are its own."""
+        """Read a symbol or svg by use; width and height of the use element, if given, replace its own."""
         own = (place.style["width"], place.style["height"])
         size = (_or(size[0], own[0]), _or(size[1], own[1]))
         try:
@@ -195,7 +195,7 @@ class _SvgReader:
         self._nested(target, place, size)
 
     def _nested(self, element: Element, place: SvgPlace, size: tuple[str, str]) -> None:
-        """What is in an element that has a viewport of its own."""
+        """Read the content of an element with a viewport of its own."""
         style, outer = place.style, place.viewport
         if self._document.kind(element) == "svg":
             place = place.then(moved(outer.length(style["x"], "x", 0.0), outer.length(style["y"], "y", 0.0)))
@@ -243,7 +243,7 @@ class _SvgReader:
         return place.then(matrix)
 
     def _check_effects(self, element: Element, style: Style) -> None:
-        """Refuse an element that is not shown as it is drawn."""
+        """Refuse an element with effects that change its appearance."""
         for name, remedy in (("mask", "cut the shape itself"), ("filter", "remove it")):
             if style[name] in ("none", ""):
                 continue
@@ -257,7 +257,7 @@ class _SvgReader:
                 raise Unclear(f"has a {name}, which cannot be followed; {remedy}")
 
     def _cut(self, element: Element, place: SvgPlace) -> SvgPlace:
-        """The place with the region of the element's clip path."""
+        """Add the region of the element's clip path to a place."""
         value = place.style["clip-path"]
         if value == "none":
             return place
@@ -276,7 +276,7 @@ class _SvgReader:
         place: SvgPlace,
         chain: tuple[Element, ...],
     ) -> "BaseGeometry":
-        """What a clipPath lets show of an element at a place, m."""
+        """Region of a clipPath for an element at a place, m."""
         import shapely
 
         if clip in chain:
@@ -304,7 +304,7 @@ class _SvgReader:
         place: SvgPlace,
         chain: tuple[Element, ...],
     ) -> "BaseGeometry":
-        """The part of a region that its owner's own clip path leaves."""
+        """Clip a region by its owner's own clip path."""
         reference = reference_of(place.style["clip-path"])
         clip = None if reference is None else self._document.target(reference[0])
         if clip is None or self._document.kind(clip) != "clipPath":
@@ -312,7 +312,7 @@ class _SvgReader:
         return region.intersection(self._region(clip, element, place, chain))
 
     def _clip_part(self, child: Element, place: SvgPlace, chain: tuple[Element, ...]) -> "BaseGeometry | None":
-        """What one child of a clipPath adds to it."""
+        """Region of one child of a clipPath."""
         self._clips += 1
         if self._clips > MOST_ELEMENTS:
             raise SpecError(self._source, "clipPath", f"is made of more than {MOST_ELEMENTS:,} shapes", "simplify it")
@@ -344,14 +344,14 @@ class _SvgReader:
         return self._within(region, child, shape, place, chain)
 
     def _style_of(self, element: Element) -> Style:
-        """The style of an element where it stands."""
+        """Computed style of an element."""
         style = self._cascade.root()
         for each in (*self._document.ancestors(element), element):
             style = self._cascade.computed(each, style, SvgViewport(100.0, 100.0))
         return style
 
     def _box(self, element: Element, place: SvgPlace) -> tuple[Floats, Floats]:
-        """Lowest and highest (x, y) of what an element holds, in its own user units."""
+        """Bounding box of an element's content, lowest and highest (x, y), in its own user units."""
         painter = SvgPainter(self._document, None, measures=True)
         reader = _SvgReader(self._source, self._document, self._cascade, painter)
         reader._measures = True
@@ -367,7 +367,7 @@ class _SvgReader:
 
 
 def _wanted(element: Element) -> bool:
-    """Whether the conditions of an element hold: none for extensions, and one for its languages."""
+    """True if the conditional attributes of an element hold: no extensions, and a matching language."""
     languages = element.get("systemLanguage")
     if languages is not None:
         tags = [tag.strip().lower() for tag in languages.split(",")]

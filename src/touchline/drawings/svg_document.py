@@ -1,4 +1,4 @@
-"""SVG files as trees of elements whose lines are known."""
+"""SVG files as trees of elements with line numbers."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +16,11 @@ class SvgDocument:
     """A parsed file.
 
     Attributes:
-        root: The svg element.
-        lines: Where each element begins.
-        by_id: The first element of each id.
-        parents: What each element but the root is in.
-        linked_styles: Whether it names style sheets in other files.
+        root: Outermost svg element.
+        lines: Line at which each element begins.
+        by_id: First element of each id.
+        parents: Parent of each element but the root.
+        linked_styles: Whether it refers to style sheets in other files.
     """
 
     root: Element
@@ -30,12 +30,12 @@ class SvgDocument:
     linked_styles: bool
 
     def kind(self, element: Element) -> str:
-        """The local name of an SVG element, "" of any other; files without namespaces are taken to be SVG."""
+        """Local name of an SVG element, "" for others; files without namespaces are taken to be SVG."""
         space, _, local = element.tag.rpartition("}")
         return local if space in ("", f"{{{SVG_SPACE}") else ""
 
     def ancestors(self, element: Element) -> list[Element]:
-        """What an element is in, the root first."""
+        """Ancestors of an element, the root first."""
         found: list[Element] = []
         while element in self.parents:
             element = self.parents[element]
@@ -43,20 +43,20 @@ class SvgDocument:
         return found[::-1]
 
     def target(self, reference: str) -> Element | None:
-        """The element that a reference within the file ("#id") is to."""
+        """Element that a reference within the file ("#id") names."""
         return self.by_id.get(reference.strip()[1:]) if reference.strip().startswith("#") else None
 
 
 def href(element: Element) -> str:
-    """What an element refers to."""
+    """Reference of an element."""
     return element.get("href") or element.get(_XLINK_HREF) or ""
 
 
 def parse_svg(path: Path) -> SvgDocument:
-    """The tree of a file that is within the limits.
+    """Parse a file that is within the limits.
 
     Raises:
-        SpecError: It is no SVG.
+        SpecError: The file is no SVG.
     """
     builder, lines, linked = TreeBuilder(), {}, []
     parser = expat.ParserCreate(namespace_separator="}")

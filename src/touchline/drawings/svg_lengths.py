@@ -10,7 +10,7 @@ from touchline.drawings.outline import Floats
 
 INCH_M = 0.0254
 PX_M = INCH_M / 96
-#: Metres of the units that have a size in the world; "m" is none of CSS's, but nobody means anything else by it.
+#: Metres of the physical units; "m" is not in CSS, but unambiguous.
 UNITS_M = {"mm": 0.001, "cm": 0.01, "q": 0.00025, "in": INCH_M, "pt": INCH_M / 72, "pc": INCH_M / 6, "m": 1.0}
 _LENGTH = re.compile(r"\s*([+-]?(?:[0-9]*\.[0-9]+|[0-9]+\.?)(?:[eE][+-]?[0-9]+)?)\s*(%|[a-zA-Z]*)\s*")
 _NUMBERS = re.compile(r"[\s,]+")
@@ -19,13 +19,13 @@ _SHARE = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
 
 
 def split_length(text: str | None) -> tuple[float, str] | None:
-    """(number, unit in small letters) of a length; None: it is none."""
+    """Split a length into number and lower-case unit; None if it is no length."""
     found = _LENGTH.fullmatch(text or "")
     return (float(found[1]), found[2].lower()) if found else None
 
 
 def is_length(text: str, css: bool = False) -> bool:
-    """Whether it is a length; in CSS only 0 goes without a unit."""
+    """True if a text is a length; in CSS only 0 may lack a unit."""
     found = split_length(text)
     if found is None:
         return False
@@ -36,11 +36,11 @@ def is_length(text: str, css: bool = False) -> bool:
 
 @dataclass(frozen=True)
 class SvgViewport:
-    """What lengths refer to, in user units (px).
+    """Reference sizes of lengths, in user units (px).
 
     Attributes:
-        width, height: Of the nearest viewport.
-        font: Size of the font.
+        width, height: Size of the nearest viewport.
+        font: Font size.
         page: Width and height of the page.
     """
 
@@ -50,12 +50,12 @@ class SvgViewport:
     page: tuple[float, float] = (100.0, 100.0)
 
     def length(self, text: str | None, along: str, default: float) -> float:
-        """A length in user units.
+        """Convert a length to user units.
 
         Args:
-            text: As written; what is no length is the default.
-            along: What percentages are of: "x", "y" or "" for the diagonal.
-            default: In user units.
+            text: Length as written; anything else gives the default.
+            along: Reference of percentages: "x", "y" or "" for the diagonal.
+            default: Default in user units.
         """
         found = split_length(text)
         if found is None:
@@ -72,7 +72,7 @@ class SvgViewport:
 
 
 def view_box(text: str | None) -> tuple[float, float, float, float] | None:
-    """(x, y, width, height); None: there is none, or it is not valid."""
+    """Parse a viewBox to (x, y, width, height); None if it is missing or not valid."""
     parts = [split_length(part) for part in _NUMBERS.split((text or "").strip())]
     numbers = [part[0] for part in parts if part is not None and part[1] == ""]
     if len(numbers) != 4 or len(parts) != 4 or min(numbers[2:]) < 0.0:
@@ -82,7 +82,7 @@ def view_box(text: str | None) -> tuple[float, float, float, float] | None:
 
 
 def fitted(box: tuple[float, float, float, float], size: tuple[float, float], aspect: str | None) -> Floats:
-    """The matrix (3, 3) that carries a view box to a viewport (0, 0, width, height), by preserveAspectRatio."""
+    """Matrix (3, 3) that maps a view box to a viewport (0, 0, width, height), by preserveAspectRatio."""
     x, y, width, height = box
     scale = np.array([size[0] / width, size[1] / height])
     found = _ALIGN.fullmatch(aspect or "") or _ALIGN.fullmatch("xMidYMid meet")

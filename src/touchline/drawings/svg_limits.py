@@ -1,28 +1,28 @@
-"""Refuses SVG files that would grow beyond all limits when they are read: by copies of copies, or by entities."""
+"""Limits of SVG files, which could grow without bound by copies of copies, or by entities."""
 
 from pathlib import Path
 from xml.parsers import expat
 
 from touchline.schemas.errors import SpecError
 
-#: Elements, each copy that a ``use`` makes counted.
+#: Maximum number of elements, counting each copy by a ``use``.
 MOST_ELEMENTS = 20_000
-#: How deep elements may stand in each other, copies included.
+#: Maximum nesting of elements, copies included.
 MOST_DEPTH = 100
-#: Characters of all attributes but images; a path's lines are in one.
+#: Maximum number of characters of all attributes except images; the lines of a path are in one.
 MOST_ATTRIBUTE_CHARACTERS = 1_000_000
 _NOTHING = "nothing"
 
 
 class _Scan:
-    """One pass through the file that keeps only what elements there are and which of them copy which."""
+    """One pass through the file that records the elements and their copies."""
 
     def __init__(self, source: str) -> None:
         self._source = source
         self._characters = 0
         self._elements = 0
         self._stack: list[str] = []
-        # Of each element with an id (all others belong to the nearest one around them): its parts, and what it copies.
+        # For each element with an id (others belong to the nearest enclosing one): its parts, and what it copies.
         self._inside: dict[str, int] = {_NOTHING: 0}
         self._copies: dict[str, list[str]] = {_NOTHING: []}
 
@@ -59,7 +59,7 @@ class _Scan:
         self._stack.pop()
 
     def check_copies(self) -> None:
-        """Refuse what makes too many copies; one of itself within itself counts as none."""
+        """Refuse files with too many copies; a copy of an element within itself does not count."""
         sizes: dict[str, int] = {}
         self._size(_NOTHING, sizes, [])
 
@@ -82,7 +82,7 @@ def check_svg(path: Path) -> None:
     """Refuse a file that would take too long to read.
 
     Raises:
-        SpecError: It is no XML, or asks for more than a limit, which is named.
+        SpecError: The file is no XML, or exceeds a limit.
     """
     scan, parser = _Scan(path.name), expat.ParserCreate()
     parser.StartElementHandler = scan.start

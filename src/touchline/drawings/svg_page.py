@@ -1,4 +1,4 @@
-"""The page of an SVG drawing: its size, its scale and its edge."""
+"""Page of an SVG drawing: size, scale and edge."""
 
 import math
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ from touchline.schemas.errors import SpecError
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-#: By how much a view box, and a unit in metres, may scale; beyond it numbers have no digits left.
+#: Maximum scale of a view box, and of a unit in metres, for the precision of numbers.
 MOST_SCALE = 1e9
 
 
 @dataclass(frozen=True)
 class SvgPage:
-    """Where the user units of the root element lie.
+    """Page of a root element, with its user units.
 
     Attributes:
         visible: Whether anything can show.
         matrix: (3, 3) from user units to metres, y up; the user's origin stays the origin.
         fit: (3, 3) from user units to pixels of the page.
-        viewport: What lengths are of.
-        edge: The page, m; None: it has no size.
+        viewport: Reference of lengths.
+        edge: Polygon of the page, m; None: it has no size.
     """
 
     visible: bool
@@ -39,16 +39,16 @@ class SvgPage:
 
     @classmethod
     def of(cls, source: str, root: Element, style: Style, scale_m: float | None) -> Self:
-        """The page of a root element.
+        """Determine the page of a root element.
 
         Args:
-            source: The file, for errors.
-            root: The outermost svg element.
-            style: Its own.
+            source: Name of the file, for errors.
+            root: Outermost svg element.
+            style: Style of the root.
             scale_m: Metres per user unit along x; None: from width or height.
 
         Raises:
-            SpecError: The size in metres is not known, or too large or small to be carried out.
+            SpecError: The size in metres is unknown, or too large or too small.
         """
         written = [split_length(style[side]) for side in ("width", "height")]
         box = view_box(root.get("viewBox"))
@@ -81,7 +81,7 @@ class SvgPage:
 def _size(
     sides: list[float | None], box: tuple[float, float, float, float] | None
 ) -> tuple[float | None, float | None]:
-    """Width and height in pixels; the one that is not given has the view box's ratio."""
+    """Width and height in pixels; one that is missing follows from the view box's ratio."""
     width, height = sides
     if box is None:
         return width, height

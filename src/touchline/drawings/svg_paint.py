@@ -1,4 +1,4 @@
-"""Which of an SVG shape's fill and stroke show."""
+"""Visibility of fill and stroke of an SVG shape."""
 
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
@@ -8,20 +8,20 @@ from touchline.drawings.svg_lengths import SvgViewport, split_length
 from touchline.drawings.svg_style import Style, alpha_of, colour_alpha, reference_of
 
 _GRADIENTS = ("linearGradient", "radialGradient")
-#: Paints that are those of the use element.
+#: Paints taken from the use element.
 CONTEXT = ("context-fill", "context-stroke")
-#: How many paint servers may refer to each other.
+#: Maximum length of a chain of paint servers.
 _DEEPEST = 10
 
 
 @dataclass(frozen=True)
 class SvgPaint:
-    """What of a shape shows.
+    """Visible paint of a shape.
 
     Attributes:
-        filled, stroked: Whether it has a fill, a stroke, that can be seen.
+        filled, stroked: Whether it has a visible fill, a visible stroke.
         flat_stroked: The same for the stroke of a shape without width or height.
-        pattern: Whether a pattern is seen inside.
+        pattern: Whether a pattern is visible inside.
     """
 
     filled: bool
@@ -31,7 +31,7 @@ class SvgPaint:
 
 
 def paint_of(style: Style, document: SvgDocument, viewport: SvgViewport) -> SvgPaint:
-    """The paint of a shape with this style."""
+    """Determine the paint of a shape from its style."""
     values = [in_context(style[name], style) for name in ("fill", "stroke")]
     servers = [_server(value, document) for value in values]
     filled, stroked = (
@@ -48,7 +48,7 @@ def paint_of(style: Style, document: SvgDocument, viewport: SvgViewport) -> SvgP
 
 
 def in_context(value: str, style: Style) -> str:
-    """The paint that a copy takes from the use element that it is of; none without one."""
+    """Paint that a copy takes from its use element; none without one."""
     return style.get(f"--{value}", "none") if value in CONTEXT else value
 
 
@@ -68,7 +68,7 @@ def _shows(value: str, server: Element | None, style: Style, document: SvgDocume
 
 
 def _paints(server: Element, document: SvgDocument) -> bool:
-    """Whether a gradient has stops and a pattern tiles, of its own or of the one that it refers to."""
+    """True if a gradient has stops, or a pattern tiles, of its own or of the server that it refers to."""
     pattern = document.kind(server) == "pattern"
     if pattern:
         sizes = (split_length(server.get(side)) for side in ("width", "height"))

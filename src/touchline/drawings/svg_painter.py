@@ -1,4 +1,4 @@
-"""SVG's shapes as outlines: which of their lines show, dashed and cut as they are; what does not is listed."""
+"""SVG shapes as outlines: their visible lines, dashed and clipped, and a list of omissions."""
 
 import math
 import re
@@ -32,14 +32,14 @@ _SIMILAR = 1e-3
 
 @dataclass(frozen=True)
 class SvgPlace:
-    """Where an element is drawn.
+    """Context in which an element is drawn.
 
     Attributes:
         matrix: (3, 3) from its user units to metres.
-        viewport: What lengths are of.
-        style: What it inherits; once it is known, its own.
-        layers: Ids and labels of what it is in.
-        regions: What it is cut to, m.
+        viewport: Reference of lengths.
+        style: Inherited style; once it is known, its own.
+        layers: Ids and labels of the enclosing groups.
+        regions: Regions that clip it, m.
         used: The elements whose copy it is in.
     """
 
@@ -72,11 +72,11 @@ class SvgPainter:
 
     @property
     def omissions(self) -> list[Omission]:
-        """What was left out, each once."""
+        """Omissions, each once."""
         return list(self._omissions)
 
     def omit(self, element: Element, reason: str) -> None:
-        """Remember what is left out of an element."""
+        """Record an omission."""
         name = re.sub(r"\s+", "-", element.get("id") or self._document.kind(element))[:60]
         self._omissions[Omission(name, reason, self._document.lines[element])] = None
 
@@ -122,7 +122,7 @@ class SvgPainter:
         return shown
 
     def _note(self, element: Element, style: Style, paint: SvgPaint, subpaths: Sequence[SubPath]) -> None:
-        """Remember what of a shape is not painted."""
+        """Record parts of a shape that are not painted."""
         if paint.pattern:
             self.omit(element, "has a pattern, of which nothing is painted; draw its lines")
         markers = (reference_of(style[name]) for name in ("marker-start", "marker-mid", "marker-end"))
@@ -133,7 +133,7 @@ class SvgPainter:
             self.omit(element, "has a dot of no length, which is not painted; draw a circle")
 
     def _dashes(self, element: Element, outline: Outline, place: SvgPlace) -> list[Outline]:
-        """The dashes of a line; the line itself, if it has none."""
+        """Dashes of a line; the line itself, if it has none."""
         words = [word for word in re.split(r"[\s,]+", place.style["stroke-dasharray"]) if word]
         pattern = [place.viewport.length(word, "", -1.0) for word in words]
         if not pattern or min(pattern) < 0.0 or sum(pattern) <= 0.0:
@@ -154,7 +154,7 @@ class SvgPainter:
         return dashes or []
 
     def drawn(self, element: Element, name: str, subpaths: Sequence[SubPath], place: SvgPlace) -> list[Outline]:
-        """The outlines of subpaths, in metres."""
+        """Outlines of subpaths, in metres."""
         outlines: list[Outline] = []
         for sub in subpaths:
             pieces = [piece for drawn in sub.pieces for piece in metric_pieces(drawn, place.matrix)]

@@ -1,4 +1,4 @@
-"""SVG's subpaths carried to metres: circles stay circles, and what has no length is gone."""
+"""SVG subpaths in metres: circles stay circles, and pieces of no length are dropped."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
 #: Relative difference up to which an ellipse is a circle.
 ROUND = 1e-9
-#: No coordinate is larger, m.
+#: Maximum coordinate, m.
 MOST_M = 1e9
 
 
 def parallelogram(matrix: Floats, corners: Floats) -> "BaseGeometry":
-    """What corners (n, 2) in user units enclose, m."""
+    """Polygon of corners (n, 2) in user units, m."""
     import shapely
 
     return shapely.Polygon(carried(matrix, corners))
 
 
 def carried(matrix: Floats, points: Floats) -> Floats:
-    """Points (n, 2) or (2,) where a matrix (3, 3) puts them."""
+    """Transform points (n, 2) or (2,) by a matrix (3, 3)."""
     return np.asarray(points @ matrix[:2, :2].T + matrix[:2, 2] + 0.0)
 
 
 def metric_pieces(drawn: Drawn, matrix: Floats) -> Iterator[Piece]:
-    """A piece in metres; nothing, if it has no length."""
+    """Convert a piece to metres; nothing, if it has no length."""
     if isinstance(drawn, EllipseArc):
         linear = matrix[:2, :2]
         yield _arc(carried(matrix, drawn.center), linear @ drawn.first, linear @ drawn.second, drawn)
@@ -50,7 +50,7 @@ def metric_pieces(drawn: Drawn, matrix: Floats) -> Iterator[Piece]:
 
 
 def _arc(center: Floats, p: Floats, q: Floats, drawn: EllipseArc) -> Piece:
-    """An elliptical arc, or the exact circular one if both half-diameters are as long and square to each other."""
+    """Elliptical arc, or the exact circular one if both half-diameters are equal and perpendicular."""
     size = float(p @ p)
     if abs(size - float(q @ q)) <= ROUND * size and abs(float(p @ q)) <= ROUND * size:
         turn = math.copysign(1.0, float(p[0] * q[1] - p[1] * q[0]))
@@ -60,18 +60,18 @@ def _arc(center: Floats, p: Floats, q: Floats, drawn: EllipseArc) -> Piece:
 
 
 def is_within_reach(piece: Piece) -> bool:
-    """Whether all coordinates of a piece are numbers, and none so large that what is made of it never ends."""
+    """True if all coordinates of a piece are finite and at most `MOST_M`."""
     points = sampled(piece, 5)
     return bool(np.isfinite(points).all() and np.abs(points).max() <= MOST_M)
 
 
 def is_point(sub: SubPath) -> bool:
-    """Whether a subpath has no length."""
+    """True if a subpath has no length."""
     return all(not isinstance(drawn, EllipseArc) and bool((drawn == drawn[0]).all()) for drawn in sub.pieces)
 
 
 def is_flat(subpaths: Sequence[SubPath]) -> bool:
-    """Whether lines have no width or no height."""
+    """True if the subpaths together have no width or no height."""
     drawn = [piece for sub in subpaths for piece in sub.pieces]
     if any(isinstance(piece, EllipseArc) for piece in drawn):
         return False
@@ -81,7 +81,7 @@ def is_flat(subpaths: Sequence[SubPath]) -> bool:
 
 
 def closed_as_filled(outline: Outline) -> Outline:
-    """An outline as a fill shows it: with a straight line back to where it begins."""
+    """Close an outline, as a fill does, by a straight line back to its beginning."""
     if outline.closed:
         return outline
     start, end = sampled(outline.pieces[0], 2)[0].tolist(), sampled(outline.pieces[-1], 2)[-1].tolist()

@@ -1,4 +1,4 @@
-"""SVG's shapes as subpaths, in user units: SVG 2, chapters 9 and 10."""
+"""SVG shapes as subpaths, in user units: SVG 2, chapters 9 and 10."""
 
 import math
 import re
@@ -19,13 +19,13 @@ _POINTS = re.compile(r"[\s,]*([+-]?(?:[0-9]*\.[0-9]+|[0-9]+)(?:[eE][+-]?[0-9]+)?
 
 
 def shape_of(kind: str, element: Element, style: Style, viewport: SvgViewport) -> Shape:
-    """The subpaths of a shape, and what is wrong with it; "": nothing.
+    """Subpaths of a shape, and the error in it, "" if there is none.
 
     Args:
         kind: One of `SHAPES`.
-        element: For attributes that are no properties.
-        style: For those that are.
-        viewport: What lengths are of.
+        element: Element, for attributes that are no properties.
+        style: Style, for properties.
+        viewport: Reference of lengths.
     """
     calculated = next(
         (name for name in ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry") if "calc(" in style[name]), ""

@@ -1,4 +1,4 @@
-"""The style of SVG elements: presentation attributes, style sheets, style attributes and inheritance, as CSS has it."""
+"""Style of SVG elements by CSS: presentation attributes, style sheets, style attributes and inheritance."""
 
 import re
 from collections import defaultdict
@@ -14,7 +14,7 @@ from touchline.schemas.errors import SpecError
 #: Computed values by property, custom properties included.
 Style: TypeAlias = dict[str, str]
 
-#: Properties that children take on, and their initial values.
+#: Inherited properties, and their initial values.
 INHERITED = {
     "clip-rule": "nonzero",
     "color": "black",
@@ -33,7 +33,7 @@ INHERITED = {
     "stroke-width": "1",
     "visibility": "visible",
 }
-#: Properties that are each element's own; "": what the element's kind has.
+#: Properties that are not inherited; "": the default of the element's kind.
 OWN = {
     "clip-path": "none",
     "display": "inline",
@@ -54,7 +54,7 @@ _ATTRIBUTES = {
     "r": frozenset(("circle",)),
     "d": frozenset(("path",)),
 }
-#: Properties without which a shape lies elsewhere; they have no attribute.
+#: Properties that move a shape and are not supported; they have no attribute.
 UNSUPPORTED = ("translate", "rotate", "scale", "offset-path", "offset")
 _SHORTHANDS = {"marker": ("marker-start", "marker-mid", "marker-end"), "mask-image": ("mask",)}
 _LENGTHS = frozenset(("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "stroke-width", "stroke-dashoffset"))
@@ -74,27 +74,27 @@ _DISPLAYS = re.compile(
 _URL = re.compile(r"url\(\s*(['\"]?)(.*?)\1\s*\)\s*(.*)", re.DOTALL)
 _VAR = re.compile(r"var\(\s*(--[\w-]+)\s*(?:,((?:[^()]|\([^()]*\))*))?\)")
 _WIDE = ("inherit", "initial", "unset", "revert", "revert-layer")
-#: Rules of style sheets times elements that they are tried on.
+#: Maximum number of rules of style sheets times elements.
 MOST_MATCHES = 5_000_000
-#: Custom properties in one value.
+#: Maximum number of custom properties in one value.
 _MOST_VARS = 20
 
 
 def reference_of(value: str) -> tuple[str, str] | None:
-    """("#id", what follows) of url(#id) …; None: the value is none."""
+    """Parse url(#id) … to ("#id", rest); None if the value is no such reference."""
     found = _URL.fullmatch(value.strip())
     return (found[2], found[3].strip()) if found else None
 
 
 def alpha_of(value: str) -> float:
-    """An opacity, 0 to 1."""
+    """Parse an opacity, 0 to 1."""
     found = split_length(value)
     number = 1.0 if found is None else found[0] / (100 if found[1] == "%" else 1)
     return min(max(number, 0.0), 1.0)
 
 
 def colour_alpha(value: str, style: Style) -> float | None:
-    """The opacity of a colour; None: it is none."""
+    """Opacity of a colour; None if the value is no colour."""
     from tinycss2.color4 import parse_color
 
     colour = parse_color(value)
@@ -116,11 +116,11 @@ class Cascade:
         self._match()
 
     def root(self) -> Style:
-        """What the document's root inherits."""
+        """Initial style, which the document's root inherits."""
         return dict(INHERITED)
 
     def computed(self, element: Element, parent: Style, viewport: SvgViewport) -> Style:
-        """All values of an element."""
+        """Computed values of an element."""
         specified = self._specified(element, viewport)
         style = {name: parent[name] for name in parent if name in INHERITED or name.startswith("--")} | OWN
         custom = {name: value for name, value in specified.items() if name.startswith("--")}
@@ -132,7 +132,7 @@ class Cascade:
         return style
 
     def _specified(self, element: Element, viewport: SvgViewport) -> dict[str, str]:
-        """Values by property, of which the strongest declaration wins."""
+        """Specified values by property; the strongest declaration wins."""
         values: dict[str, str] = {}
         kind = self._document.kind(element)
         for name, value in element.attrib.items():
@@ -175,7 +175,7 @@ class Cascade:
                 self._sheets[wrapper.etree_element] += declarations
 
     def _rules(self, style: Element) -> Iterator[tuple[Any, list[Any]]]:
-        """(selector, declarations) of each rule that holds on a screen; what is not read is remembered."""
+        """Generate (selector, declarations) of each rule for screens; unread rules are recorded."""
         import tinycss2
 
         if not _on_screen(style.get("media", "")):
@@ -194,7 +194,7 @@ class Cascade:
 
 
 def _on_screen(query: str) -> bool:
-    """Whether a media query holds on a screen; one about sizes is taken not to."""
+    """True if a media query holds on a screen; queries about sizes do not."""
     words = (part.strip().lower().removeprefix("only ") for part in query.split(","))
     return any(word in ("", "all", "screen") for word in words)
 
@@ -217,7 +217,7 @@ def _expanded(declaration: Any, viewport: SvgViewport) -> dict[str, str]:
 
 
 def _resolved(name: str, value: str, parent: Style) -> str:
-    """The value, if it is a word that stands for another one."""
+    """Resolve a value that refers to another one, such as `inherit`."""
     if value not in _WIDE:
         return value
     if value == "inherit" or (value != "initial" and name in INHERITED):
@@ -226,7 +226,7 @@ def _resolved(name: str, value: str, parent: Style) -> str:
 
 
 def _substituted(value: str, style: Style) -> str:
-    """The value with its custom properties put in; "unset" if one is missing."""
+    """Substitute the custom properties in a value; "unset" if one is missing."""
     for _ in range(_MOST_VARS):
         if "var(" not in value:
             return value
@@ -247,7 +247,7 @@ def _font(value: str, parent: float) -> float:
 
 
 def _valid(name: str, value: str, css: bool, viewport: SvgViewport) -> bool:
-    """Whether a property may have a value; what it may not have counts as not written."""
+    """True if a value is valid for a property; invalid ones are ignored."""
     if name.startswith("--") or value in _WIDE or "var(" in value:
         return True
     if name in ("fill", "stroke"):

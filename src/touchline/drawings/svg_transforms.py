@@ -11,7 +11,7 @@ from touchline.drawings.svg_lengths import SvgViewport, is_length, split_length
 
 _FUNCTION = re.compile(r"[\s,]*([a-zA-Z0-9]+)\s*\(([^()]*)\)")
 _ANGLES = {"deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
-#: What a CSS function takes: l a length along x or y, n a number, a an angle; those in small print may be left out.
+#: Arguments of a CSS function (x, y a length along that axis, n a number, a an angle), and how many are required.
 _TAKES = {
     "matrix": ("nnnnnn", 6), "translate": ("xy", 1), "translateX": ("x", 1), "translateY": ("y", 1),
     "scale": ("nn", 1), "scaleX": ("n", 1), "scaleY": ("n", 1), "rotate": ("a", 1), "skew": ("aa", 1),
@@ -21,12 +21,12 @@ _SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom":
 
 
 def parse_transform(text: str, css: bool, viewport: SvgViewport) -> Floats | None:
-    """The matrix of a list of transforms; None: it is not valid, or not in the plane.
+    """Matrix of a list of transforms; None if it is not valid, or not in the plane.
 
     Args:
-        text: As written.
+        text: Transforms as written.
         css: Whether lengths and angles must have units.
-        viewport: What lengths are of.
+        viewport: Reference of lengths.
     """
     matrix, position = np.eye(3), 0
     if text.strip() in ("", "none"):
@@ -41,7 +41,7 @@ def parse_transform(text: str, css: bool, viewport: SvgViewport) -> Floats | Non
 
 
 def origin_of(text: str, viewport: SvgViewport) -> Floats | None:
-    """(2,) of transform-origin, from the corner of the box that the viewport is; None: it is not valid."""
+    """Transform-origin (2,) from the corner of the viewport's box; None if it is not valid."""
     words = text.split()[:2]
     if not words:
         return None
@@ -54,12 +54,12 @@ def origin_of(text: str, viewport: SvgViewport) -> Floats | None:
 
 
 def about(matrix: Floats, origin: Floats) -> Floats:
-    """The transform about another origin (2,)."""
+    """Move a transform to another origin (2,)."""
     return moved(*origin) @ matrix @ moved(*-origin)
 
 
 def moved(x: float, y: float) -> Floats:
-    """The translation."""
+    """Translation by (x, y)."""
     return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
 
 

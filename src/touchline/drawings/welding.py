@@ -1,4 +1,4 @@
-"""Removes the shortest pieces of a chain of curves and lets their neighbours meet where they were."""
+"""Removal of the shortest pieces of a chain of curves, whose neighbours then meet."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,10 +9,10 @@ from touchline.schemas.curves import Curve
 
 
 def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]:
-    """Connected curves without those shorter than ``least_m`` (m), each beginning where the one before ends.
+    """Remove curves shorter than ``least_m`` (m) from a chain, which stays connected.
 
-    Short ones that together lead further than ``least_m`` become a line; a closed chain stays closed. The first one
-    begins, and the last one ends, where they did. Curves that have no short one beside them stay as they are.
+    Short ones that together lead further than ``least_m`` become a line; a closed chain stays closed. The chain keeps
+    its beginning and its end. Curves without a short neighbour do not change.
     """
     if all(curve.length_m >= least_m for curve in curves):
         return list(curves)
@@ -32,9 +32,9 @@ def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]
 
 
 def stretched(curve: Curve, start: tuple[float, float], end: tuple[float, float]) -> Curve:
-    """``curve`` moved, turned and scaled so that it begins and ends there; itself if it does.
+    """Move, rotate and scale a curve to given ends; unchanged if it has them.
 
-    An arc that is to end where it begins becomes a full circle as long as it is.
+    An arc with coinciding ends becomes a full circle of its length.
     """
     x, y, _ = curve.end
     if (curve.x_m, curve.y_m) == start and (x, y) == end:
