@@ -1,4 +1,4 @@
-"""What no planner can beat: straight hops at full speed in any order; turns at the wheels' speed in the given one."""
+"""Lower bounds of any planner's time: straight hops in any order, and turns at the wheels' speed in the given one."""
 
 import math
 
@@ -16,10 +16,10 @@ from touchline_research.pitch import Pitch
 
 
 def straight_hops_s(pitch: Pitch) -> float:
-    """Seconds for the best order found if the robot could hop straight from each line's end to the next one's start.
+    """Seconds for the best order found, with straight hops from each line's end to the next one's start.
 
-    Lines are painted at 1.5 m/s either way round, circles from anywhere, hops driven at the wheels' limit. No planner
-    comes below the optimum of this; what is returned is at or just above it.
+    Lines are painted at 1.5 m/s in either direction, circles from any point, hops driven at the wheels' limit. The
+    optimum of this is a lower bound; the returned value is at or just above it.
     """
     limits = Limits.of(pitch.vehicle, PlanOptions())
     painting = Painting(limits)
@@ -36,10 +36,10 @@ def straight_hops_s(pitch: Pitch) -> float:
 
 
 def turning_bound_s(pitch: Pitch) -> float:
-    """Seconds that nobody beats in the given order who keeps κ_max = 1.125 1/m and the wheels' speed.
+    """Lower bound (s) in the given order within κ_max = 1.125 1/m and the wheels' speed.
 
-    What the drive needs for a path of some length that turns by some angle is known (`PlannedDrive.least_s`). None is
-    shorter than the plain Dubins path, and none turns by less than the headings differ. Lines are painted at 1.5 m/s.
+    `PlannedDrive.least_s` bounds the time of a path by its length and turn. No path is shorter than the plain Dubins
+    path, and none turns by less than the headings differ. Lines are painted at 1.5 m/s.
     """
     driven = pitch.drive(UNPADDED)
     turned = (abs(math.remainder(w.end.heading_rad - w.start.heading_rad, math.tau)) for w in driven.transitions)

@@ -1,4 +1,4 @@
-"""Row 8: is there a path between any two poses, and what it costs on random pairs."""
+"""Row 8: existence of paths between random pairs of poses, and their mean length."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +9,7 @@ from touchline_research.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
 from touchline_research.table import Row, of_each
 
 CLOSE_SHARE = 0.1
-# What the study tried, and what ours must manage.
+# Number of pairs that the study tried, and that ours must manage.
 MUST_PAIRS = 1_000_000
 LENGTH_PAIRS_MOST = 1000
 
@@ -17,7 +17,7 @@ Progress = Callable[[str, float], None]
 
 
 def completeness_row(count: int, progress: Progress) -> Row:
-    """`count` random pairs for everyone, and a tenth as many less than 0.1 m apart, coincident ones among them."""
+    """Try `count` random pairs with every planner, and a tenth as many less than 0.1 m apart, some coincident."""
     close = max(1, round(CLOSE_SHARE * count))
     apart: list[Tally] = []
     near: list[Tally] = []
@@ -50,7 +50,7 @@ def completeness_row(count: int, progress: Progress) -> Row:
 
 
 def random_length_row(count: int) -> Row:
-    """For information: mean length on random pairs against plain Dubins, at every σ of row 12."""
+    """Compare the mean length on random pairs with plain Dubins, at every σ of row 12; for information."""
     count = min(count, LENGTH_PAIRS_MOST)
     limits = STUDY_KAPPA_1PM, STUDY_SIGMA_1PM2
     plain = tally(UNPADDED.method(*limits), random_pairs(count), count, *limits).length_m

@@ -1,4 +1,4 @@
-"""Rows 1 to 7: which templates, how smooth, between which curves, within which limits."""
+"""Rows 1 to 7: templates, smoothness, transitions between curves, and limits of the wheels."""
 
 from collections.abc import Callable, Mapping
 
@@ -31,7 +31,7 @@ SAMPLE_M = 1e-3
 
 
 def template_row(templates: Mapping[str, Template], step: Callable[[float], None] = lambda fraction: None) -> Row:
-    """Row 1: every template through every planner."""
+    """Row 1: plan every template with every planner."""
     managed = dict.fromkeys((c.name for c in CONTESTANTS), 0)
     failed: list[str] = []
     for done, (name, template) in enumerate(templates.items()):
@@ -113,7 +113,7 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
 
 
 def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
-    """Row 4: random transitions between lines and arcs bent either way, `count` of each of the nine kinds."""
+    """Row 4: random transitions between lines and arcs to either side, `count` of each of the nine kinds."""
     total = count * len(ARC_CURVATURES_1PM) ** 2
     found = [
         tally(
@@ -133,7 +133,7 @@ def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
 
 
 def limit_row(pitch: Pitch, planned: Plan) -> Row:
-    """Rows 6 and 7: wheel speed and acceleration, sampled every millimetre of ours; steps of the others."""
+    """Rows 6 and 7: wheel speed and acceleration, every millimetre of ours; steps of curvature of the others."""
     steps = [int(np.count_nonzero(pitch.drive(c).steps_1pm > STEP_1PM)) for c in CONTESTANTS]
     series = actuator_series(planned, SAMPLE_M)
     broken = series.violations(pitch.vehicle)

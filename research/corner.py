@@ -1,7 +1,7 @@
 """Row 14's corner: 3 m in, a right-hand quarter turn, 3 m out, at the study's speed, from rest to rest.
 
-The corner is the same for every planner: two legs at right angles, as far apart as a quarter CC turn at the study's
-κ_max and σ_max = 1.0 needs. Before and after the legs the robot gathers speed and brakes, which is not measured.
+The corner is the same for every planner: two legs at right angles, with the distance of a quarter CC turn at the
+study's κ_max and σ_max = 1.0. Before and after the legs the robot accelerates and brakes, which is not measured.
 """
 
 import math
@@ -22,12 +22,12 @@ LEG_M = 3.0
 RUN_M = 5.0
 GAIN_MPS2 = 0.5
 CORNER_SIGMA_1PM2 = 1.0
-# Every arc that is sent steps in curvature; at this, even a follower that passes the steps on spares the wheels.
+# Every arc that is sent steps in curvature; this tolerance (m) spares the wheels even if a follower passes them on.
 FINE_M = 3e-6
 
 
 def corner_path(contestant: Contestant, sigma_1pm2: float) -> PiecePath:
-    """The legs and the contestant's path between them, without run-up and run-out."""
+    """Path of the legs with the contestant's transition between them, without run-up and run-out."""
     turn = ContinuousTurn(STUDY_KAPPA_1PM, CORNER_SIGMA_1PM2)
     apart = turn.centre.real + turn.centre.imag
     start, goal = PathPose(0.0, 0.0, 0.0), PathPose(apart, -apart, -0.5 * math.pi)
@@ -39,9 +39,9 @@ def corner_path(contestant: Contestant, sigma_1pm2: float) -> PiecePath:
 def corner_trajectory(
     contestant: Contestant, sigma_1pm2: float, tolerance_m: float = FINE_M, run_m: float = RUN_M
 ) -> tuple[Trajectory, tuple[float, float]]:
-    """What the robot is sent, and between which arc lengths (m) of it the legs and the corner lie.
+    """Trajectory that the robot is sent, and the interval of arc length (m) of legs and corner.
 
-    It gathers speed and brakes over `run_m` before and behind them.
+    The robot accelerates and brakes over `run_m` before and after them.
     Clothoids are sent as arcs for every planner: the emulated robot refuses the kinks of the study's straight lines.
     """
     corner = corner_path(contestant, sigma_1pm2)

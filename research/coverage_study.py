@@ -1,8 +1,8 @@
-"""The study of area coverage: its planner and tracker reproduced, and ours beside them.
+"""Study of area coverage: its planner and tracker reproduced, and compared with ours.
 
 Source: the published study of an autonomous roller for salt farming, with a planner and a tracker for a rear-steered
-vehicle. It gives neither the size of its field nor the working width: what it reports, 97.3 % planned, 95.8 % driven
-and 34 min, is of another field than any of these rows.
+vehicle. It gives neither the size of its field nor the working width: its results, 97.3 % planned, 95.8 % driven and
+34 min, are of another field than those of these rows.
 """
 
 import math
@@ -26,11 +26,11 @@ from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.swept_area import body_outside_m, swept
 from touchline.services.planner.coverage.zigzag import ZigzagOptions, zigzag
 from touchline.services.planner.limits import Limits
-from touchline_research.judged_table import judged
+from touchline_research.target_table import against_targets
 
 FIELD: Final = "salt-pan"
 UNFENCED_M: Final = 3.0
-"""The study's plan takes the body out of the field, which the robot's computer would refuse."""
+"""Distance (m) by which the body may leave the field, as the study's plan needs."""
 CLAY: Final = Scenario(ground=Ground(surface=SHIPPED[CLAY_ROLLER.name].surface))
 
 Progress = Callable[[str, float], None]
@@ -41,16 +41,16 @@ class CoverageRow:
     """One line of the table.
 
     Attributes:
-        name: What is planned or driven.
-        coverage_pct: Of the field; of the driven rows the mean over all seeds, as all other figures.
-        share_pct: Of what can be reached, or of driven rows, of what was planned, the least of all seeds.
-        minutes: From standstill to standstill.
-        cusps: Of the plan.
-        p95_m: Lateral error of the drum; None for plans.
-        body_outside_m: How far the body leaves the field at most.
-        must: What is asked for, in words; "" for information.
-        met: Whether it is reached.
-        note: What a reader has to know.
+        name: Plan or drive that the row is about.
+        coverage_pct: Coverage of the field; of drives the mean over all seeds, like all other figures.
+        share_pct: Coverage of the reachable area; of drives the minimum share of the planned coverage.
+        minutes: Time from rest to rest.
+        cusps: Number of cusps of the plan.
+        p95_m: 95th percentile of the drum's lateral error; None for plans.
+        body_outside_m: Maximum distance of the body beyond the field.
+        must: Targets in words; "" for information.
+        met: Whether they are met.
+        note: Remark for the reader.
     """
 
     name: str
@@ -67,7 +67,7 @@ class CoverageRow:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a row has to reach; what is left as it is, is not asked for."""
+    """Targets of a row; fields with their default are no targets."""
 
     coverage_pct: tuple[float, float] = (0.0, 100.0)
     share_pct: float = 0.0
@@ -76,33 +76,33 @@ class Bounds:
     p95_m: float | None = None
     body_outside_m: float | None = None
 
-    def judged(self, row: CoverageRow) -> CoverageRow:
-        """The row with what it must reach, and whether it does."""
-        told: list[tuple[str, bool]] = []
+    def evaluated(self, row: CoverageRow) -> CoverageRow:
+        """Add the targets to a row, and whether it meets them."""
+        asked: list[tuple[str, bool]] = []
         low, high = self.coverage_pct
         if low:
             text = f"{low:g} to {high:g} %" if high < 100.0 else f"≥ {low:g} %"
-            told.append((text, low <= row.coverage_pct <= high))
+            asked.append((text, low <= row.coverage_pct <= high))
         if self.share_pct:
-            told.append((f"≥ {self.share_pct:g} % of that", row.share_pct >= self.share_pct))
+            asked.append((f"≥ {self.share_pct:g} % of that", row.share_pct >= self.share_pct))
         if self.minutes:
             begin, end = self.minutes
             text = f"{begin:g} to {end:g} min" if begin else f"≤ {end:g} min"
-            told.append((text, begin <= row.minutes <= end))
+            asked.append((text, begin <= row.minutes <= end))
         if self.cusps is not None:
-            told.append((f"{self.cusps} cusps", row.cusps == self.cusps))
+            asked.append((f"{self.cusps} cusps", row.cusps == self.cusps))
         if self.p95_m is not None:
-            told.append((f"p95 ≤ {1e2 * self.p95_m:g} cm", (row.p95_m or 0.0) <= self.p95_m))
+            asked.append((f"p95 ≤ {1e2 * self.p95_m:g} cm", (row.p95_m or 0.0) <= self.p95_m))
         if self.body_outside_m is not None:
             text = f"body ≤ {1e2 * self.body_outside_m:g} cm outside"
-            told.append((text, row.body_outside_m <= self.body_outside_m))
-        must, met = judged(told)
+            asked.append((text, row.body_outside_m <= self.body_outside_m))
+        must, met = against_targets(asked)
         return replace(row, must=must, met=met)
 
 
 @dataclass(frozen=True)
 class ZigzagCase:
-    """The study's planner on a field, the body ignored."""
+    """Plan of the study's planner on a field, ignoring the body."""
 
     name: str
     length_m: float
@@ -112,7 +112,7 @@ class ZigzagCase:
     angle_rad: float = 0.0
 
     def row(self) -> CoverageRow:
-        """Planned, at the vehicle's speed and acceleration, standing only at cusps."""
+        """Plan at the vehicle's speed and acceleration, with stops only at cusps."""
         machine = machine_of(CLAY_ROLLER, Limits.of(CLAY_ROLLER, PlanOptions()))
         field = shapely.box(-self.length_m / 2, -self.width_m / 2, self.length_m / 2, self.width_m / 2)
         route = zigzag(field, machine, ZigzagOptions(overlapping=self.overlapping), self.angle_rad)
@@ -123,19 +123,19 @@ class ZigzagCase:
         outside = body_outside_m(paths, machine, field)
         minutes = route.seconds(machine) / 60.0
         row = CoverageRow(self.name, share, share, minutes, route.cusps, None, outside, note=f"{lanes} lanes")
-        return self.must.judged(row) if self.must else row
+        return self.must.evaluated(row) if self.must else row
 
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """One of our plans of the salt pan."""
+    """Plan of ours of the salt pan."""
 
     name: str
     options: PlanOptions
     must: Bounds
 
     def row(self) -> CoverageRow:
-        """As `touchline plan` reports it."""
+        """Plan as `touchline plan` does."""
         report = _job(self.options).plan_report
         figures = report.coverage[0]
         note = f"{figures.lanes} lanes, planned in {report.planning_time_s:.1f} s"
@@ -149,7 +149,7 @@ class PlannedCase:
             figures.body_outside_m,
             note=note,
         )
-        return self.must.judged(row)
+        return self.must.evaluated(row)
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class DrivenCase:
     must: Bounds | None = None
 
     def row(self, seeds: int) -> CoverageRow:
-        """Over so many seeds."""
+        """Drive with a number of seeds."""
         job = _job(self.options)
         outcomes = [simulate(job, CLAY.model_copy(update={"seed": seed}), self.config) for seed in range(1, seeds + 1)]
         areas = [outcome.area for outcome in outcomes if outcome.area]
@@ -176,7 +176,7 @@ class DrivenCase:
             max(area.body_outside_m for area in areas),
             note=f"{seeds} seeds, drum at most {1e2 * max(area.lateral_error_max_m for area in areas):.1f} cm off",
         )
-        return self.must.judged(row) if self.must else row
+        return self.must.evaluated(row) if self.must else row
 
 
 def _job(options: PlanOptions) -> Job:
@@ -222,11 +222,11 @@ DRIVEN = (
 
 
 def run_coverage_study(seeds: int, progress: Progress = lambda what, done: None) -> list[CoverageRow]:
-    """All rows.
+    """Measure all rows.
 
     Args:
-        seeds: How many times each driven row is driven.
-        progress: Told what is being measured, and the fraction of it that is done.
+        seeds: Number of drives of each driven row.
+        progress: Called with the current measurement and the fraction of it that is done.
     """
     todo: Sequence[tuple[str, Callable[[], CoverageRow]]] = [
         *((case.name, case.row) for case in ZIGZAGS),

@@ -1,4 +1,4 @@
-"""A template driven by one of the planners: the strokes, transitions, and the figures that are compared."""
+"""Template driven by one of the planners: strokes, transitions, and the figures that are compared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,23 +18,23 @@ from touchline_research.study_ccd import StudyContinuousDubins
 
 STUDY_KAPPA_1PM = 1.125
 STUDY_SPEED_MPS = 1.5
-# Curvatures closer than this (1/m) are one.
+# Curvatures closer than this (1/m) are equal.
 STEP_1PM = 1e-9
 
 
 class UnpaddedDubins(PaddedDubins):
-    """DPP without its padding, which the study measures lengths against."""
+    """DPP without its padding, the reference of lengths in the study."""
 
     name = "dubins"
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The optimal Dubins path."""
+        """Optimal Dubins path."""
         return dubins_pieces(start.pose, goal.pose, self.curvature_max_1pm)
 
 
 @dataclass(frozen=True)
 class Contestant:
-    """One of the planners compared: its name in the table and its transitions for a κ_max (1/m) and σ_max (1/m²)."""
+    """Compared planner: its name in the table and its transitions for a κ_max (1/m) and σ_max (1/m²)."""
 
     name: str
     method: Callable[[float, float], TransitionMethod]
@@ -48,9 +48,10 @@ CONTESTANTS = (DPP, STUDY_CCD, OURS)
 
 @dataclass(frozen=True)
 class Drive:
-    """From the start of the first painted segment to the end of the last: strokes and the transitions between them.
+    """Drive from the start of the first painted segment to the end of the last: strokes and transitions.
 
-    Run-in and run-out are left out for everyone, and with them DPP's padding before the first line and after the last.
+    Run-in and run-out are left out for all planners, and with them DPP's padding before the first line and after the
+    last.
     """
 
     strokes: Sequence[Stroke]
@@ -58,17 +59,17 @@ class Drive:
 
     @property
     def painted_m(self) -> float:
-        """Length of what the robot drives while painting, metres."""
+        """Length driven while painting (m)."""
         return sum(stroke.path.length_m for stroke in self.strokes)
 
     @property
     def transition_m(self) -> float:
-        """Length of the rest, metres."""
+        """Length of the transitions (m)."""
         return sum(between.length_m for between in self.transitions)
 
     @property
     def length_m(self) -> float:
-        """Length of everything, metres."""
+        """Total length (m)."""
         return self.painted_m + self.transition_m
 
     def seconds(self, speed_mps: float) -> float:
@@ -85,17 +86,17 @@ class Drive:
 
     @cached_property
     def pieces(self) -> Floats:
-        """Length (m), curvature (1/m) and sharpness (1/m²) of every piece, (n, 3)."""
+        """Rows (n, 3) of length (m), curvature (1/m) and sharpness (1/m²) of every piece."""
         return np.array([piece[:3] for path in self.paths for piece in path.pieces])
 
     @property
     def steps_1pm(self) -> Floats:
-        """The steps of curvature (1/m) at the joints between pieces, (n-1,)."""
+        """Steps of curvature (n-1,) (1/m) at the joints between pieces."""
         end = self.pieces[:, 1] + self.pieces[:, 2] * self.pieces[:, 0]
         return np.abs(self.pieces[1:, 1] - end[:-1])
 
     def continuous_transitions(self) -> tuple[int, int]:
-        """How many transitions are G² within themselves, and how many are so with the strokes that they join."""
+        """Number of transitions that are G² within themselves, and of those that are so with their strokes, too."""
         within = joined = 0
         for before, between, after in zip(self.strokes, self.transitions, self.strokes[1:], strict=False):
             ends = [(p.curvature_1pm, p.curvature_at(p.length_m)) for p in between.pieces]
@@ -108,7 +109,7 @@ class Drive:
 
 
 def drive(strokes: Sequence[Stroke], contestant: Contestant, sigma_1pm2: float, kappa_1pm: float) -> Drive:
-    """The strokes in their order, joined by the contestant's transitions.
+    """Join strokes, in their order, by the contestant's transitions.
 
     Raises:
         PlanningError: The contestant fails on two of the strokes.
@@ -122,7 +123,7 @@ UNPADDED = Contestant("DPP without padding", lambda kappa, sigma: UnpaddedDubins
 
 
 def study_vehicle() -> Vehicle:
-    """The study's robot: nothing but the wheels' speed and acceleration limits it."""
+    """Robot of the study, limited only by the wheels' speed and acceleration."""
     vehicle = Vehicle()
     rim_acceleration = vehicle.drive.max_wheel_acceleration_radps2 * vehicle.drive.wheel_radius_m
     return vehicle.changed(

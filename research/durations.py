@@ -1,4 +1,4 @@
-"""Rows 11a to 11c and 13: how long ours takes against DPP as the study drives it, and whether with dκ/ds ≤ 3.00.
+"""Rows 11a to 11c and 13: duration of ours against DPP as the study drives it, also with dκ/ds ≤ 3.00.
 
 DPP and the study's CCD drive at 1.5 m/s throughout, as in the study, though no wheel could follow their steps. Ours
 paints at 1.5 m/s and is timed under the wheels' limits. Run-in and run-out are left out for all. This mixes order,
@@ -15,7 +15,7 @@ from touchline_research.driven_template import DPP, STUDY_CCD, STUDY_SPEED_MPS
 from touchline_research.pitch import HAND_ORDERED, IDEAL_SIGMA_1PM2, STUDY_SIGMA_1PM2, Pitch
 from touchline_research.table import Row
 
-# How long the study's DPP took on its own pitch.
+# Duration (s) of the study's DPP on its own pitch.
 STUDY_DPP_S = 18 * 60 + 41
 
 _TOTAL_NOTE = (
@@ -27,7 +27,7 @@ Options = dict[str, str | float]
 
 
 class Case(NamedTuple):
-    """One of row 11's targets: its letter, what is asked, at least so much below DPP, and ours' order and speed."""
+    """Target of row 11: letter, requirement, minimum gain on DPP, and the order and speed of ours."""
 
     letter: str
     requirement: str
@@ -37,17 +37,17 @@ class Case(NamedTuple):
 
     @property
     def options(self) -> Options:
-        """For ours."""
+        """Options of our plan."""
         return {"order": self.order, "transit_speed_mps": self.transit_speed_mps}
 
     @property
     def must(self) -> str:
-        """The target as text."""
+        """Target as text."""
         return f"≥ {self.below:.0%} below DPP" if self.below else "below DPP"
 
 
 def cases(pitch: Pitch) -> tuple[Case, ...]:
-    """Row 11's targets."""
+    """List the targets of row 11."""
     wheels = pitch.vehicle.drive.max_speed_mps
     return (
         Case("a", "total time, ours at most 1.5 m/s", 0.0, "given", STUDY_SPEED_MPS),
@@ -57,13 +57,13 @@ def cases(pitch: Pitch) -> tuple[Case, ...]:
 
 
 def painting_seconds(planned: Plan) -> float:
-    """From the start of the first painted line to the end of the last."""
+    """Seconds from the start of the first painted line to the end of the last."""
     first, last = planned.painted[0], planned.painted[-1]
     return planned.speeds.time_at(last.end_m) - planned.speeds.time_at(first.start_m)
 
 
 def duration_rows(pitch: Pitch, step: Callable[[float], None] = lambda fraction: None) -> list[Row]:
-    """Rows 11a to 11c, and 13."""
+    """Measure rows 11a to 11c, and 13."""
     rows = []
     gentle: list[tuple[Case, float]] = []
     sharpest = 0.0
@@ -81,7 +81,7 @@ def duration_rows(pitch: Pitch, step: Callable[[float], None] = lambda fraction:
 
 
 def hand_ordered_rows(pitch: Pitch) -> list[Row]:
-    """Row 11 for a template whose lines were put into a good order by hand, where 11c is out of everyone's reach."""
+    """Measure row 11 for a template that was ordered by hand, where no planner can reach 11c."""
     dpp = pitch.drive(DPP).seconds(STUDY_SPEED_MPS)
     bound = straight_hops_s(pitch)
     *same, ordered = cases(pitch)

@@ -1,4 +1,4 @@
-"""The study's plots: curvature and wheel acceleration round a corner, and length against σ."""
+"""Plots of the study: curvature and wheel acceleration in a corner, and length against σ."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ BESIDE_M, RIGHT_ANGLE_RAD = 2.0, 1e-6
 
 
 def plot_curvature(pitch: Pitch, path: Path) -> None:
-    """κ and the path in two corners, every planner's ideal curve: row 14's, and one of the goal area."""
+    """Plot κ and the path of every planner's ideal curve in two corners: row 14's, and one of the goal area."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 6.4), layout="constrained")
@@ -51,7 +51,7 @@ def _draw(path: PiecePath, name: str, over: "Axes", under: "Axes") -> None:
 
 
 def _pitch_corner(drive: Drive) -> PiecePath:
-    """The first transition between two lines at right angles with the last and first metres of these."""
+    """First transition between two lines at right angles, with the adjacent metres of both."""
     for before, between, after in zip(drive.strokes, drive.transitions, drive.strokes[1:], strict=False):
         turn = math.remainder(after.begin.pose.heading_rad - before.end.pose.heading_rad, math.tau)
         straight = before.robot.curvature_1pm == after.robot.curvature_1pm == 0.0
@@ -66,7 +66,7 @@ def _pitch_corner(drive: Drive) -> PiecePath:
 
 
 def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -> None:
-    """Both wheels' larger acceleration (rad/s²) over time (s), of the emulated robot, by planner."""
+    """Plot the larger of both wheels' accelerations (rad/s²) of the emulated robot over time (s), by planner."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
@@ -88,7 +88,7 @@ def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -
 
 
 def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], padded: float, path: Path) -> None:
-    """How much longer than DPP without padding, against σ_max, with the targets."""
+    """Plot the excess length over DPP without padding against σ_max, with the targets."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
@@ -117,7 +117,7 @@ def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], 
 
 
 def _look(name: str) -> dict[str, Any]:
-    """At the study's σ, its path round the corner is ours: dashes over a line show both."""
+    """Line style of a planner; at the study's σ its path in the corner is ours, so dashes over a line show both."""
     return {"linestyle": (0, (4, 3)), "zorder": 3} if name == "study CCD" else {"zorder": 2}
 
 

@@ -1,4 +1,4 @@
-"""Where a path that is given by points is driven the other way: the edges between the lanes of an area."""
+"""Detection of edges between the lanes of an area, at which a path given by points reverses."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 
 def lane_edges(points_m: NDArray[np.float64]) -> list[int]:
-    """Indices of the points (n, 2) at which the direction of travel turns by a right angle or more.
+    """Find the indices of points (n, 2) at which the direction of travel turns by a right angle or more.
 
-    That is where Δp_k·Δp_{k+1} ≤ 0. The direction of travel is what reverses at a cusp: the heading does not jump
-    there, nor does the slope Δy/Δx, which is the same both ways and has a pole besides. Points have to be further apart
-    than they are wrong; of those that coincide the first counts.
+    The condition is Δp_k·Δp_{k+1} ≤ 0. The direction of travel reverses at a cusp, whereas the heading does not jump
+    there, nor does the slope Δy/Δx, which is the same in both directions and has a pole besides. Points have to be
+    further apart than their errors; of coinciding points the first counts.
     """
     moved = np.flatnonzero(np.any(np.diff(points_m, axis=0) != 0.0, axis=1)) + 1
     kept = np.concatenate(([0], moved))
@@ -23,9 +23,9 @@ def lane_edges(points_m: NDArray[np.float64]) -> list[int]:
 
 
 def slope_edges(points_m: NDArray[np.float64]) -> list[int]:
-    """Indices of the points (n, 2) at which the study sees an edge: where atan(Δy/Δx) changes by π/2 or more.
+    """Find edges in points (n, 2) by the study's rule: atan(Δy/Δx) changes by π/2 or more.
 
-    Its errors are kept: the slope is the same both ways along a line, and one that is vertical has none.
+    Its errors are kept: the slope is the same in both directions along a line, and a vertical one has none.
     """
     steps = np.diff(points_m, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -34,13 +34,13 @@ def slope_edges(points_m: NDArray[np.float64]) -> list[int]:
 
 
 class EdgeCase(NamedTuple):
-    """A path given by points, and at how many of them an edge is found.
+    """Path given by points, with the number of edges found.
 
     Attributes:
-        name: What is driven.
-        edges: That there are.
-        by_slope: That the study's rule finds.
-        by_direction: That `lane_edges` finds.
+        name: Description of the path.
+        edges: True number of edges.
+        by_slope: Number that the study's rule finds.
+        by_direction: Number that `lane_edges` finds.
     """
 
     name: str
@@ -50,7 +50,7 @@ class EdgeCase(NamedTuple):
 
 
 def edge_cases() -> list[EdgeCase]:
-    """Lanes of 5 m with a point every 0.2 m, 1 mm of noise an axis where it is said."""
+    """Cases of 5 m lanes with a point every 0.2 m, some with 1 mm of noise per axis."""
     noise = np.random.default_rng(1).normal(0.0, 0.001, (51, 2))
     there = np.linspace(0.0, 5.0, 26)
     back = np.concatenate((there, there[-2::-1]))

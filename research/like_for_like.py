@@ -1,8 +1,7 @@
 """Row 11 like for like: DPP and ours in one order, at one speed, within the same limits; and the gain by its causes.
 
 DPP gets all that ours has: order, speeds, the wheels' speed and acceleration along the path, and the choice, by time,
-among the same turns. It is forgiven its steps of curvature alone, each of which takes wheels that accelerate without
-limit.
+among the same turns. Only its steps of curvature, which would take unlimited acceleration of the wheels, are forgiven.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,7 +35,7 @@ LIMIT_SLACK = 1e-6
 
 
 class Setting(NamedTuple):
-    """What both drive with: the order of which name, transit at most so fast, and κ_max (0: what the wheels allow)."""
+    """Common setting of both planners: name of the order, maximum transit speed, κ_max (0: what the wheels allow)."""
 
     order: str
     transit_speed_mps: float
@@ -63,10 +62,10 @@ NO_PADDING = Padding(0.0, 0.0)
 
 
 class Match(NamedTuple):
-    """Both in one setting: seconds, DPP's steps of curvature, and whether ours has none and keeps to the wheels.
+    """Result of both planners in one setting: seconds, DPP's steps of curvature, whether ours has none and is feasible.
 
     Attributes:
-        unpadded_s: DPP without its padding, for information: no robot that settles before a line can drive so.
+        unpadded_s: DPP without its padding, for information: a robot needs it to settle before a line.
     """
 
     setting: Setting
@@ -78,18 +77,18 @@ class Match(NamedTuple):
 
     @property
     def met(self) -> bool:
-        """True if ours takes less, with curvature that does not step and wheels within their limits."""
+        """True if ours takes less time without steps of curvature and within the wheels' limits."""
         return self.ours_kept and self.ours_s < self.dpp_s
 
 
 def matches(
     pitches: Mapping[str, Pitch], step: Callable[[float], None] = lambda fraction: None
 ) -> dict[Setting, Match]:
-    """Every setting of the table: each order, both speeds, both limits of curvature.
+    """Measure every setting of the table: each order, both speeds, both limits of curvature.
 
     Args:
-        pitches: The field with its lines in the order of that name.
-        step: Told the fraction that is done.
+        pitches: Field by the name of the order of its lines.
+        step: Called with the fraction done.
     """
     found: dict[Setting, Match] = {}
     for name, pitch in pitches.items():
@@ -102,7 +101,7 @@ def matches(
 
 
 def match(pitch: Pitch, setting: Setting) -> Match:
-    """DPP and ours on a field in the order in which it lists its lines."""
+    """Measure DPP and ours on a field in the order of its lines."""
     options = {"transit_speed_mps": setting.transit_speed_mps, "kappa_max_1pm": setting.kappa_max_1pm}
     ours = pitch.plan(order="given", **options)
     limits = Limits.of(pitch.vehicle, PlanOptions(paint_speed_mps=STUDY_SPEED_MPS, **options))
@@ -113,7 +112,7 @@ def match(pitch: Pitch, setting: Setting) -> Match:
 
 
 def dubins_padded(pitch: Pitch, limits: Limits, padding: Padding = DPP_PADDING) -> tuple[float, Drive]:
-    """DPP within the limits: seconds from the first painted line's start to the last one's end, and what it drives."""
+    """Drive of DPP within the limits, with its seconds from the first painted line to the end of the last."""
     transitions = TransitionFamily.by_time(Steering, limits)
     lines = strokes(pitch.template.segments, pitch.vehicle, limits.curvature_max_1pm)
     found = [_padded_transition(transitions, a.end, b.begin, padding) for a, b in pairwise(lines)]
@@ -124,7 +123,7 @@ def dubins_padded(pitch: Pitch, limits: Limits, padding: Padding = DPP_PADDING) 
 
 
 def _padded_transition(transitions: TransitionFamily, start: CurveEnd, goal: CurveEnd, padding: Padding) -> Transition:
-    """The quickest of the padded Dubins paths with the turns on offer; before slow ones there is room to brake."""
+    """Quickest of the padded Dubins paths with the turns on offer; before slow ones there is room to brake."""
     speeds = transitions.speed_mps(start), transitions.speed_mps(goal)
     gain = 2.0 * BRAKING_SHARE * transitions.limits.acceleration_mps2
     into = (Piece(padding.before_m),)
@@ -141,7 +140,7 @@ def _padded_transition(transitions: TransitionFamily, start: CurveEnd, goal: Cur
 
 
 def _kept(pitch: Pitch, planned: Plan) -> bool:
-    """True if curvature does not step and both wheels keep their limits."""
+    """True if a plan has no steps of curvature and both wheels keep their limits."""
     report, vehicle = planned.report, pitch.vehicle
     most = 1.0 + LIMIT_SLACK
     return isfinite(report.max_sharpness_1pm2) and all(
@@ -151,7 +150,7 @@ def _kept(pitch: Pitch, planned: Plan) -> bool:
 
 
 def in_order_of(pitch: Pitch, planned: Plan) -> Pitch:
-    """The same field, its lines listed and directed as a plan paints them."""
+    """Copy of a field with its lines in the order and directions of a plan."""
     given = {segment.id: segment for segment in pitch.template.segments}
     painted = [s.stroke for s in planned.sections if s.stroke]
     segments = tuple(_directed(given[stroke.id], stroke.nozzle) for stroke in painted)
@@ -167,7 +166,7 @@ def _directed(segment: TemplateSegment, curve: Curve) -> TemplateSegment:
 
 
 def match_rows(found: Mapping[Setting, Match]) -> list[Row]:
-    """One row for every setting: ours has to be below DPP."""
+    """Rows of all settings; the target is that ours is below DPP."""
     first, *others = (_match_row(f"11.{number}", each) for number, each in enumerate(found.values(), 1))
     return [replace(first, note=_UNPADDED_NOTE), *others]
 
@@ -204,7 +203,7 @@ def _match_row(number: str, each: Match) -> Row:
 
 
 def causes(found: Mapping[Setting, Match]) -> list[Cause]:
-    """From DPP as the study drives it to ours, one exchanged after the other."""
+    """Gains by cause, exchanged one after the other, from DPP as the study drives it to ours."""
     fastest = max(setting.transit_speed_mps for setting in found)
     stages: Sequence[tuple[str, float]] = (
         ("", found[Setting(LAW, STUDY_SPEED_MPS, STUDY_KAPPA_1PM)].dpp_s),
@@ -218,11 +217,11 @@ def causes(found: Mapping[Setting, Match]) -> list[Cause]:
 
 
 def too_fast_row(pitch: Pitch, found: Mapping[Setting, Match]) -> Row:
-    """For information: DPP at the wheels' speed in its turns, too, where its outer wheel would have to be faster.
+    """Row for information: DPP at the wheels' speed in its turns, too, which is beyond the limit of its outer wheel.
 
     Args:
-        pitch: In the order of Law 1.
-        found: As `matches` has it.
+        pitch: Field in the order of Law 1.
+        found: Results of `matches`.
     """
     fastest, most_radps = pitch.vehicle.drive.max_speed_mps, pitch.vehicle.drive.max_wheel_speed_radps
     driven = pitch.drive(DPP)
@@ -241,6 +240,6 @@ def too_fast_row(pitch: Pitch, found: Mapping[Setting, Match]) -> Row:
         f"keeps κ_max and the wheels' speed takes {bound:.1f} s at least ({bound / dpp - 1.0:+.2%}): no path is "
         "shorter than plain Dubins without padding or turns by less than the headings differ, and with the outer rim "
         "at v_w a path of length L that turns by θ takes (L + r·θ)/v_w. That bound leaves out clothoids, the wheels' "
-        f"acceleration and the way round in a turn of 270°. With κ as the wheels allow ours takes {free:.1f} s "
+        f"acceleration and the detour of a turn of 270°. With κ as the wheels allow ours takes {free:.1f} s "
         f"({free / dpp - 1.0:+.2%}).",
     )

@@ -1,4 +1,4 @@
-"""Random pairs of poses: whether a planner finds a path between all of them, and one that can be driven."""
+"""Random pairs of poses, and counts of the paths that a planner finds between them."""
 
 import cmath
 import math
@@ -21,7 +21,7 @@ Progress = Callable[[float], None]
 
 
 class Pair(NamedTuple):
-    """Where a path begins and ends, each with its curvature (1/m)."""
+    """Start and goal of a path, each with its curvature (1/m)."""
 
     start: CurveEnd
     goal: CurveEnd
@@ -29,11 +29,11 @@ class Pair(NamedTuple):
 
 @dataclass
 class Tally:
-    """How a planner did on pairs.
+    """Counts of a planner's results on pairs.
 
     Attributes:
-        tried, complete: Pairs, and those for which there is a path at all.
-        feasible: Paths that end on the goal (1e-9 m and rad) within κ_max, and σ_max wherever curvature does not step.
+        tried, complete: Pairs, and pairs with a path.
+        feasible: Paths that end on the goal (1e-9 m and rad) within κ_max, and within σ_max between steps of curvature.
         continuous: Paths without any step of curvature, their ends included.
         length_m: Their total length.
     """
@@ -46,7 +46,7 @@ class Tally:
 
 
 def random_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
-    """Poses anywhere in a 10 × 10 m square, straight at both ends, as in the study."""
+    """Generate poses anywhere in a 10 × 10 m square, straight at both ends, as in the study."""
     generator = np.random.default_rng(seed)
     for _ in range(count):
         x0, y0, x1, y1 = generator.uniform(0.0, BOX_M, 4).tolist()
@@ -55,7 +55,7 @@ def random_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
 
 
 def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
-    """Poses less than 0.1 m apart with any headings; of ten pairs one coincides, and one but for the heading."""
+    """Generate poses less than 0.1 m apart with any headings; of ten, one coincides, and one but for the heading."""
     generator = np.random.default_rng(seed)
     for k in range(count):
         x, y = generator.uniform(0.0, BOX_M, 2).tolist()
@@ -67,7 +67,7 @@ def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
 
 
 def joints(count: int, curvatures_1pm: Sequence[float], seed: int = SEED) -> Iterator[Pair]:
-    """`count` random pairs for every two curvatures: line to line, line to arc, arc to line, arc to arc."""
+    """Generate `count` random pairs for every two curvatures: line to line, line to arc, arc to line, arc to arc."""
     for k_from in curvatures_1pm:
         for k_to in curvatures_1pm:
             for start, goal in random_pairs(count, seed):
@@ -82,7 +82,7 @@ def tally(
     sigma_1pm2: float,
     step: Progress = lambda fraction: None,
 ) -> Tally:
-    """How `method` does on `pairs`; `step` is told the fraction of `total` that is done."""
+    """Count the results of `method` on `pairs`; `step` is called with the fraction of `total` that is done."""
     result = Tally()
     for start, goal in pairs:
         result.tried += 1

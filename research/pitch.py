@@ -1,4 +1,4 @@
-"""The field that everyone drives, in one order and under one set of limits, and row 12: how far."""
+"""Field that all planners drive in one order and under the same limits, and row 12: length."""
 
 from dataclasses import dataclass, field
 
@@ -22,7 +22,7 @@ from touchline_research.driven_template import (
 from touchline_research.table import Row
 
 STUDY_SIGMA_1PM2 = 1.0
-# (σ_max 1/m², most that ours may be longer than DPP without padding); the last is the σ of the dynamics at 1.5 m/s.
+# (σ_max 1/m², maximum excess length of ours over DPP without padding); the last is the σ of the dynamics at 1.5 m/s.
 IDEAL_SIGMA_1PM2 = 3.0
 LENGTH_TARGETS = ((1.0, 0.05), (2.1, 0.03), (7.0, 0.015))
 # Law 1 of the game describes the markings in this order; the shipped template has one that was optimised by hand.
@@ -39,13 +39,13 @@ LAW_1 = (
     "penalty-arc",
     "corner-arc",
 )
-# The study's planners know no wet paint.
+# Drying time (s) that stands for none, as the study's planners ignore wet paint.
 NO_DRYING_S = 1e-3
 
 
 @dataclass
 class Pitch:
-    """A field, driven by everyone in the order of its template; measured from the first painted line to the last."""
+    """Field that all planners drive in the order of its template; measured from the first painted line to the last."""
 
     template: Template
     vehicle: Vehicle = field(default_factory=study_vehicle)
@@ -56,18 +56,18 @@ class Pitch:
         self.strokes: list[Stroke] = strokes(self.template.segments, self.vehicle, STUDY_KAPPA_1PM)
 
     def drive(self, contestant: Contestant, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Drive:
-        """The field as the contestant drives it within κ_max = 1.125 1/m."""
+        """Drive of the contestant within κ_max = 1.125 1/m."""
         key = contestant.name, sigma_1pm2
         if key not in self._drives:
             self._drives[key] = drive(self.strokes, contestant, sigma_1pm2, STUDY_KAPPA_1PM)
         return self._drives[key]
 
     def longer(self, contestant: Contestant, sigma_1pm2: float, than: Contestant = UNPADDED) -> float:
-        """By which share the contestant drives farther than another."""
+        """Relative excess length of the contestant over another."""
         return self.drive(contestant, sigma_1pm2).length_m / self.drive(than).length_m - 1.0
 
     def plan(self, **options: str | float) -> Plan:
-        """Ours, timed under nothing but the wheels' limits; paints at 1.5 m/s as the study does."""
+        """Plan of ours within the wheels' limits only; it paints at 1.5 m/s as the study does."""
         fixed = {"paint_speed_mps": STUDY_SPEED_MPS, "forward_only": True, "drying_time_s": NO_DRYING_S}
         key = tuple(sorted(options.items()))
         if key not in self._plans:
@@ -75,7 +75,7 @@ class Pitch:
         return self._plans[key]
 
     def in_order_of_the_law(self) -> "Pitch":
-        """The same field, its lines listed as Law 1 describes them."""
+        """Copy of the field with its lines in the order of Law 1."""
 
         def rank(segment: TemplateSegment) -> int:
             return next((i for i, name in enumerate(LAW_1) if segment.id.startswith(name)), len(LAW_1))
@@ -85,10 +85,10 @@ class Pitch:
 
 
 def length_rows(pitch: Pitch, suffix: str = "") -> list[Row]:
-    """Row 12 at each σ: the study's CCD and ours, longer than DPP without padding.
+    """Measure row 12 at each σ: excess length of the study's CCD and ours over DPP without padding.
 
     Args:
-        pitch: Driven in the order in which its template lists the lines.
+        pitch: Field, driven in the order of its template.
         suffix: Added to the rows' numbers.
     """
     rows = []
@@ -120,7 +120,7 @@ def length_rows(pitch: Pitch, suffix: str = "") -> list[Row]:
 
 
 def _ideal_row(pitch: Pitch, suffix: str) -> Row:
-    """The study's ideals of rows 12 and 13 at once: shorter than padded DPP, with dκ/ds of at most 3.0 m⁻²."""
+    """Measure the study's ideals of rows 12 and 13 at once: shorter than padded DPP, with dκ/ds ≤ 3.0 m⁻²."""
     theirs, ours = (pitch.longer(contestant, IDEAL_SIGMA_1PM2, DPP) for contestant in (STUDY_CCD, OURS))
     return Row(
         f"12 and 13, ideal{suffix}",
@@ -133,5 +133,5 @@ def _ideal_row(pitch: Pitch, suffix: str) -> Row:
 
 
 def longer_by_sigma(pitch: Pitch, sigmas: tuple[float, ...]) -> dict[str, list[float]]:
-    """For each σ: how much longer the study's CCD and ours are than DPP without padding."""
+    """Excess lengths of the study's CCD and ours over DPP without padding, for each σ."""
     return {c.name: [pitch.longer(c, sigma) for sigma in sigmas] for c in (STUDY_CCD, OURS)}

@@ -1,4 +1,4 @@
-"""The study's tests, run: its table for its two planners and ours, its plots, and the emulated robot in a corner."""
+"""Run of the study: its table for its two planners and ours, its plots, and the emulated robot in a corner."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ JOINTS_EACH = 50
 QUICK_SHARE = 0.2
 PLOT_SIGMAS_1PM2 = (0.6, 0.8, 1.0, 1.3, 1.7, 2.1, 2.5, 3.0, 4.0, 5.0, 7.0)
 CORNER_TARGET = 0.75
-# DPP is driven so often, its steps each time at another place between two cycles of the follower.
+# Number of DPP's drives, each with its steps at another phase between two cycles of the follower.
 CORNER_PHASES = 4
 POINTS_AND_CIRCLES = """{"name": "points and circles", "segments": [
  {"id": "point", "line": {"start": [0, 0], "end": [0.12, 0]}},
@@ -51,13 +51,13 @@ class Corner:
 
     @property
     def peak_radps2(self) -> float:
-        """The largest acceleration."""
+        """Maximum acceleration (rad/s²)."""
         return float(self.acceleration_radps2.max())
 
 
 @dataclass(frozen=True)
 class Study:
-    """Every row, and what the plots need."""
+    """Results: all rows, and the data of the plots."""
 
     rows: list[Row]
     causes: list[Cause]
@@ -66,12 +66,12 @@ class Study:
 
 
 def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
-    """All rows of the reference's table, in its order.
+    """Measure all rows of the reference's table, in its order.
 
     Args:
         pairs: Random pairs for row 8.
         quick: Fewer transitions for row 4 and none of the largest templates for row 1.
-        progress: Told what is being measured, and the fraction of it that is done.
+        progress: Called with the current measurement and the fraction of it that is done.
     """
     shipped = pitch.Pitch(load_template(FIELD))
     field = shipped.in_order_of_the_law()
@@ -117,7 +117,7 @@ def _corners(row: str, tolerance_m: float, progress: Progress) -> dict[str, list
 
 
 def _padded_corners(progress: Progress) -> dict[str, list[Corner]]:
-    """DPP's, with its steps of curvature at several places between two cycles of the follower; it has no clothoids."""
+    """Corners of DPP, which has no clothoids, with its steps of curvature at several phases of the follower's cycle."""
     corners = []
     for phase in range(CORNER_PHASES):
         progress("the robot in the corner, DPP", phase / CORNER_PHASES)
@@ -130,7 +130,7 @@ def save_study(study: Study, folder: Path) -> list[Path]:
     """Write study.md, study.csv, study.json and the plots (SVG) to `folder`; returns the files.
 
     Raises:
-        OSError: One cannot be written.
+        OSError: A file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
@@ -149,12 +149,12 @@ def save_study(study: Study, folder: Path) -> list[Path]:
 
 
 def drive_corner(contestant: Contestant, tolerance_m: float, run_m: float = RUN_M) -> Corner:
-    """The emulated robot (MPC, no noise) through the contestant's corner, its clothoids cut to `tolerance_m`.
+    """Drive the emulated robot (MPC, no noise) through the contestant's corner, its clothoids cut to `tolerance_m`.
 
-    It gathers speed over `run_m`.
+    It accelerates over `run_m`.
 
     Raises:
-        TouchlineError: The robot did not get to the end.
+        TouchlineError: The robot did not reach the end.
     """
     trajectory, (first_m, last_m) = corner_trajectory(contestant, pitch.STUDY_SIGMA_1PM2, tolerance_m, run_m)
     robot = Emulator(Vehicle(), Scenario(noise="none"))
@@ -167,7 +167,7 @@ def drive_corner(contestant: Contestant, tolerance_m: float, run_m: float = RUN_
         rates.append(robot.world.drive.rate_radps.copy())
         station.append(robot.onboard.status.arc_length_m)
     if robot.onboard.state != TraversalStatus.DONE:
-        raise TouchlineError(f"the robot gave the corner of {contestant.name} up: {robot.onboard.status.reason}")
+        raise TouchlineError(f"the robot aborted the corner of {contestant.name}: {robot.onboard.status.reason}")
     acceleration: Floats = np.abs(np.diff(np.array(rates), axis=0)).max(axis=1) / TICK_S
     at = np.array(station[1:])
     inside = (at > first_m) & (at < last_m)
@@ -176,7 +176,7 @@ def drive_corner(contestant: Contestant, tolerance_m: float, run_m: float = RUN_
 
 
 def _corner_row(number: str, corners: Mapping[str, list[Corner]]) -> Row:
-    """Against the least of DPP's peaks."""
+    """Compare the peaks with the minimum of DPP's."""
     peaks = [corner.peak_radps2 for corner in corners[DPP.name]]
     dpp, most = min(peaks), max(peaks)
     theirs, ours = (corners[c.name][0].peak_radps2 for c in (STUDY_CCD, OURS))
@@ -235,7 +235,7 @@ def _framework_row() -> Row:
 
 
 def _templates(quick: bool) -> dict[str, Template]:
-    """The shipped fields, and what is no line or arc of a field: points, circles, text, a filled area."""
+    """Shipped fields, and templates of points, circles, text and a filled area."""
     names = [FIELD] if quick else list(line_templates())
     shipped = {name: load_template(name) for name in names}
     width = shipped[FIELD].line_width_m

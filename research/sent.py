@@ -1,4 +1,4 @@
-"""What each planner would send to the robot, as rows of lines and arcs; for comparing joints."""
+"""Lines and arcs that each planner sends to the robot, for the comparison of joints."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from touchline.schemas.curves import along
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.segments.fit_arcs import cut
 
-# The study cuts clothoids into evenly spaced straight lines; it does not say how long, so they are short here.
+# Length (m) of the straight lines into which the study cuts clothoids; it does not give it, so it is short here.
 CHORD_M = 0.002
 
 
 def as_chords(path: PiecePath) -> Floats:
-    """Rows (n, 5) of x (m), y (m), heading (rad), curvature (1/m) and length (m), as the study sends a path.
+    """Convert a path to rows (n, 5) of x (m), y (m), heading (rad), curvature (1/m) and length (m), as the study does.
 
     Lines and arcs stay as they are; clothoids become straight lines of about `CHORD_M` between points on them.
     """
@@ -29,13 +29,13 @@ def as_chords(path: PiecePath) -> Floats:
 
 
 def as_biarcs(path: PiecePath) -> Floats:
-    """The same rows for what Touchline sends: clothoids as arcs with one tangent where they meet."""
+    """Convert a path to the same rows as Touchline does: clothoids become biarcs."""
     curves = [piece.curve for piece in cut(path)]
     return np.array([(c.x_m, c.y_m, c.heading_rad, c.curvature_1pm, c.length_m) for c in curves]).reshape(-1, 5)
 
 
 def joints(rows: Floats) -> tuple[Floats, Floats, Floats]:
-    """Steps at the joints between rows (n, 5), (n-1,) each: of position (m), heading (rad) and curvature (1/m)."""
+    """Steps (n-1,) of position (m), heading (rad) and curvature (1/m) at the joints between rows (n, 5)."""
     x, y, heading, curvature, length = rows.T
     end_x, end_y, end_heading, _ = along(x, y, heading, curvature, length)
     gap = np.hypot(x[1:] - end_x[:-1], y[1:] - end_y[:-1])

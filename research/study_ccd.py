@@ -1,14 +1,13 @@
-"""The study's CCD: continuous-curvature Dubins as the study describes it, with the failures that it reports.
+"""CCD of the study: continuous-curvature Dubins as the study describes it, with the failures that it reports.
 
 - Only the families LSL, RSR, LRL and RLR; the one to drive is chosen by its length as a *plain* Dubins path.
-- A turn below θ_lim = κ²/σ winds a full circle more.
-- A transition begins and ends with curvature 0 whatever it joins, so every joint with an arc steps.
+- A turn below θ_lim = κ²/σ adds a full circle.
+- A transition begins and ends with curvature 0, so every joint with an arc steps.
 - Poses closer than 0.1 m fail.
 - Clothoids are sent as evenly spaced straight lines (see sent.py).
 
-Where the description leaves something open, this takes what suits the study best: a goal straight ahead is reached
-straight, a family that has no continuous-curvature path gives way to the next, and the middle circle of LRL is the
-better one.
+Where the description is open, the choice favours the study: a goal straight ahead is reached straight, a family without
+a continuous-curvature path yields to the next, and the middle circle of LRL is the better one.
 """
 
 import math
@@ -25,18 +24,18 @@ CLOSEST_M = 0.1
 
 
 class WindingTurn:
-    """The CC turn without partial turns: below the limit deflection it winds a full circle more."""
+    """CC turn without partial turns: below the limit deflection it adds a full circle."""
 
     def __init__(self, curvature_max_1pm: float, sharpness_max_1pm2: float) -> None:
         self._regular = ContinuousTurn(curvature_max_1pm, sharpness_max_1pm2)
         self.centre = self._regular.centre
 
     def length(self, deflection_rad: float) -> float:
-        """Arc length, metres."""
+        """Arc length of the turn (m)."""
         return self._regular.length(self._wound(deflection_rad))
 
     def pieces(self, deflection_rad: float) -> tuple[Piece, ...]:
-        """Clothoid, arc, clothoid."""
+        """Pieces of the turn: clothoid, arc, clothoid."""
         return self._regular.pieces(self._wound(deflection_rad))
 
     def _wound(self, deflection_rad: float) -> float:
@@ -44,7 +43,7 @@ class WindingTurn:
 
 
 class StudyContinuousDubins:
-    """The study's transitions within a largest curvature (1/m) and a largest sharpness (1/m²)."""
+    """Transitions of the study within a maximum curvature (1/m) and a maximum sharpness (1/m²)."""
 
     name = "study-ccd"
 
@@ -53,23 +52,23 @@ class StudyContinuousDubins:
         self._plain = ArcTurn(curvature_max_1pm)
 
     def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """Nothing: an arc is entered with a step of curvature."""
+        """Return no pieces: an arc is entered with a step of curvature."""
         return ()
 
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """Nothing: an arc is left with a step of curvature."""
+        """Return no pieces: an arc is left with a step of curvature."""
         return ()
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The path between the poses, whatever the curvatures there."""
+        """Connect the poses, regardless of the curvatures there."""
         return self.connect(start.pose, goal.pose)
 
     def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """None: the study's robot drives forward throughout."""
+        """Return no transitions: the study's robot only drives forward."""
         return []
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The chosen family's path.
+        """Path of the chosen family.
 
         Raises:
             PlanningError: The poses are closer than 0.1 m.
@@ -87,7 +86,7 @@ class StudyContinuousDubins:
 
 
 def _shortest_of_each(found: list[Word], turn: ArcTurn | WindingTurn) -> dict[str, tuple[float, Word]]:
-    """Length and word of each of the four families that exists; a single turn counts as LSL or RSR."""
+    """Length and word of each existing family of the four; a single turn counts as LSL or RSR."""
     best: dict[str, tuple[float, Word]] = {}
     for word in found:
         letters = {"L": "LSL", "R": "RSR"}.get(word.letters, word.letters)

@@ -1,4 +1,4 @@
-"""The study's table as measured: rows of requirements with every planner's result, and how it is written down."""
+"""Table of the study as measured: rows of requirements with every planner's result, and its formats."""
 
 import csv
 import io
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 from touchline_research.driven_template import CONTESTANTS
-from touchline_research.judged_table import markdown_lines
+from touchline_research.target_table import markdown_lines
 
 NAMES = tuple(contestant.name for contestant in CONTESTANTS)
 HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")
@@ -15,16 +15,16 @@ HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")
 
 @dataclass(frozen=True)
 class Row:
-    """One requirement.
+    """Requirement of the study, with results.
 
     Attributes:
-        number: Of the reference table, with a letter where it has several targets.
-        requirement: What is asked.
-        results: The planners' results as text, in the order of `NAMES`.
-        must: What ours must reach; empty if the row is for information.
-        met: Whether it does; None if the row is for information.
-        figures: The figures behind the texts, by name.
-        note: What a reader has to know.
+        number: Number in the reference table, with a letter where it has several targets.
+        requirement: Requirement in words.
+        results: Results of the planners as text, in the order of `NAMES`.
+        must: Target of ours; empty if the row is for information.
+        met: Whether it is met; None if the row is for information.
+        figures: Numbers behind the texts, by name.
+        note: Remark for the reader.
     """
 
     number: str
@@ -37,7 +37,7 @@ class Row:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row as texts under `HEADINGS`."""
+        """Texts of the row under `HEADINGS`."""
         return (self.number, self.requirement, *self.results, self.must, verdict(self.met))
 
 
@@ -46,11 +46,11 @@ CAUSE_HEADINGS = ("exchanged", "before", "after", "gain", "of DPP's time")
 
 @dataclass(frozen=True)
 class Cause:
-    """What one difference between DPP and ours is worth: seconds before and after it is exchanged.
+    """Gain by one difference between DPP and ours: seconds before and after it is exchanged.
 
     Attributes:
-        exchanged: What, in words.
-        before_s, after_s: Seconds.
+        exchanged: Difference in words.
+        before_s, after_s: Seconds before and after the exchange.
         first_s: Seconds before anything was exchanged.
     """
 
@@ -61,12 +61,12 @@ class Cause:
 
     @property
     def share(self) -> float:
-        """The gain as a share of the time before anything was exchanged; the shares of all causes add up."""
+        """Gain relative to the time before anything was exchanged; the shares of all causes add up."""
         return (self.after_s - self.before_s) / self.first_s
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cause as texts under `CAUSE_HEADINGS`."""
+        """Texts of the cause under `CAUSE_HEADINGS`."""
         gain = self.after_s - self.before_s
         return (
             self.exchanged,
@@ -78,24 +78,24 @@ class Cause:
 
 
 def with_total(causes: Sequence[Cause]) -> list[Cause]:
-    """The causes, and all together."""
+    """Append the total of the causes."""
     first, last = causes[0].before_s, causes[-1].after_s
     return [*causes, Cause("all together", first, last, first)]
 
 
 def of_each(texts: Iterable[str]) -> tuple[str, str, str]:
-    """The planners' results, one for each of `NAMES`."""
+    """Collect the planners' results, one for each of `NAMES`."""
     first, second, third = texts
     return first, second, third
 
 
 def verdict(met: bool | None) -> str:
-    """Pass, FAIL, or a dash for a row without a target."""
+    """Return pass, FAIL, or a dash for a row without a target."""
     return "–" if met is None else "pass" if met else "FAIL"
 
 
 def as_markdown(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
-    """The gain by its causes, the table of all rows, and the notes below it."""
+    """Format the gain by its causes, the table of all rows, and the notes below it in Markdown."""
     parts = [markdown_lines(CAUSE_HEADINGS, [cause.cells for cause in with_total(causes)])]
     parts.append(markdown_lines(HEADINGS, [row.cells for row in rows]))
     parts.append([f"- **{row.number}**: {row.note}" for row in rows if row.note])
@@ -103,7 +103,7 @@ def as_markdown(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
 
 
 def as_csv(rows: Sequence[Row]) -> str:
-    """The texts of the rows."""
+    """Format the texts of the rows as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADINGS)
@@ -112,13 +112,13 @@ def as_csv(rows: Sequence[Row]) -> str:
 
 
 def as_json(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
-    """Everything, figures included."""
+    """Format rows and causes, figures included, as JSON."""
     whole = {"causes": [asdict(cause) for cause in causes], "rows": [as_object(row) for row in rows]}
     return json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def as_object(row: Row) -> dict[str, object]:
-    """One row as a JSON object."""
+    """Convert a row to an object for JSON."""
     return {
         "row": row.number,
         "requirement": row.requirement,

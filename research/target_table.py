@@ -1,4 +1,4 @@
-"""Tables of what was measured, where some rows must reach something: what is asked, and whether it is met."""
+"""Tables of measurements, with targets for some rows and whether they are met."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ VERDICTS = {True: "yes", False: "NO", None: ""}
 
 
 @dataclass(frozen=True)
-class JudgedRow:
+class TargetRow:
     """One line of a table.
 
     Attributes:
-        cells: What was measured, as text, the row's name first.
-        must: What is asked for, in words; "" for information.
-        met: Whether it is reached; None for information.
-        figures: The figures behind the texts, by name.
+        cells: Name of the row, and measurements as text.
+        must: Targets in words; "" for information.
+        met: Whether they are met; None for information.
+        figures: Numbers behind the texts, by name.
     """
 
     cells: tuple[str, ...]
@@ -26,54 +26,54 @@ class JudgedRow:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """All cells, with what is asked and the verdict."""
+        """All cells, with targets and verdict."""
         return (*self.cells, self.must, VERDICTS[self.met])
 
 
 @dataclass(frozen=True)
-class JudgedTable:
+class TargetTable:
     """Rows under one title.
 
     Attributes:
-        title: What is compared.
+        title: Title of the comparison.
         columns: Headings of the rows' cells.
-        rows: Each with as many cells.
-        note: What a reader has to know.
+        rows: Rows, each with as many cells.
+        note: Remark for the reader.
     """
 
     title: str
     columns: tuple[str, ...]
-    rows: tuple[JudgedRow, ...]
+    rows: tuple[TargetRow, ...]
     note: str = ""
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Of all texts of a row."""
+        """Headings of all texts of a row."""
         return (*self.columns, "must", "met")
 
     @property
     def missed(self) -> bool:
-        """True if a row misses what is asked of it."""
+        """True if a row misses a target."""
         return any(row.met is False for row in self.rows)
 
     def markdown(self) -> str:
-        """Title, note and table."""
+        """Title, note and table in Markdown."""
         lines = markdown_lines(self.headings, (row.texts for row in self.rows))
         return "\n\n".join(filter(None, (f"## {self.title}", self.note, "\n".join(lines)))) + "\n"
 
     def as_object(self) -> dict[str, object]:
-        """For JSON."""
+        """Table as an object for JSON."""
         return asdict(self)
 
 
-def judged(asked: Sequence[tuple[str, bool]]) -> tuple[str, bool | None]:
-    """`must` and `met` of a row of which several things are asked, each told in words and whether it is reached."""
+def against_targets(asked: Sequence[tuple[str, bool]]) -> tuple[str, bool | None]:
+    """Combine targets, each with its text and whether it is met, to `must` and `met` of a row."""
     if not asked:
         return "", None
     return ", ".join(text for text, _ in asked), all(met for _, met in asked)
 
 
 def markdown_lines(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """A table in Markdown, with bars in the texts as such."""
+    """Format a table in Markdown; bars in the texts are escaped."""
     lines = (headings, ["---"] * len(headings), *rows)
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in lines]

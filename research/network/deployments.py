@@ -1,23 +1,23 @@
-"""How teams spread over an area: contacts, the cost H that is left, time and way."""
+"""Table of teams that spread over an area: contacts, final cost H, time and distance driven."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
 from touchline_research.network.team_trials import BEARING, TeamRecord, by_team, listed
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 
 OFF_BODIES_M: Final = 0.01
-"""So much more than two bodies' radii robots keep apart."""
+"""Minimum clearance between two bodies."""
 OF_POINTS: Final = 1.015
-"""H at the end, of what Lloyd's rule reaches with points."""
+"""Maximum final H, relative to that of Lloyd's rule with points."""
 STUDY_CONTACTS: Final = 10
-"""More than that are to be seen with the study's rules: else the problem that is solved is not there."""
+"""Number of contacts that the study's rules must exceed: else there is no problem to solve."""
 
 
 class AskedSpread(NamedTuple):
-    """What is asked of a team of some size: to be spread after so long (s), and to drive no farther on average (m)."""
+    """Targets of a team: time until it has spread (s), and mean distance driven (m)."""
 
     within_s: float
     driven_m: float
@@ -40,8 +40,8 @@ COLUMNS: Final = (
 )
 
 
-def deployment_table(records: Iterable[TeamRecord]) -> JudgedTable:
-    """The table of runs of task deploy; those of one team differ in their seeds."""
+def deployment_table(records: Iterable[TeamRecord]) -> TargetTable:
+    """Create the table of runs of task deploy; those of one team differ in their seeds."""
     groups = by_team(records)
     seeds, duration_s = len(groups[0]), groups[0][0].trial.duration_s
     title = f"Spreading from a corner over 2.5 m² a robot, {duration_s:g} s, {seeds} seed{'s' if seeds > 1 else ''}"
@@ -50,11 +50,11 @@ def deployment_table(records: Iterable[TeamRecord]) -> JudgedTable:
         "are those that Lloyd's rule leads from the same start. Driven is the mean of a team's robots; beyond walls "
         "are robot-seconds in which a body was not wholly inside."
     )
-    return JudgedTable(title, COLUMNS, tuple(map(_row, groups)), note)
+    return TargetTable(title, COLUMNS, tuple(map(_row, groups)), note)
 
 
 def keeps_apart(group: Sequence[TeamRecord]) -> list[tuple[str, bool]]:
-    """What is asked of our rules whatever the task: that no two touch, and how near they come."""
+    """Targets of our rules in all tasks: no contacts, and a minimum distance."""
     apart_m = 2.0 * group[0].body_radius_m + OFF_BODIES_M
     closest_m = min(record.figures["closest_m"] for record in group)
     return [
@@ -64,7 +64,7 @@ def keeps_apart(group: Sequence[TeamRecord]) -> list[tuple[str, bool]]:
     ]
 
 
-def _row(group: Sequence[TeamRecord]) -> JudgedRow:
+def _row(group: Sequence[TeamRecord]) -> TargetRow:
     rules, robots = group[0].trial.rules, group[0].trial.robots
     deployed = [record.figures["deploy"] for record in group]
     contacts = [record.figures["contacts"] for record in group]
@@ -105,4 +105,4 @@ def _row(group: Sequence[TeamRecord]) -> JudgedRow:
         "driven_most_m": max(driven_m),
         "beyond_walls_most_s": max(beyond_s),
     }
-    return JudgedRow(cells, *judged(asked), figures)
+    return TargetRow(cells, *against_targets(asked), figures)

@@ -1,4 +1,4 @@
-"""Runs of teams from the same start as one moving picture, side by side: SVG that any browser plays, without a script.
+"""Animated SVG of runs of teams from the same start, side by side, without a script.
 
 Bodies are discs that are red while they touch another, thin lines are Voronoi cells.
 """
@@ -20,19 +20,19 @@ Floats = NDArray[np.float64]
 
 SHOWN_S: Final = 60.0
 PACE: Final = 4.0
-"""Sim time against the picture's."""
+"""Sim time per time of the animation."""
 PANEL_PX, HEAD_PX, FOOT_PX = 340.0, 64.0, 50.0
 GAP_PX: Final = 36.0
-"""Beside every panel: robots that nothing keeps inside are seen there."""
+"""Gap beside every panel, where robots outside their area are visible."""
 BODY, TOUCHING, CELL = "#1769aa", "#e03131", "#9aa5a0"
 CELLS_MOST: Final = 1_000
-"""Of a panel, over all of its frames: with more robots, cells are drawn anew less often."""
+"""Maximum number of cells of a panel over all frames; with more robots, cells are drawn less often."""
 FLASH_FRAMES: Final = 2
-"""For so long, at least, a contact is seen."""
+"""Minimum number of frames for which a contact is visible."""
 
 
 class PanelSheet(NamedTuple):
-    """Where things of a panel are drawn: px of its upper left corner, px a metre, and that corner in the map (m)."""
+    """Position and scale of a panel: left edge (px), px per metre, and its upper left corner in the map (m)."""
 
     left_px: float
     scale: float
@@ -40,17 +40,17 @@ class PanelSheet(NamedTuple):
     north_m: float
 
     def place(self, x_m: float, y_m: float) -> str:
-        """A place of the map in the picture."""
+        """Convert a point of the map to the picture."""
         return (
             f"{self.left_px + self.scale * (x_m - self.west_m):.1f},{HEAD_PX + self.scale * (self.north_m - y_m):.1f}"
         )
 
 
 def moving_picture(records: Sequence[TeamRecord]) -> str:
-    """The picture as SVG.
+    """Render the animation as SVG.
 
     Args:
-        records: One for each panel; of robots in areas of the same size.
+        records: One record for each panel, with areas of the same size.
     """
     frames = min(len(record.trace.times_s) for record in records)
     frames = min(frames, 1 + int(np.searchsorted(records[0].trace.times_s, SHOWN_S)))
@@ -97,14 +97,14 @@ def _panel(root: ET.Element, record: TeamRecord, sheet: PanelSheet, frames: int,
 
 
 def touching(record: TeamRecord, frames: int) -> NDArray[np.bool_]:
-    """Who is to be seen touching another.
+    """Mark the robots that are drawn as touching another.
 
     Args:
-        record: The run.
-        frames: So many of its updates, from the first one on.
+        record: Record of the run.
+        frames: Number of its updates, from the first one on.
 
     Returns:
-        (frames, n)
+        (frames, n) flags.
     """
     places = np.array(record.trace.places[:frames])
     apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=3)
@@ -126,7 +126,7 @@ def _body(root: ET.Element, track: list[str], red: NDArray[np.bool_], radius_px:
 
 
 def _counter(root: ET.Element, sheet: PanelSheet, contacts: list[int], play: dict[str, str]) -> None:
-    """The number of contacts so far: a text for each that there is, of which one is seen at a time."""
+    """Draw the number of contacts so far: a text for each number, of which one is visible at a time."""
     for count in sorted(set(contacts)):
         word = "contact" if count == 1 else "contacts"
         text = _text(root, sheet.left_px, 42.0, f"{count} {word}", "15", TOUCHING if count else INK)
@@ -137,11 +137,11 @@ def _counter(root: ET.Element, sheet: PanelSheet, contacts: list[int], play: dic
 
 
 def _switched(element: ET.Element, attribute: str, values: list[str], play: dict[str, str]) -> None:
-    """Let an attribute change at once where its values, one a frame, do."""
+    """Animate an attribute in steps by its values, one per frame."""
     at = [0, *(k for k in range(1, len(values)) if values[k] != values[k - 1])]
     times = ";".join(f"{k / (len(values) - 1):.4f}" for k in at)
-    told = {"attributeName": attribute, "calcMode": "discrete", "values": ";".join(values[k] for k in at)}
-    ET.SubElement(element, "animate", told | {"keyTimes": times} | play)
+    attributes = {"attributeName": attribute, "calcMode": "discrete", "values": ";".join(values[k] for k in at)}
+    ET.SubElement(element, "animate", attributes | {"keyTimes": times} | play)
 
 
 def _cells(places: Floats, area: FreeArea, sheet: PanelSheet) -> str:

@@ -1,4 +1,4 @@
-"""The network study's pictures: the ways of the smallest team by all rules, H over time, and a moving picture."""
+"""Pictures of the network study: paths of the smallest team by all rules, H over time, and an animation."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,33 +22,33 @@ def save_team_pictures(records: Sequence[TeamRecord], folder: Path) -> list[Path
     """Write all pictures of runs of task deploy to `folder`; returns the files.
 
     Raises:
-        OSError: One cannot be written.
+        OSError: A file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     least = min(record.trial.robots for record in records)
     first = [record for record in records if record.trial.robots == least and record.trial.seed == 1]
     ways, costs, moving = (folder / f"network-{name}" for name in ("ways.png", "cost.png", "moving.svg"))
     with plan_style():
-        plot_ways(first, ways)
+        plot_paths(first, ways)
         plot_costs(records, costs)
     pair = [record for record in first if record.trial.rules != FREE]
     moving.write_text(moving_picture(pair), encoding="utf-8")
     return [ways, costs, moving]
 
 
-def plot_ways(records: Sequence[TeamRecord], path: Path) -> None:
-    """Where the robots of each run drove, one beside the other; crosses are contacts."""
+def plot_paths(records: Sequence[TeamRecord], path: Path) -> None:
+    """Plot the robots' paths of each run side by side; crosses are contacts."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(4.2 * len(records), 5.0), layout="constrained")
     for axes, record in zip(
         figure.subplots(1, len(records), squeeze=False, sharex=True, sharey=True)[0], records, strict=True
     ):
-        _ways(axes, record)
+        _paths(axes, record)
     save(figure, path, DPI)
 
 
-def _ways(axes: "Axes", record: TeamRecord) -> None:
+def _paths(axes: "Axes", record: TeamRecord) -> None:
     from matplotlib import colormaps
     from matplotlib.patches import Circle
 
@@ -71,7 +71,7 @@ def _ways(axes: "Axes", record: TeamRecord) -> None:
 
 
 def plot_costs(records: Sequence[TeamRecord], path: Path) -> None:
-    """H over time against that of squares, a line for each run, one panel for each size of team."""
+    """Plot H over time relative to that of squares, a line for each run, a panel for each size of team."""
     from matplotlib.figure import Figure
 
     sizes = sorted({record.trial.robots for record in records})

@@ -1,10 +1,9 @@
-"""The study of a network of robots, run: every table, on many teams or on few."""
+"""Study of a network of robots: all tables, on many teams or on few."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from touchline_research.judged_table import JudgedTable
 from touchline_research.network.deployments import deployment_table
 from touchline_research.network.swaps import swap_table
 from touchline_research.network.team_trials import (
@@ -18,20 +17,21 @@ from touchline_research.network.team_trials import (
     run_trials,
     trials_of,
 )
+from touchline_research.target_table import TargetTable
 from touchline_research.tracking.dubins_speeds import dubins_speeds
 
 Progress = Callable[[str, float], None]
 
 
 class TeamCounts(NamedTuple):
-    """On how much each table is measured.
+    """Extent of the measurements of each table.
 
     Attributes:
-        deployed: Robots of teams that spread.
-        swapped: Robots of teams that change places.
-        seeds: Of each team.
-        paths: Dubins paths for the speed laws.
-        deploy_s: Sim time of each that spreads.
+        deployed: Sizes of teams that spread.
+        swapped: Sizes of teams that change places.
+        seeds: Number of seeds of each team.
+        paths: Number of Dubins paths for the speed laws.
+        deploy_s: Sim time of each run of a team that spreads.
     """
 
     deployed: tuple[int, ...] = (10, 20, 50)
@@ -47,18 +47,18 @@ QUICK: Final = TeamCounts((10,), (4,), 1, 80, 40.0)
 
 @dataclass(frozen=True)
 class NetworkStudy:
-    """Every table, and the runs of teams that spread, for pictures."""
+    """Results: all tables, and the runs of teams that spread, for pictures."""
 
-    tables: tuple[JudgedTable, ...]
+    tables: tuple[TargetTable, ...]
     deployed: tuple[TeamRecord, ...]
 
 
 def run_network_study(counts: TeamCounts = FULL, progress: Progress = lambda what, done: None) -> NetworkStudy:
-    """All of it.
+    """Run the study.
 
     Args:
-        counts: On how much.
-        progress: Told what is being measured, and the fraction of it that is done.
+        counts: Extent of the measurements.
+        progress: Called with the current measurement and the fraction of it that is done.
 
     Raises:
         TouchlineError: A team cannot drive.
@@ -79,5 +79,5 @@ def run_network_study(counts: TeamCounts = FULL, progress: Progress = lambda wha
 
 
 def _work(trial: TeamTrial) -> float:
-    """How long a run takes, against others."""
+    """Relative duration of a run."""
     return trial.robots * trial.duration_s

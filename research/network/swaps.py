@@ -1,26 +1,26 @@
-"""How teams change places across a circle: who arrives when, and how near they come to each other."""
+"""Table of teams that change places across a circle: arrival times, and minimum distances."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
 from touchline_research.network.deployments import keeps_apart
 from touchline_research.network.team_trials import TeamRecord, by_team, listed
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 
 WITHIN_S: Final = 45.0
 COLUMNS: Final = ("rules", "robots", "all arrived after", "not arrived", "contacts", "closest", "driven each")
 
 
-def swap_table(records: Iterable[TeamRecord]) -> JudgedTable:
-    """The table of runs of task swap; those of one team differ in their seeds."""
+def swap_table(records: Iterable[TeamRecord]) -> TargetTable:
+    """Create the table of runs of task swap; those of one team differ in their seeds."""
     groups = by_team(records)
     seeds, duration_s = len(groups[0]), groups[0][0].trial.duration_s
     title = f"Changing places across a circle, up to {duration_s:g} s, {seeds} seed{'s' if seeds > 1 else ''}"
     note = "Arrived is within 10 cm of the opposite place, all at once, by true places."
-    return JudgedTable(title, COLUMNS, tuple(map(_row, groups)), note)
+    return TargetTable(title, COLUMNS, tuple(map(_row, groups)), note)
 
 
-def _row(group: Sequence[TeamRecord]) -> JudgedRow:
+def _row(group: Sequence[TeamRecord]) -> TargetRow:
     rules, robots = group[0].trial.rules, group[0].trial.robots
     goals = [record.figures["goals"] for record in group]
     arrived_s = [each["all_arrived_s"] for each in goals if each["all_arrived_s"] is not None]
@@ -50,4 +50,4 @@ def _row(group: Sequence[TeamRecord]) -> JudgedRow:
     }
     if arrived_s:
         figures["arrived_latest_s"] = max(arrived_s)
-    return JudgedRow(cells, *judged(asked), figures)
+    return TargetRow(cells, *against_targets(asked), figures)

@@ -1,4 +1,4 @@
-"""Teams that drive by the study's rules or by ours, from the same starts, and what is kept of their runs."""
+"""Trials of teams by the study's rules or by ours, from the same starts, and their records."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -13,7 +13,7 @@ DEPLOY_S, SWAP_S = 120.0, 60.0
 
 
 class TeamRules(NamedTuple):
-    """By what robots drive, as in `TeamScenario`; `ours` are judged."""
+    """Rules of a team, as in `TeamScenario`; `ours` have targets."""
 
     name: str
     avoid: Literal["cells", "none"]
@@ -21,7 +21,7 @@ class TeamRules(NamedTuple):
 
     @property
     def ours(self) -> bool:
-        """True if they are not the study's."""
+        """True for our rules, false for the study's."""
         return self.avoid == "cells"
 
 
@@ -31,14 +31,14 @@ OURS: Final = TeamRules("ours: cells of stopping segments", "cells")
 
 
 class TeamTrial(NamedTuple):
-    """A run to be made.
+    """Parameters of a run.
 
     Attributes:
-        rules: By which.
-        robots: How many.
-        seed: Of noise and starts.
+        rules: Rules of the team.
+        robots: Number of robots.
+        seed: Seed of noise and starts.
         task: `deploy` or `swap`.
-        duration_s: Sim time; one that changes places ends when all have arrived.
+        duration_s: Sim time; a swap ends when all have arrived.
     """
 
     rules: TeamRules
@@ -48,7 +48,7 @@ class TeamTrial(NamedTuple):
     duration_s: float = DEPLOY_S
 
     def run(self) -> "TeamRecord":
-        """Make it.
+        """Run the trial.
 
         Raises:
             TouchlineError: The team cannot drive.
@@ -68,14 +68,14 @@ class TeamTrial(NamedTuple):
 
 
 class TeamRecord(NamedTuple):
-    """A run that was made.
+    """Record of a run.
 
     Attributes:
-        trial: What was run.
-        figures: Of `team_figures`.
-        trace: Over time.
-        area: Where.
-        body_radius_m: Of each robot.
+        trial: Parameters of the run.
+        figures: Figures by `team_figures`.
+        trace: States over time.
+        area: Area of the team.
+        body_radius_m: Radius of each robot's body.
     """
 
     trial: TeamTrial
@@ -88,7 +88,7 @@ class TeamRecord(NamedTuple):
 def trials_of(
     sizes: Sequence[int], rules: Sequence[TeamRules], seeds: int, task: Literal["deploy", "swap"], duration_s: float
 ) -> list[TeamTrial]:
-    """Every size by all rules with every seed from 1 on."""
+    """Combine all sizes, rules and seeds from 1 on."""
     return [
         TeamTrial(each, robots, seed, task, duration_s)
         for robots in sizes
@@ -98,11 +98,11 @@ def trials_of(
 
 
 def run_trials(trials: Iterable[TeamTrial], progress: Callable[[TeamTrial], None]) -> list[TeamRecord]:
-    """Run them in turn.
+    """Run trials one after the other.
 
     Args:
-        trials: To be run.
-        progress: Told which one begins.
+        trials: Trials to run.
+        progress: Called with each trial before it begins.
     """
     records = []
     for trial in trials:
@@ -112,7 +112,7 @@ def run_trials(trials: Iterable[TeamTrial], progress: Callable[[TeamTrial], None
 
 
 def by_team(records: Iterable[TeamRecord]) -> list[list[TeamRecord]]:
-    """Those that differ in their seeds alone, together, in the order in which they come."""
+    """Group records that differ only in their seeds, in their order."""
     groups: dict[tuple[TeamRules, int], list[TeamRecord]] = {}
     for record in records:
         groups.setdefault((record.trial.rules, record.trial.robots), []).append(record)
@@ -120,12 +120,12 @@ def by_team(records: Iterable[TeamRecord]) -> list[list[TeamRecord]]:
 
 
 def listed(values: Sequence[float], form: str, unit: str = "") -> str:
-    """Values of several seeds as text: all of them if they are few, else the least and the largest.
+    """Format values of several seeds: all of them if they are few, else minimum and maximum.
 
     Args:
-        values: At least one.
-        form: How each is written.
-        unit: Behind the last.
+        values: At least one value.
+        form: Format of each.
+        unit: Unit after the last.
     """
     texts = [format(value, form) for value in values]
     if len(set(texts)) == 1:

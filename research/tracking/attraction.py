@@ -1,4 +1,4 @@
-"""From which starts each tracking law comes to its reference, looking ahead."""
+"""Domains of attraction of tracking laws: starts from which they reach their reference facing forward."""
 
 import math
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking.tracker_runs import LAWS, SETTLED_M, looks_ahead, settled_after_s
 from touchline_research.tracking.tracking_loop import (
     STUDIED,
@@ -28,13 +28,13 @@ OURS: Final = "regularised"
 
 @dataclass(frozen=True)
 class Domain:
-    """How it ends from a grid of starts.
+    """Outcome of a law from a grid of starts.
 
     Attributes:
-        turned_rad: (m,) initial headings against the reference's.
-        across_m: (n,) initial distances to its left.
-        settled_s: (n, m) after how long it is within 2 cm for good; NaN: it never looks ahead near the reference.
-        reversed_there: (n, m) whether it ends near the reference, but looking back.
+        turned_rad: (m,) initial headings relative to the reference's.
+        across_m: (n,) initial lateral offsets, left positive.
+        settled_s: (n, m) time until it stays within 2 cm; NaN: it never faces forward near the reference.
+        reversed_there: (n, m) whether it ends near the reference, but facing backward.
     """
 
     turned_rad: Floats
@@ -44,12 +44,12 @@ class Domain:
 
 
 def winding_reference() -> TimedReference:
-    """At constant speed, bending to either side."""
+    """Reference of constant speed that bends to either side."""
     return reference_of(lambda t: 0.0 * t + SPEED_MPS, lambda t: 0.06 * np.cos(0.5 * t), DURATION_S)
 
 
 def domain_of(law: Any, headings: int, offsets: int) -> Domain:
-    """Of a law, from initial headings all round and distances up to FURTHEST_M to either side."""
+    """Measure a law from headings all round and offsets up to FURTHEST_M to either side."""
     reference = winding_reference()
     turned, across = np.linspace(-math.pi, math.pi, headings), np.linspace(-FURTHEST_M, FURTHEST_M, offsets)
     settled, back = np.full((offsets, headings), math.nan), np.zeros((offsets, headings), dtype=np.bool_)
@@ -64,12 +64,12 @@ def domain_of(law: Any, headings: int, offsets: int) -> Domain:
 
 
 def domains(headings: int, offsets: int) -> dict[str, Domain]:
-    """Of every law."""
+    """Measure every law."""
     return {name: domain_of(law, headings, offsets) for name, law in LAWS.items()}
 
 
-def attraction(found: Mapping[str, Domain]) -> JudgedTable:
-    """The table."""
+def attraction(found: Mapping[str, Domain]) -> TargetTable:
+    """Create the table of domains."""
     count = next(iter(found.values())).settled_s.size
     title = f"Domain of attraction: {count} starts, headings all round, up to {FURTHEST_M:g} m to either side"
     note = (
@@ -77,13 +77,13 @@ def attraction(found: Mapping[str, Domain]) -> JudgedTable:
         f"There is within {1e2 * NEAR_M:g} cm at the end; the mean time is that until {1e2 * SETTLED_M:g} cm are kept."
     )
     columns = ("tracker", "there, looking ahead", "there, looking back", "mean time")
-    return JudgedTable(title, columns, tuple(_row(name, domain) for name, domain in found.items()), note)
+    return TargetTable(title, columns, tuple(_row(name, domain) for name, domain in found.items()), note)
 
 
-def _row(name: str, domain: Domain) -> JudgedRow:
+def _row(name: str, domain: Domain) -> TargetRow:
     count = domain.settled_s.size
     ahead, back = int(np.isfinite(domain.settled_s).sum()), int(domain.reversed_there.sum())
     seconds = float(np.nanmean(domain.settled_s)) if ahead else math.nan
     cells = (name, f"{ahead / count:.0%}", f"{back / count:.0%}", f"{seconds:.1f} s" if ahead else "")
     figures = {"ahead": ahead, "back": back, "starts": count}
-    return JudgedRow(cells, *judged([("from everywhere", ahead == count)] if name == OURS else []), figures)
+    return TargetRow(cells, *against_targets([("from everywhere", ahead == count)] if name == OURS else []), figures)

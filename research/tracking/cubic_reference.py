@@ -1,4 +1,4 @@
-"""A cubic curve as a reference that moves by time, under a law s(τ)."""
+"""Timed reference along a cubic curve, under a law s(τ)."""
 
 import math
 from typing import Final, NamedTuple
@@ -11,14 +11,14 @@ from touchline.services.planner.poses.speed_laws import SpeedLaw
 from touchline_research.tracking.studied_robot import SPEED_MPS, YAW_RADPS
 from touchline_research.tracking.tracking_loop import STEP_S, TimedReference
 
-# Places of τ at which the limits are looked at.
+# Samples of τ at which the limits are evaluated.
 PLACES: Final = 20_001
 SLOWER: Final = 1.25
-"""Times the least duration."""
+"""Duration relative to the minimum."""
 
 
 class Motion(NamedTuple):
-    """Along a curve at times τ (n,), if it took one second: places x + iy (m), tangents, speeds, yaw rates."""
+    """Motion along a curve at times τ (n,), for one second: positions x + iy (m), tangents, speeds, yaw rates."""
 
     point: Floats
     tangent: Floats
@@ -27,10 +27,10 @@ class Motion(NamedTuple):
 
 
 def timed_curve(curve: CubicCurve, law: SpeedLaw) -> TimedReference:
-    """The curve, driven forward in SLOWER times the least time that the studied robot's limits allow.
+    """Time a curve, driven forward, to SLOWER times the minimum within the studied robot's limits.
 
-    That is the largest of |p'|·s'/v_max and |dθ/ds|·s'/ω_max. It is no whole number of steps: the last sample is at
-    the goal, and at rest, whatever the law.
+    The minimum is the maximum of |p'|·s'/v_max and |dθ/ds|·s'/ω_max. It is no whole number of steps; the last sample is
+    at the goal and at rest for all laws.
     """
     looked_at = _motion(curve, law, np.linspace(0.0, 1.0, PLACES))
     least_s = max(looked_at.speed.max() / SPEED_MPS, np.abs(looked_at.yaw_rate).max() / YAW_RADPS)

@@ -13,7 +13,7 @@ from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.poses.law4 import ARRIVED_M, SLOW_MPS, STEP_S, Law4
 from touchline.services.planner.poses.shipped_methods import BEARING
 from touchline.services.planner.poses.traveller import Traveller
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking.studied_robot import ORIGIN
 
 RADIUS_M: Final = 0.3
@@ -25,7 +25,7 @@ MEAN_S, NEAR_M, ROUNDING = 6.0, 0.01, 1e-5
 
 
 class SpeedRun(NamedTuple):
-    """One path driven: seconds, largest acceleration (m/s²), speed left at the end (m/s), distance to the goal (m)."""
+    """Drive along a path: seconds, maximum acceleration (m/s²), speed at the end (m/s), distance to the goal (m)."""
 
     seconds: float
     acceleration_mps2: float
@@ -33,8 +33,8 @@ class SpeedRun(NamedTuple):
     off_m: float
 
 
-def dubins_speeds(count: int) -> JudgedTable:
-    """The table, over so many paths."""
+def dubins_speeds(count: int) -> TargetTable:
+    """Create the table over a number of paths."""
     traveller = Traveller.of(TURTLEBOT2, OPTIONS)
     goals = list(_goals(count))
     paths = [BEARING.between(ORIGIN, goal, traveller).path for goal in goals]
@@ -48,7 +48,7 @@ def dubins_speeds(count: int) -> JudgedTable:
         f"law4 is done within {1e2 * ARRIVED_M:.0f} cm of the goal, the passes at rest in it. All forgive the steps of "
         f"curvature of such paths. Accelerations are along the path, {MOST_MPS2:g} m/s² is the vehicle's."
     )
-    return JudgedTable(
+    return TargetTable(
         title, ("law", "mean", "largest acceleration", "left at the end", "off the goal"), tuple(rows), note
     )
 
@@ -58,7 +58,7 @@ def _goals(count: int) -> Iterator[PathPose]:
         yield PathPose(x, y, math.nan)
 
 
-def _row(name: str, runs: list[SpeedRun], most_mps2: float = 0.0) -> JudgedRow:
+def _row(name: str, runs: list[SpeedRun], most_mps2: float = 0.0) -> TargetRow:
     table = np.array(runs)
     mean_s = float(table[:, 0].mean())
     acceleration, left, off = table[:, 1:].max(axis=0).tolist()
@@ -69,7 +69,7 @@ def _row(name: str, runs: list[SpeedRun], most_mps2: float = 0.0) -> JudgedRow:
     ]
     cells = (name, f"{mean_s:.2f} s", f"{acceleration:.2f} m/s²", f"{left:.2f} m/s", f"{1e2 * off:.2f} cm")
     figures = {"mean_s": mean_s, "acceleration_mps2": acceleration, "left_mps": left, "off_m": off}
-    return JudgedRow(cells, *judged(asked if most_mps2 else []), figures)
+    return TargetRow(cells, *against_targets(asked if most_mps2 else []), figures)
 
 
 def _constant(path: PiecePath) -> SpeedRun:

@@ -1,4 +1,4 @@
-"""How soon goals are reached under the studied robot's limits: by the study's curves, by chosen ones, and by others."""
+"""Minimum times to goals within the studied robot's limits: the study's curves, chosen ones, and others."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, chosen_
 from touchline.services.planner.poses.g2_path import paths_by_g2
 from touchline.services.planner.poses.kernels.cubic_curve import SLOWEST_SHARE, Terms, price, quickest_lengths
 from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking.studied_robot import (
     ORIGIN,
     SPEED_MPS,
@@ -25,16 +25,16 @@ from touchline_research.tracking.studied_robot import (
 BY_LIMITS: Final = np.zeros(0)
 ANY: Final = Terms(math.inf, 0.0, BY_LIMITS, STUDY_CAPS)
 TIGHTEST_1PM: Final = CURVATURE_SHARE * WAFFLE.limits.curvature_max_1pm
-# How finely a cubic curve with a standstill on the way is looked at, and a piece of a path.
+# Samples of a cubic curve with a standstill, and of a piece of a path.
 VERY_FINE, PER_PIECE = 20_000, 33
-# Asked for: the median, that over the median of k = 10 (25.0 s where those figures come from), the mean of ratios.
+# Targets: the median, its ratio to the median of k = 10 (25.0 s in the source of those figures), the mean of ratios.
 MEDIAN_S, OF_MEDIAN, RATIO = 16.2, 16.2 / 25.0, 0.61
 
 SecondsTo = Callable[[PathPose], float]
 
 
-def least_times(count: int) -> JudgedTable:
-    """The table, over so many goals."""
+def least_times(count: int) -> TargetTable:
+    """Create the table over a number of goals."""
     goals = goals_anywhere(count)
     fixed = np.array([_given_s(goal, STUDY_TANGENT_M) for goal in goals])
     by_g2 = np.array([_g2_s(goal) for goal in goals])
@@ -59,7 +59,7 @@ def least_times(count: int) -> JudgedTable:
         f"most {WAFFLE.limits.curvature_max_1pm:.2f} 1/m, the robot's. Straight there at full speed, turned or not, "
         f"would take {np.median([abs(goal.point) / SPEED_MPS for goal in goals]):.2f} s."
     )
-    return JudgedTable(
+    return TargetTable(
         f"Least time to {count} goals in [-5, 5]² m with any heading",
         ("path", "median", "mean ratio to k = 10", "slower than that", "reached"),
         tuple(_row(name, seconds, fixed, ours=ours) for name, seconds, ours in ways),
@@ -67,7 +67,7 @@ def least_times(count: int) -> JudgedTable:
     )
 
 
-def _row(name: str, seconds: Floats, fixed: Floats, *, ours: bool) -> JudgedRow:
+def _row(name: str, seconds: Floats, fixed: Floats, *, ours: bool) -> TargetRow:
     there = np.isfinite(seconds)
     found, ratio = int(np.count_nonzero(there)), float(np.mean((seconds / fixed)[there]))
     median, slower = float(np.median(seconds)), int(np.count_nonzero((seconds > fixed * (1.0 + 1e-9))[there]))
@@ -80,7 +80,7 @@ def _row(name: str, seconds: Floats, fixed: Floats, *, ours: bool) -> JudgedRow:
     ]
     figures = {"median_s": median, "mean_ratio": ratio, "slower": slower, "reached": found}
     cells = (name, f"{median:.2f} s", f"{ratio:.3f}", str(slower), f"{found} of {len(seconds)}")
-    return JudgedRow(cells, *judged(asked if ours else []), figures)
+    return TargetRow(cells, *against_targets(asked if ours else []), figures)
 
 
 def _given_s(goal: PathPose, tangent_m: float) -> float:
@@ -88,17 +88,17 @@ def _given_s(goal: PathPose, tangent_m: float) -> float:
 
 
 def _chosen_s(goal: PathPose, *, backward: bool) -> float:
-    """Seconds along the chosen cubic curve, however tight."""
+    """Seconds along the chosen cubic curve, of any curvature."""
     return _curve_s(goal, quickest_lengths(goal.point, goal.heading_rad, backward, _terms(goal, math.inf)))
 
 
 def _kept_s(goal: PathPose) -> float:
-    """Likewise, within the robot's curvature; infinite if there is none."""
+    """Seconds along the chosen curve within the robot's curvature; infinite if there is none."""
     return _curve_s(goal, quickest_lengths(goal.point, goal.heading_rad, True, _terms(goal, TIGHTEST_1PM)))
 
 
 def _worthwhile_s(goal: PathPose) -> float:
-    """Likewise, by the choice that the method `cubic` makes."""
+    """Seconds along the curve that the method `cubic` chooses."""
     return _curve_s(goal, chosen_lengths(goal.point, goal.heading_rad, WAFFLE, _terms(goal, TIGHTEST_1PM)))
 
 
@@ -111,7 +111,7 @@ def _curve_s(goal: PathPose, lengths: tuple[float, float]) -> float:
 
 
 def _g2_s(goal: PathPose) -> float:
-    """By the path that is the quickest under the limits at hand; by itself `g2` minds accelerations, too."""
+    """Seconds along the quickest path of `g2` within these limits, without its own limits of acceleration."""
     return min(_path_s(path) for path in paths_by_g2(ORIGIN, goal, WAFFLE))
 
 
@@ -120,7 +120,7 @@ def _turning_s(goal: PathPose) -> float:
 
 
 def _path_s(path: PiecePath) -> float:
-    """Seconds along pieces, turns on the spot among them."""
+    """Seconds along pieces, turns on the spot included."""
     seconds = 0.0
     for piece in path.pieces:
         curvature = np.abs(piece.curvature_1pm + piece.sharpness_1pm2 * np.linspace(0.0, piece.length_m, PER_PIECE))

@@ -1,4 +1,4 @@
-"""The studied robot, a TurtleBot3 Waffle Pi under the maker's limits alone, and the goals that it is sent to."""
+"""Studied robot, a TurtleBot3 Waffle Pi with the maker's limits only, and the goals that it is sent to."""
 
 import math
 from typing import Final, NamedTuple
@@ -18,18 +18,18 @@ WAFFLE: Final = Traveller.of(TURTLEBOT3_WAFFLE_PI, PlanOptions())
 SPEED_MPS: Final = 0.26
 YAW_RADPS: Final = 1.82
 STUDY_TANGENT_M: Final = 10.0
-"""k_i = k_f of the study."""
+"""Tangent lengths k_i = k_f of the study."""
 
 
 class BodyCaps(NamedTuple):
-    """The study's limits: speed (m/s) and yaw rate (rad/s) apart, whatever the wheels, and no acceleration's."""
+    """Limits of the study: independent speed (m/s) and yaw rate (rad/s), and none of wheels or acceleration."""
 
     speed_mps: float
     yaw_radps: float
 
     @kernel
     def square_cap(self, curvature: float, _sharpness: float) -> float:
-        """The largest v² (m²/s²) at a curvature (1/m)."""
+        """Maximum v² (m²/s²) at a curvature (1/m)."""
         square = self.speed_mps**2
         if curvature > 0.0:
             square = min(square, (self.yaw_radps / curvature) ** 2)
@@ -37,7 +37,7 @@ class BodyCaps(NamedTuple):
 
     @kernel
     def spin_lever_m(self) -> float:
-        """The radius (m) at which a turn on the spot at the largest yaw rate is as fast as the largest speed."""
+        """Radius (m) at which a turn on the spot at the maximum yaw rate has the maximum speed."""
         return float(self.speed_mps / self.yaw_radps)
 
 
@@ -45,18 +45,18 @@ STUDY_CAPS: Final = Caps(SPEED_MPS, math.inf, math.inf, BodyCaps(SPEED_MPS, YAW_
 
 
 def goals_anywhere(count: int) -> list[PathPose]:
-    """So many goals spread evenly over a box of 10 m round the robot and all headings.
+    """Spread goals evenly over a box of 10 m around the robot and all headings.
 
     They are Halton's points ("On the efficiency of certain quasi-random sequences of points in evaluating
     multi-dimensional integrals", Numerische Mathematik 2, 1960) from the second on, the first being a corner. Medians
-    of 600 random goals differ by 0.3 s from draw to draw, more than what ways differ by.
+    of 600 random goals differ by 0.3 s from draw to draw, more than the methods differ.
     """
     points = qmc.Halton(3, scramble=False).fast_forward(1).random(count)
     return [PathPose(*row) for row in qmc.scale(points, (-5.0, -5.0, -math.pi), (5.0, 5.0, math.pi)).tolist()]
 
 
 def goals_ahead(count: int, nearest_m: float = 0.3) -> list[PathPose]:
-    """So many goals up to 8 m off, within 60° of straight ahead, with headings within 60° of the bearing."""
+    """Spread goals up to 8 m off, within 60° of straight ahead, with headings within 60° of the bearing."""
     rng = np.random.default_rng(5)
     goals: list[PathPose] = []
     while len(goals) < count:

@@ -1,4 +1,4 @@
-"""Trackers on cubic references: on the path, started off it, and started looking back."""
+"""Trackers on cubic references: started on the path, off it, and facing backward."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,7 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     quickest_lengths,
 )
 from touchline.services.planner.poses.speed_laws import CUBIC, UNIFORM, SpeedLaw, rates_over
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking.cubic_reference import SLOWER, timed_curve
 from touchline_research.tracking.studied_robot import (
     ORIGIN,
@@ -56,7 +56,7 @@ SLOWS_MPS: Final = (0.05, 0.01)
 """Further speeds v_ε of the regularised law, for comparison."""
 NEAREST_M: Final = 1.0
 STARTS: Final = {"on": (0.0, 0.0, 0.0), "off": (-0.15, 0.2, -0.6), "back": (-0.15, 0.2, 2.8)}
-"""By how much the robot starts off: forward and left (m), turned (rad)."""
+"""Initial errors: forward and left (m), heading (rad)."""
 SETTLED_M: Final = 0.02
 GROUND_TRUTH: Final = IDEAL._replace(most=(SPEED_MPS, YAW_RADPS))
 
@@ -64,20 +64,20 @@ CurveTo = Callable[[PathPose], CubicCurve]
 
 
 def by_study(goal: PathPose) -> CubicCurve:
-    """K = 10."""
+    """Create the study's curve, with k = 10."""
     return curve_of(ORIGIN, goal, (STUDY_TANGENT_M, STUDY_TANGENT_M))
 
 
 def by_distance(goal: PathPose) -> CubicCurve:
-    """K is the distance."""
+    """Create the curve with k as the distance."""
     return curve_of(ORIGIN, goal, (abs(goal.point), abs(goal.point)))
 
 
 def by_choice(goal: PathPose) -> CubicCurve:
-    """K as the cubic law is done soonest with, forward, within the robot's curvature.
+    """Create the quickest curve by the cubic law, forward, within the robot's curvature.
 
     Raises:
-        ValueError: There is none.
+        ValueError: There is no such curve.
     """
     tightest = CURVATURE_SHARE * WAFFLE.limits.curvature_max_1pm
     rates = rates_over(CUBIC, np.linspace(0.0, 1.0, FINE + 1))
@@ -90,12 +90,12 @@ def by_choice(goal: PathPose) -> CubicCurve:
 
 
 class TrackerBounds(NamedTuple):
-    """What a tracker must reach; NaN: not asked for.
+    """Targets of a tracker; NaN: no target.
 
     Attributes:
-        end_m: p95 of the distance at the end.
-        turned_deg: p95 of the heading's error there.
-        settled_s: Mean time until it is near for good, started off the path.
+        end_m: 95th percentile of the distance at the end.
+        turned_deg: 95th percentile of the heading error there.
+        settled_s: Mean time until it stays near, started off the path.
     """
 
     end_m: float
@@ -108,15 +108,15 @@ OURS: Final = TrackerBounds(0.003, 1.0, 3.5)
 
 @dataclass(frozen=True)
 class TrackerCase:
-    """A tracker, and what it is given to track.
+    """Tracker with its references.
 
     Attributes:
-        name: In the table.
-        law: Its gains.
-        curve_to: The reference's curve.
-        timing: By which that is driven.
-        disturbances: Of robot and measurements.
-        asked: None: for information.
+        name: Name in the table.
+        law: Tracking law with its gains.
+        curve_to: Creates the reference's curve.
+        timing: Speed law of the reference.
+        disturbances: Disturbances of robot and measurements.
+        asked: Targets; None: for information.
     """
 
     name: str
@@ -126,8 +126,8 @@ class TrackerCase:
     disturbances: Disturbances = STUDIED
     asked: TrackerBounds | None = None
 
-    def row(self, goals: Sequence[PathPose]) -> JudgedRow:
-        """Over all goals, each with noise of its own."""
+    def row(self, goals: Sequence[PathPose]) -> TargetRow:
+        """Track to all goals, each with its own noise."""
         references = [timed_curve(self.curve_to(goal), self.timing) for goal in goals]
         runs = {
             start: [
@@ -139,7 +139,7 @@ class TrackerCase:
         return _row(self.name, runs, self.asked)
 
 
-def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds | None) -> JudgedRow:
+def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds | None) -> TargetRow:
     on, off, back = (runs[start] for start in STARTS)
     rms_m = float(np.sqrt(np.mean(np.concatenate([np.square(run.distance_m) for run in on]))))
     end_m = float(np.percentile([run.distance_m[-1] for run in on], 95.0))
@@ -148,9 +148,9 @@ def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds 
     turning, turning_off = _most(on, 1), _most(off, 1)
     settled_s = float(np.mean([settled_after_s(run) for run in off]))
     right = sum(looks_ahead(run) for run in back)
-    told: list[tuple[str, bool]] = []
+    targets: list[tuple[str, bool]] = []
     if asked:
-        told = [
+        targets = [
             (f"at T p95 ≤ {1e2 * asked.end_m:g} cm, {asked.turned_deg:g}°",
              end_m <= asked.end_m and turned_deg <= asked.turned_deg),
             (f"|ω| ≤ {YAW_RADPS} rad/s, on the path and off it", max(turning, turning_off) <= YAW_RADPS),
@@ -177,7 +177,7 @@ def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds 
         "asked_off_radps": turning_off,
         "looks_ahead": right,
     }
-    return JudgedRow(cells, *judged(told), figures)
+    return TargetRow(cells, *against_targets(targets), figures)
 
 
 COLUMNS: Final = (
@@ -197,18 +197,18 @@ def _most(runs: Sequence[Tracked], column: int) -> float:
 
 
 def settled_after_s(run: Tracked) -> float:
-    """From when on it stays within SETTLED_M of the reference; if it never does, the time it was driven."""
+    """Time (s) from which it stays within SETTLED_M of the reference; if it never does, the whole duration."""
     away = np.flatnonzero(run.distance_m > SETTLED_M)
     return STEP_S * float(away[-1] + 1 if len(away) else 0)
 
 
 def looks_ahead(run: Tracked) -> bool:
-    """True if it ends with the reference's heading, within a right angle."""
+    """True if a run ends within a right angle of the reference's heading."""
     return math.cos(run.errors[-1, 2]) > 0.0
 
 
-def set_up_of_the_study(count: int) -> JudgedTable:
-    """The study's own: its curves, its tracker, ground truth; and ours under the same conditions."""
+def set_up_of_the_study(count: int) -> TargetTable:
+    """Table of the study's set-up: its curves, its tracker, ground truth; and ours under the same conditions."""
     cases = (
         TrackerCase("the study: k = 10, linear, uniform law", LAWS["linear"], by_study, UNIFORM, GROUND_TRUTH),
         TrackerCase("the study: k = 10, linear, cubic law", LAWS["linear"], by_study, CUBIC, GROUND_TRUTH),
@@ -223,11 +223,11 @@ def set_up_of_the_study(count: int) -> JudgedTable:
         f"durations ({SLOWER} times the least) and limits ({SPEED_MPS} m/s, {YAW_RADPS} rad/s) that it does not give."
     )
     title = f"The study's set-up: {count} goals ahead, 1 to 8 m off, ground truth, no noise, 50 Hz"
-    return JudgedTable(title, COLUMNS, tuple(case.row(goals) for case in cases), note)
+    return TargetTable(title, COLUMNS, tuple(case.row(goals) for case in cases), note)
 
 
-def disturbed(count: int) -> JudgedTable:
-    """All trackers under the same disturbances."""
+def disturbed(count: int) -> TargetTable:
+    """Table of all trackers under the same disturbances."""
     cases = [TrackerCase(name, law) for name, law in LAWS.items() if name != "regularised"]
     cases += [TrackerCase(f"regularised, v_ε {v:g} m/s", RegularisedLaw(A_RADPS, ZETA, v)) for v in SLOWS_MPS]
     cases.append(TrackerCase(f"ours: regularised, v_ε {SLOW_MPS:g} m/s", LAWS["regularised"], asked=OURS))
@@ -239,4 +239,4 @@ def disturbed(count: int) -> JudgedTable:
         f"{SPEED_MPS} m/s at first; what they must not ask for is more than {YAW_RADPS} rad/s."
     )
     title = f"Trackers under disturbances: {count} goals ahead, 1 to 8 m off"
-    return JudgedTable(title, COLUMNS, tuple(case.row(goals) for case in cases), note)
+    return TargetTable(title, COLUMNS, tuple(case.row(goals) for case in cases), note)

@@ -1,4 +1,4 @@
-"""The tracking study's pictures: paths with k = 10 and with chosen k, two trackers over time, domains of attraction."""
+"""Pictures of the tracking study: paths with k = 10 and with chosen k, two trackers, and domains of attraction."""
 
 import math
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ def save_pictures(found: Mapping[str, Domain], folder: Path) -> list[Path]:
     """Write all pictures to `folder`; returns the files.
 
     Raises:
-        OSError: One cannot be written.
+        OSError: A file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths, commands, attracted = (folder / f"tracking-{name}.png" for name in ("paths", "commands", "attraction"))
@@ -50,7 +50,7 @@ def save_pictures(found: Mapping[str, Domain], folder: Path) -> list[Path]:
 
 
 def plot_paths(path: Path) -> None:
-    """Cubic curves to some goals, with the study's tangents and with chosen ones."""
+    """Plot cubic curves to some goals, with the study's tangents and with chosen ones."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
@@ -78,7 +78,7 @@ def _arrow(axes: "Axes", pose: PathPose, colour: str) -> None:
 
 
 def plot_commands(path: Path) -> None:
-    """Errors and yaw rates asked for over time, of the linear and the regularised law under the same disturbances."""
+    """Plot errors and commanded yaw rates of the linear and the regularised law under the same disturbances."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 6.6), layout="constrained")
@@ -100,7 +100,7 @@ def plot_commands(path: Path) -> None:
 
 
 def plot_attraction(found: Mapping[str, Domain], path: Path) -> None:
-    """After how long each law comes to its reference, by where it starts."""
+    """Plot the time until each law reaches its reference over the start."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""A small closed loop for tracking laws: a unicycle, ideal or disturbed, and a reference that moves by time."""
+"""Closed loop for tracking laws: a unicycle, ideal or disturbed, and a timed reference."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ Steer = Callable[[TrackingErrors, Wanted], Twist]
 
 STEP_S = 0.02
 SUBSTEPS = 4
-"""Of the robot in a step of the control: with their midpoint rule the path is exact to a hundredth of a millimetre."""
+"""Steps of the robot per control step; with the midpoint rule the path is exact to a hundredth of a millimetre."""
 
 
 class TimedReference(NamedTuple):
-    """A reference, sampled every STEP_S.
+    """Reference, sampled every STEP_S.
 
     Attributes:
         poses: (n, 3) x, y [m] and heading [rad, unwrapped].
-        speed_mps: (n,) forward.
-        yaw_rate_radps: (n,).
+        speed_mps: (n,) forward speed.
+        yaw_rate_radps: (n,) yaw rate.
         acceleration_mps2: (n,) derivative of the speed.
     """
 
@@ -44,15 +44,15 @@ class TimedReference(NamedTuple):
 
 
 class Disturbances(NamedTuple):
-    """What is wrong with the robot and with what it sees; nothing by default.
+    """Disturbances of the robot and its measurements; none by default.
 
     Attributes:
-        lag_s: Time constant of its actuators.
-        speed_gain: Share of the commanded speed that it drives.
-        yaw_rate_gain: Likewise.
+        lag_s: Time constant of the actuators.
+        speed_gain: Ratio of true to commanded speed.
+        yaw_rate_gain: Ratio of true to commanded yaw rate.
         position_m: White noise of the measured position, 1 σ per axis.
-        heading_rad: And of the heading.
-        most: Largest speed [m/s] and yaw rate [rad/s], scaled down together.
+        heading_rad: White noise of the measured heading, 1 σ.
+        most: Maximum speed [m/s] and yaw rate [rad/s]; commands are scaled down together.
     """
 
     lag_s: float = 0.0
@@ -65,15 +65,15 @@ class Disturbances(NamedTuple):
 
 IDEAL = Disturbances()
 STUDIED = Disturbances(0.1, 0.98, 1.03, 0.005, float(np.radians(0.3)), (0.26, 1.82))
-"""Those that the trackers are compared under, on a TurtleBot3 Waffle Pi."""
+"""Disturbances for the comparison of trackers, on a TurtleBot3 Waffle Pi."""
 
 
 class Tracked(NamedTuple):
-    """A run of the loop.
+    """Record of a run of the loop.
 
     Attributes:
         errors: (n, 3) true e₁, e₂ [m] and e₃ [rad] at each step.
-        commands: (n, 2) speed [m/s] and yaw rate [rad/s] that were asked for.
+        commands: (n, 2) commanded speed [m/s] and yaw rate [rad/s].
     """
 
     errors: Floats
@@ -81,12 +81,12 @@ class Tracked(NamedTuple):
 
     @property
     def distance_m(self) -> Floats:
-        """(n,) from the reference."""
+        """Distances (n,) from the reference."""
         return np.asarray(np.hypot(self.errors[:, 0], self.errors[:, 1]))
 
 
 def driven_reference(speed_mps: Floats, yaw_rate_radps: Floats, start: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Floats:
-    """(n, 3) poses of a unicycle that moves by speeds and yaw rates (n,), by Simpson's rule between the samples."""
+    """Integrate poses (n, 3) of a unicycle from speeds and yaw rates (n,), by Simpson's rule between samples."""
     heading = start[2] + np.concatenate(([0.0], np.cumsum(0.5 * STEP_S * (yaw_rate_radps[1:] + yaw_rate_radps[:-1]))))
     turned = 0.125 * STEP_S * (yaw_rate_radps[:-1] - yaw_rate_radps[1:])
     middle, pace = 0.5 * (heading[1:] + heading[:-1]) + turned, 0.5 * (speed_mps[1:] + speed_mps[:-1])
@@ -102,7 +102,7 @@ def driven_reference(speed_mps: Floats, yaw_rate_radps: Floats, start: tuple[flo
 def reference_of(
     speed: Callable[[Floats], Floats], yaw_rate: Callable[[Floats], Floats], duration_s: float
 ) -> TimedReference:
-    """The reference that moves by a speed [m/s] and a yaw rate [rad/s], both functions of the time [s]."""
+    """Create the reference of a speed [m/s] and a yaw rate [rad/s], both functions of the time [s]."""
     t: Floats = np.arange(round(duration_s / STEP_S) + 1, dtype=np.float64) * STEP_S
     v, w = speed(t), yaw_rate(t)
     change = np.diff(v) / STEP_S
@@ -111,7 +111,7 @@ def reference_of(
 
 
 def by_law(law: Any) -> Steer:
-    """A tracking law at the start of a motion."""
+    """Create the steering function of a tracking law at the start of a motion."""
     memory = np.zeros(LAW_MEMORY)
 
     def steered(errors: TrackingErrors, wanted: Wanted) -> tuple[float, float]:
@@ -128,14 +128,14 @@ def track_reference(
     disturbances: Disturbances = IDEAL,
     seed: int = 0,
 ) -> Tracked:
-    """Let a unicycle track a reference.
+    """Simulate a unicycle that tracks a reference.
 
     Args:
-        steered: The tracker.
-        reference: To be tracked.
-        offset: By which the robot starts off the reference, in its frame: forward and left [m], turned [rad].
-        disturbances: Of robot and measurements.
-        seed: Of the noise.
+        steered: Tracker.
+        reference: Reference to track.
+        offset: Initial error in the frame of the reference: forward and left [m], heading [rad].
+        disturbances: Disturbances of robot and measurements.
+        seed: Seed of the noise.
     """
     count = len(reference.poses)
     noise = np.random.default_rng(seed).normal(size=(count, 3))

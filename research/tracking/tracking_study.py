@@ -1,10 +1,10 @@
-"""The study of cubic paths and trajectory tracking, run: every table, on many goals or on few."""
+"""Study of cubic paths and trajectory tracking: all tables, on many goals or on few."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from touchline_research.judged_table import JudgedTable
+from touchline_research.target_table import TargetTable
 from touchline_research.tracking.attraction import Domain, attraction, domains
 from touchline_research.tracking.dubins_speeds import dubins_speeds
 from touchline_research.tracking.least_times import least_times
@@ -15,15 +15,15 @@ Progress = Callable[[str, float], None]
 
 
 class Counts(NamedTuple):
-    """On how much each table is measured.
+    """Extent of the measurements of each table.
 
     Attributes:
-        anywhere: Goals for the least times.
-        ahead: Goals for the turning.
-        tracked: Goals for the trackers.
-        paths: Dubins paths for the speed laws.
-        headings: Initial headings for the domains of attraction.
-        offsets: And distances.
+        anywhere: Number of goals for the minimum times.
+        ahead: Number of goals for the winding.
+        tracked: Number of goals for the trackers.
+        paths: Number of Dubins paths for the speed laws.
+        headings: Number of initial headings for the domains of attraction.
+        offsets: Number of initial offsets for them.
     """
 
     anywhere: int = 600
@@ -40,18 +40,18 @@ QUICK: Final = Counts(60, 60, 5, 80, 9, 3)
 
 @dataclass(frozen=True)
 class TrackingStudy:
-    """Every table, and what the plots need."""
+    """Results: all tables, and the data of the plots."""
 
-    tables: tuple[JudgedTable, ...]
+    tables: tuple[TargetTable, ...]
     domains: Mapping[str, Domain]
 
 
 def run_tracking_study(counts: Counts = FULL, progress: Progress = lambda what, done: None) -> TrackingStudy:
-    """All of it.
+    """Run the study.
 
     Args:
-        counts: On how much.
-        progress: Told what is being measured, and the fraction of it that is done.
+        counts: Extent of the measurements.
+        progress: Called with the current measurement and the fraction of it that is done.
     """
     progress("least times", 0.0)
     tables = [least_times(counts.anywhere)]

@@ -1,4 +1,4 @@
-"""By how much cubic curves turn in all on the way to goals ahead: with long tangents they wind."""
+"""Total turn of cubic curves to goals ahead: with long tangents they wind."""
 
 import math
 
@@ -7,16 +7,16 @@ import numpy as np
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.poses.cubic_path import CubicPath, curve_of
 from touchline.services.planner.poses.kernels.cubic_curve import tangent
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking.studied_robot import ORIGIN, STUDY_TANGENT_M, WAFFLE, goals_ahead
 
-# How finely the headings of a curve are added up.
+# Samples of a curve for the sum of its turns.
 FINE_HEADINGS = 20_000
 WOUND_DEG, MOST_DEG = 200.0, 150.0
 
 
-def winding(count: int) -> JudgedTable:
-    """The table, over so many goals."""
+def winding(count: int) -> TargetTable:
+    """Create the table over a number of goals."""
     goals = goals_ahead(count)
     rows = (
         _row("k = 10: the study", np.array([_given_deg(goal, STUDY_TANGENT_M) for goal in goals]), ours=False),
@@ -24,15 +24,17 @@ def winding(count: int) -> JudgedTable:
         _row("ours: chosen k", np.array([_chosen_deg(goal) for goal in goals]), ours=True),
     )
     title = f"Turning on the way to {count} goals 0.3 to 8 m off, bearing within ±60°, heading within ±60° of that"
-    return JudgedTable(title, ("path", "median", "most", f"more than {WOUND_DEG:.0f}°"), rows)
+    return TargetTable(title, ("path", "median", "most", f"more than {WOUND_DEG:.0f}°"), rows)
 
 
-def _row(name: str, turned_deg: Floats, *, ours: bool) -> JudgedRow:
+def _row(name: str, turned_deg: Floats, *, ours: bool) -> TargetRow:
     median, most = float(np.median(turned_deg)), float(turned_deg.max())
     wound = float(np.mean(turned_deg > WOUND_DEG))
     asked = [(f"≤ {MOST_DEG:.0f}° in all", most <= MOST_DEG)]
     figures = {"median_deg": median, "most_deg": most, "wound_share": wound}
-    return JudgedRow((name, f"{median:.0f}°", f"{most:.0f}°", f"{wound:.0%}"), *judged(asked if ours else []), figures)
+    return TargetRow(
+        (name, f"{median:.0f}°", f"{most:.0f}°", f"{wound:.0%}"), *against_targets(asked if ours else []), figures
+    )
 
 
 def _given_deg(goal: PathPose, tangent_m: float) -> float:

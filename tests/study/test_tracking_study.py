@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from tests.command import app
 from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.poses.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
-from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
 from touchline.services.planner.poses.shipped_methods import BEARING
-from touchline_research.judged_table import JudgedRow, JudgedTable, judged
+from touchline.services.planner.poses.speed_laws import CUBIC, QUINTIC, UNIFORM
+from touchline_research.target_table import TargetRow, TargetTable, against_targets
 from touchline_research.tracking import tracking_study
 from touchline_research.tracking.cubic_reference import SLOWER, timed_curve
 from touchline_research.tracking.studied_robot import (
@@ -44,7 +44,7 @@ def study() -> TrackingStudy:
     return result
 
 
-def row(study: TrackingStudy, table: int, begins: str) -> JudgedRow:
+def row(study: TrackingStudy, table: int, begins: str) -> TargetRow:
     return next(each for each in study.tables[table].rows if each.cells[0].startswith(begins))
 
 
@@ -162,13 +162,15 @@ def test_law4_is_slow_in_turns_to_either_side_and_gathers_speed_by_its_accelerat
     assert SLOW_MPS < left.max() <= FAST_MPS
 
 
-def table_of(*asked: tuple[str, bool]) -> JudgedTable:
-    return JudgedTable("what", ("name", "figure"), (JudgedRow(("a", "1 s")), JudgedRow(("b", "2 s"), *judged(asked))))
+def table_of(*asked: tuple[str, bool]) -> TargetTable:
+    return TargetTable(
+        "what", ("name", "figure"), (TargetRow(("a", "1 s")), TargetRow(("b", "2 s"), *against_targets(asked)))
+    )
 
 
 def test_a_row_is_met_if_all_that_is_asked_is() -> None:
-    assert judged([]) == ("", None)
-    assert judged([("≤ 1", True), ("≥ 0", False)]) == ("≤ 1, ≥ 0", False)
+    assert against_targets([]) == ("", None)
+    assert against_targets([("≤ 1", True), ("≥ 0", False)]) == ("≤ 1, ≥ 0", False)
     assert not table_of(("≤ 2", True)).missed
     assert table_of(("≤ 1", False)).missed
     assert table_of(("|x| ≤ 1", False)).markdown().splitlines()[-1] == "| b | 2 s | \\|x\\| ≤ 1 | NO |"

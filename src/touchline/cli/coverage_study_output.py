@@ -11,7 +11,7 @@ from touchline.cli.study_output import as_text, exit_if_missed, print_tables, wr
 
 if TYPE_CHECKING:
     from touchline_research.coverage_study import CoverageRow
-    from touchline_research.judged_table import JudgedTable
+    from touchline_research.target_table import TargetTable
 
 COLUMNS = ("", "of the field", "of the reachable (planned)", "min", "cusps", "drum p95", "body outside")
 STEM = "coverage-study"
@@ -37,11 +37,11 @@ def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
     exit_if_missed([table])
 
 
-def _table(rows: "list[CoverageRow]") -> "JudgedTable":
-    from touchline_research.judged_table import JudgedRow, JudgedTable
+def _table(rows: "list[CoverageRow]") -> "TargetTable":
+    from touchline_research.target_table import TargetRow, TargetTable
 
-    judged = tuple(JudgedRow(_cells(row), row.must, row.met) for row in rows)
-    return JudgedTable("Covering 93 × 47.6 m with a roller", COLUMNS, judged)
+    judged = tuple(TargetRow(_cells(row), row.must, row.met) for row in rows)
+    return TargetTable("Covering 93 × 47.6 m with a roller", COLUMNS, judged)
 
 
 def _cells(row: "CoverageRow") -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from touchline.cli.options import ExitCode
 from touchline.recordings.writing import write_text, writing
 
 if TYPE_CHECKING:
-    from touchline_research.judged_table import JudgedTable
+    from touchline_research.target_table import TargetTable
 
 _STYLES = {True: "green", False: "bold red", None: "dim"}
 
@@ -36,7 +36,7 @@ def as_text(content: object) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write_tables(tables: "Sequence[JudgedTable]", text: str, folder: Path, stem: str) -> None:
+def write_tables(tables: "Sequence[TargetTable]", text: str, folder: Path, stem: str) -> None:
     """Write the tables as Markdown and `text` as JSON to a folder."""
     with writing(folder, "folder"):
         folder.mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ def write_tables(tables: "Sequence[JudgedTable]", text: str, folder: Path, stem:
 
 
 def deliver_study(
-    tables: "Sequence[JudgedTable]",
+    tables: "Sequence[TargetTable]",
     save_pictures: "Callable[[Path], Sequence[Path]]",
     places: StudyPlaces,
     stem: str,
@@ -76,7 +76,7 @@ def deliver_study(
     exit_if_missed(tables)
 
 
-def print_tables(tables: "Sequence[JudgedTable]") -> None:
+def print_tables(tables: "Sequence[TargetTable]") -> None:
     """Print the tables on the terminal, with the verdicts in colour."""
     for judged in tables:
         table = Table(title=judged.title, title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
@@ -90,7 +90,7 @@ def print_tables(tables: "Sequence[JudgedTable]") -> None:
             print_line(judged.note)
 
 
-def exit_if_missed(tables: "Sequence[JudgedTable]") -> None:
+def exit_if_missed(tables: "Sequence[TargetTable]") -> None:
     """End with exit code 1 if a row misses its requirement."""
     if any(table.missed for table in tables):
         raise typer.Exit(ExitCode.FAILED)
