@@ -130,3 +130,10 @@ def test_how_far_the_body_keeps_inside_is_that_of_its_nearest_place() -> None:
     assert body_outside_m(paths, ROLLER, PAN) == pytest.approx(-(23.8 - 22.0 - 1.1))
     beyond = PiecePath(PathPose(-40.0, 22.9, 0.0), (Piece(60.0),))
     assert body_outside_m([*paths, beyond], ROLLER, PAN) == pytest.approx(22.9 + 1.1 - 23.8)
+
+
+def test_ground_beside_the_places_of_a_body_is_not_reached() -> None:
+    """At one heading the two have an edge in common, which is no area."""
+    body = [(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)]
+    free, beside = shapely.box(0.0, 0.0, 10.0, 10.0), shapely.box(9.5, 0.0, 12.0, 10.0)
+    assert reachable(free, free, body, (0.0, 0.0), 0.5, home=beside).area == 0.0

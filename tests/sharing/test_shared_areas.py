@@ -9,6 +9,7 @@ import shapely
 
 from touchline.checking.check_session import check_recording
 from touchline.cli.choices import load_vehicle
+from touchline.core.robust_overlay import as_area
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
 from touchline.jobs.shared.assignment import AssignmentStatus, assignments
 from touchline.jobs.shared.remaining_ground import RemainingGround
@@ -24,7 +25,6 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, LineSpec, Polygon, Template, TemplateSegment
-from touchline.services.planner.coverage.shapes import as_area
 
 LONG_M, WIDE_M = 30.0, 20.0
 CORNERS = ((0.0, 0.0), (LONG_M, 0.0), (LONG_M, WIDE_M), (0.0, WIDE_M))

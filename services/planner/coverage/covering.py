@@ -8,7 +8,7 @@ from itertools import count, groupby
 import shapely
 
 from touchline.core.missed_patches import patches
-from touchline.core.robust_overlay import difference, intersection
+from touchline.core.robust_overlay import as_area, difference, intersection
 from touchline.core.tool_reach import free_ground
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
@@ -18,7 +18,6 @@ from touchline.services.planner.coverage.area_method import CoverageMethod, area
 from touchline.services.planner.coverage.between_areas import CoveredArea, linked, standing_machine
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.coverage.swept_area import body_outside_m, swept, swept_twice
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
 from touchline.services.planner.given_pose import START, pose_of

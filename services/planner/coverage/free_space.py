@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from touchline.core.robust_overlay import buffer, intersection, union
+from touchline.core.robust_overlay import as_area, buffer, intersection, union
 from touchline.core.tool_reach import free_ground, headings_rad, places
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.kernels.wall_clearance import Walls
-from touchline.services.planner.coverage.shapes import Area, as_area
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.coverage.swept_area import body_at
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from touchline.core.robust_overlay import buffer, intersection
+from touchline.core.robust_overlay import as_area, buffer, intersection
 from touchline.core.tool_reach import reachable
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
@@ -26,7 +26,7 @@ from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room,
 from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
 from touchline.services.planner.coverage.setting_out import departures, set_out
-from touchline.services.planner.coverage.shapes import Area, as_area
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_transition import ZONE_M, TransitionFinder
 from touchline.services.planner.coverage.touch_up import places, touched_up

@@ -11,13 +11,6 @@ from touchline.services.planner.geometry.clothoid import Floats
 Area = shapely.Polygon | shapely.MultiPolygon
 
 
-def as_area(shape: BaseGeometry) -> Area:
-    """Drop the lines and points of a shape, which come from touching polygons."""
-    if isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
-        return shape
-    return shapely.MultiPolygon([part for part in shapely.get_parts(shape) if isinstance(part, shapely.Polygon)])
-
-
 def extents(shape: BaseGeometry, more_than_m2: float = 0.0) -> list[tuple[float, float]]:
     """Intervals along x (m) that the pieces of a shape cover, ascending, overlapping ones merged.
 

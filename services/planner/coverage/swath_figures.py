@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import shapely
 
 from touchline.core.missed_patches import patches
-from touchline.core.robust_overlay import buffer, difference, intersection
+from touchline.core.robust_overlay import as_area, buffer, difference, intersection
 from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
@@ -14,7 +14,6 @@ from touchline.schemas.swath_ids import area_id_of, line_id_of
 from touchline.schemas.template import Area
 from touchline.services.planner.collision.checker import MARGIN_M
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
-from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.coverage.swept_area import body_outside_m, swept, swept_twice
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan_task import PlanTask

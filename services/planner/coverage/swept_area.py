@@ -7,9 +7,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.core.robust_overlay import buffer, difference, intersections, union
+from touchline.core.robust_overlay import as_area, buffer, difference, intersections, union
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
-from touchline.services.planner.coverage.shapes import Area, as_area
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
 # Sampling of the tool along bends (m): the chord error of its ends is below a tenth of a millimetre.

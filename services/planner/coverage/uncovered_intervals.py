@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 import shapely
 
-from touchline.core.robust_overlay import intersection
-from touchline.services.planner.coverage.shapes import Area, as_area, turned
+from touchline.core.robust_overlay import as_area, intersection
+from touchline.services.planner.coverage.shapes import Area, turned
 from touchline.services.planner.geometry.clothoid import PathPose
 
 GAP_M: Final = 12.0

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from touchline.core.robust_overlay import buffer, intersection
+from touchline.core.robust_overlay import as_area, buffer, intersection
 from touchline.schemas.template import Area, Template
 from touchline.services.planner.coverage.shapes import Area as Ground
-from touchline.services.planner.coverage.shapes import as_area, turned
+from touchline.services.planner.coverage.shapes import turned
 
 Grounds = Mapping[str, Ground]
 """Parts of areas by area id (m, map frame)."""

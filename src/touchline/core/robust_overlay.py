@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    import shapely
     from shapely.geometry.base import BaseGeometry
 
 GRIDS_M: Final = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
@@ -43,6 +44,15 @@ def intersection(first: BaseGeometry, second: BaseGeometry) -> BaseGeometry:
     import shapely
 
     return _of_two(shapely.intersection, first, second)
+
+
+def as_area(shape: BaseGeometry) -> shapely.Polygon | shapely.MultiPolygon:
+    """Drop the lines and points of a shape, which come from touching polygons."""
+    import shapely
+
+    if isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
+        return shape
+    return shapely.MultiPolygon([part for part in shapely.get_parts(shape) if isinstance(part, shapely.Polygon)])
 
 
 def difference(first: BaseGeometry, second: BaseGeometry) -> BaseGeometry:

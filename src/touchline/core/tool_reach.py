@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.robust_overlay import buffer, difference, intersection, union, union_of_two
+from touchline.core.robust_overlay import as_area, buffer, difference, intersection, union, union_of_two
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -53,7 +53,7 @@ def _within_reach(
     parts = []
     for heading in headings_rad():
         at = _places(free, outline, heading)
-        at = at if home is None else intersection(at, home)
+        at = at if home is None else as_area(intersection(at, home))
         parts.append(_tool_over(at, heading, tool, 0.5 * width_m))
     return union(parts)
 

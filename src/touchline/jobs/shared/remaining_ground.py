@@ -8,7 +8,7 @@ from typing import Any, Final, Self
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from touchline.core.robust_overlay import buffer, difference, intersection, union
+from touchline.core.robust_overlay import as_area, buffer, difference, intersection, union
 from touchline.core.tool_reach import free_ground, reachable
 from touchline.jobs.shared.assignment import AssignmentStatus
 from touchline.jobs.shared.remaining_work import Floats, Progress, RemainingWork, round_standing
@@ -18,7 +18,6 @@ from touchline.jobs.shared.unfinished_lines import Standing
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.shapes import Area as Ground
-from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, size_m2, wide_parts

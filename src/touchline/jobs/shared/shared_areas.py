@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from scipy.optimize import linear_sum_assignment
 
-from touchline.core.robust_overlay import intersection, union
+from touchline.core.robust_overlay import as_area, intersection, union
 from touchline.fleet.traffic.timetable import timetable
 from touchline.jobs.shared.shared_job import (
     APART_M,
@@ -29,7 +29,6 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.coverage.lanes import lane_angle
-from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.plan_task import Company, PlanTask
