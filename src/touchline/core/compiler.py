@@ -43,7 +43,6 @@ _SCALAR_TYPES: Final = {
 }
 _RESULTS: Final = {
     types.int64: "int64",
-    types.uint64: "int64",
     types.boolean: "bool",
     types.float64: "float64",
     types.complex128: "complex128",

@@ -17,7 +17,7 @@ from typing import Any
 from touchline.core import kernel_store
 from touchline.core.compilations import compiling
 from touchline.core.kernel_arguments import Tree, UnsupportedArgumentError, makeup, tree_of
-from touchline.core.kernel_calls import Run, call_from_anywhere, call_from_one_place
+from touchline.core.kernel_calls import MISS, Run, made_call
 from touchline.core.kernel_code import load
 from touchline.core.kernel_function import ClassFunction, KernelFunction
 
@@ -65,6 +65,7 @@ class Kernel(KernelFunction):
         super().__init__(function, counting=counting, locked=locked)
         update_wrapper(self, function)
         self.prepared: dict[Any, Callable[..., Any]] = {}
+        self._recent: Callable[..., Any] = lambda *_: MISS
         self._codes: dict[Any, _Code] = {}
         self._parameters = function.__code__.co_argcount
 
@@ -78,31 +79,38 @@ class Kernel(KernelFunction):
             bound = inspect.signature(self.py_func).bind(*arguments, **named)
             bound.apply_defaults()
             arguments = bound.args
+        value = self._recent(*arguments)
+        if value is not MISS:
+            return value
+        for call in list(self.prepared.values()):
+            value = call(*arguments)
+            if value is not MISS:
+                self._recent = call
+                return value
         key = makeup(arguments)
-        call = self.prepared.get(key)
-        if call is None:
-            call = self.prepared[key] = self._shared(key, arguments)
-        return call(*arguments)
+        self._recent = self.prepared[key] = self._prepared(key, arguments)
+        return self._recent(*arguments)
 
     def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """A function for arguments of these types, to be called many times with the like, in one thread at a time.
+        """A function for arguments of these types, to be called many times with the like.
 
         It does not look at types any more, which takes as long as a short kernel: give it nothing else, and arrays of
-        the same layout in memory. What is the same object as in its last call it takes for unchanged.
+        the same layout in memory.
         """
         try:
             run, trees, result = self._code(makeup(arguments), arguments)
         except UnsupportedArgumentError:
             return self._by_numba()
-        return call_from_one_place(run, trees, result)
+        return made_call(run, trees, result)
 
-    def _shared(self, key: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """The function for calls from anywhere."""
+    def _prepared(self, key: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        """The function for arguments of this makeup, which looks at their types."""
         try:
             run, trees, result = self._code(key, arguments)
         except UnsupportedArgumentError:
-            return self._by_numba()
-        return call_from_anywhere(run, trees, result)
+            by_numba = self._by_numba()
+            return lambda *given: by_numba(*given) if makeup(given) == key else MISS
+        return made_call(run, trees, result, key[1:])
 
     def _code(self, key: Any, arguments: tuple[Any, ...]) -> _Code:
         """The code for arguments of this makeup, loaded or else compiled."""

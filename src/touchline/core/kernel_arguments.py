@@ -81,6 +81,8 @@ def tree_of(value: Any) -> Tree:
     """
     if isinstance(value, np.ndarray) and value.ndim > 0:
         flags = value.flags
+        if not flags.aligned:
+            raise UnsupportedArgumentError("a kernel is given an array that is not aligned")
         return ArrayType(value.dtype, value.ndim, "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A")
     if isinstance(value, tuple):
         return TupleType(type(value), tuple(map(tree_of, value)))

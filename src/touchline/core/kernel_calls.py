@@ -9,73 +9,93 @@ import ctypes
 import struct
 import weakref
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from touchline.core.kernel_arguments import FORMATS, ArrayType, RecordType, Tree, TupleType, width
+from touchline.core.kernel_arguments import FORMATS, ArrayType, RecordType, Tree, TupleType, makeup, width
 from touchline.core.kernel_code import failure
 
 Run = Callable[[int], int | None]
 Words = tuple[str, list[str]]
+#: Arrays of more are not held between calls.
+_HELD_BYTES: Final = 4096
 
 
-def call_from_anywhere(run: Run, arguments: Sequence[Tree], result: Tree) -> Callable[..., Any]:
+MISS: Final = object()
+"""What a call returns that is made for arguments of other types."""
+
+
+def made_call(run: Run, arguments: Sequence[Tree], result: Tree, makeups: Sequence[Any] = ()) -> Callable[..., Any]:
     """A function that calls the code, from any thread.
+
+    A tuple or record that is the same object as in the last call is taken for unchanged, and not looked at again.
 
     Args:
         run: The code.
-        arguments: Their types; the function takes no others.
+        arguments: Their types.
         result: Its type.
+        makeups: Those of the arguments; the function then returns MISS if it is given others. Without them it takes
+            the types for granted.
     """
     text = _Text()
-    given = [f"a{i}" for i in range(len(arguments))]
-    packed = [text.words(tree, name) for tree, name in zip(arguments, given, strict=True)]
-    first = sum(map(width, arguments))
-    text.add("block = free.pop() if free else new()", "memory, address = block", *text.taken)
-    words = [word for _, each in packed for word in each]
-    text.add(f"{text.packer(''.join(form for form, _ in packed))}(memory, 0, {', '.join(words)})")
-    text.add("error = run(address)", "if error: raise failure(error)")
-    text.add(f"value = {text.value(result, 8 * first)}", "free.append(block)", "return value")
-    size = 8 * max(first + width(result), 1)
-    return text.function(", ".join(given), run=run, free=[], new=lambda: _block(size))
-
-
-def call_from_one_place(run: Run, arguments: Sequence[Tree], result: Tree) -> Callable[..., Any]:
-    """As `call_from_anywhere`, for one thread at a time.
-
-    An argument that is the same object as in the last call is taken for unchanged, and not looked at again.
-    """
-    text = _Text()
+    guards: list[str] = []
+    last = 2  # in the block, behind memory and address
+    fresh = _Put(0)
     at = 0
     for i, tree in enumerate(arguments):
-        if width(tree):
-            text.taken = []
-            form, words = text.words(tree, f"a{i}")
-            body = [*text.taken, f"{text.packer(form)}(memory, {8 * at}, {', '.join(words)})"]
-            # Of an array that nobody may write there is a copy, which would not follow its owner's changes.
-            text.add(f"if a{i} is not last[{i}]:", "    kept = ()", *(f"    {line}" for line in body))
-            text.add(f"    last[{i}], copies[{i}] = (last if kept else a{i}), kept")
+        name, kept = f"a{i}", isinstance(tree, TupleType | ArrayType)
+        if makeups:
+            guard = text.guard(name, makeups[i], tree)
+            guards.append(f"({name} is block[{last}] or {guard})" if kept else guard)
+        if kept and width(tree):
+            text.put(fresh)
+            fresh = _Put(at + width(tree))
+            text.put(_Put(at, *text.words(tree, name)), name, last)
+        else:
+            form, words = text.words(tree, name)
+            fresh = fresh._replace(form=fresh.form + form, words=[*fresh.words, *words])
+        last += kept
         at += width(tree)
-    text.add("error = run(address)", "if error: raise failure(error)")
-    text.add(f"return {text.value(result, 8 * at)}")
-    memory, address = _block(8 * max(at + width(result), 1))
-    none = [None] * len(arguments)
+    text.put(fresh)
+    packing = text.body()
+    text.add("block = free.pop() if free else new()")
+    if guards:
+        text.add(f"if not ({' and '.join(guards)}):", "    free.append(block)", "    return miss")
+    text.add(*packing, "error = run(block[1])", "if error: raise failure(error)")
+    text.add(f"value = {text.value(result, 8 * at)}", "free.append(block)", "return value")
+    size = 8 * max(at + width(result), 1)
+
+    def new() -> list[Any]:
+        memory = ctypes.create_string_buffer(size)
+        block: list[Any] = [memory, ctypes.addressof(memory)]
+        return block + [block] * (last - 2)
+
     given = ", ".join(f"a{i}" for i in range(len(arguments)))
-    return text.function(given, run=run, memory=memory, address=address, last=[none] * len(none), copies=none)
+    return text.function(given, run=run, free=[], new=new, miss=MISS)
+
+
+class _Put(NamedTuple):
+    """Words that are put into the block at once: the number of the first, their format and expressions."""
+
+    first: int
+    form: str = ""
+    words: Sequence[str] = ()
 
 
 class _Text:
     """The text of a function, and the names in it."""
 
     def __init__(self) -> None:
-        self.taken: list[str] = ["kept = ()"]
+        self.taken: list[str] = []
         self._lines: list[str] = []
         self._names: dict[str, Any] = {
             "address_of": ctypes.addressof,
             "array": np.ndarray,
             "byte": ctypes.c_char.from_buffer,
             "failure": failure,
+            "large": _is_large,
+            "makeup": makeup,
             "record_address": _record_address,
             "take": _take,
             "truth": bool,
@@ -85,6 +105,27 @@ class _Text:
         """Add lines of the body."""
         self._lines += lines
 
+    def body(self) -> list[str]:
+        """The lines so far, which are taken out."""
+        lines, self._lines = self._lines, []
+        return lines
+
+    def put(self, put: _Put, value: str = "", last: int = 0) -> None:
+        """Add the lines that put words into the block: those of `value` only if it is not the one of the last call.
+
+        Large arrays are not held for that. Of an array that nobody may write there is a copy, which would not follow
+        its owner's changes.
+        """
+        taken, self.taken = self.taken, []
+        if not put.words:
+            return
+        pack = self._named(struct.Struct(f"={put.form}").pack_into)
+        lines = [*taken, f"{pack}(block[0], {8 * put.first}, {', '.join(put.words)})"]
+        if value:
+            lines = ["kept = ()", *lines, f"block[{last}] = block if kept or large({value}) else {value}"]
+            lines = [f"if {value} is not block[{last}]:", *(f"    {line}" for line in lines)]
+        self.add(*lines)
+
     def function(self, given: str, **names: Any) -> Callable[..., Any]:
         """The function with these parameters."""
         names |= self._names
@@ -92,14 +133,23 @@ class _Text:
         made: Callable[..., Any] = names["call"]
         return made
 
+    def guard(self, value: str, key: Any, tree: Tree) -> str:
+        """The condition that a value is of a makeup."""
+        if isinstance(tree, str):
+            return f"type({value}) is {self._named(key)}"
+        if isinstance(tree, TupleType):
+            kind, *keys = key
+            parts = [self.guard(f"{value}[{i}]", *part) for i, part in enumerate(zip(keys, tree.parts, strict=True))]
+            return " and ".join((f"type({value}) is {self._named(kind)} and len({value}) == {len(keys)}", *parts))
+        if isinstance(tree, ArrayType) and key[2] is True:  # as most are
+            same = f"{value}.dtype is {self._named(tree.dtype)} and {value}.ndim == {tree.ndim}"
+            return f"type({value}) is array and {same} and {value}.flags.carray"
+        return f"makeup({value}) == {self._named(key)}"
+
     def _named(self, value: Any) -> str:
         name = f"n{len(self._names)}"
         self._names[name] = value
         return name
-
-    def packer(self, form: str) -> str:
-        """The name of a function that writes words of that format."""
-        return self._named(struct.Struct(f"={form}").pack_into)
 
     def words(self, tree: Tree, value: str) -> Words:
         """The format and the expressions of a value's words; what has to be done before goes to `taken`."""
@@ -133,7 +183,7 @@ class _Text:
         forms: list[str] = []
         expression = self._read(tree, forms)
         if forms:
-            self.add(f"w = {self._named(struct.Struct('=' + ''.join(forms)).unpack_from)}(memory, {offset})")
+            self.add(f"w = {self._named(struct.Struct('=' + ''.join(forms)).unpack_from)}(block[0], {offset})")
         return expression
 
     def _read(self, tree: Tree, forms: list[str]) -> str:
@@ -158,10 +208,9 @@ class _Text:
         return "None" if tree == "none" else word(FORMATS[tree])  # type: ignore[index]
 
 
-def _block(size: int) -> tuple[Any, int]:
-    """Memory of that size and its address."""
-    memory = ctypes.create_string_buffer(size)
-    return memory, ctypes.addressof(memory)
+def _is_large(value: Any) -> bool:
+    """Whether something is an array of numbers that is too large to be held between calls."""
+    return type(value) is np.ndarray and value.nbytes > _HELD_BYTES and not value.dtype.names
 
 
 _known: dict[int, tuple[Any, int]] = {}

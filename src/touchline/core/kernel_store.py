@@ -53,8 +53,13 @@ def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
     digests = sorted({closure_digest(file) for file in files if file})
     module = "" if function.__module__ == "__main__" else function.__module__
     what = [module, function.__qualname__, function.__code__.co_firstlineno, *map(str, arguments), *digests]
-    digest = hashlib.blake2b(repr((_FORMAT, version("numba"), target(), what)).encode(), digest_size=12).hexdigest()
+    digest = hashlib.blake2b(repr((_FORMAT, _numba(), target(), what)).encode(), digest_size=12).hexdigest()
     return f"{function.__name__}-{digest}"
+
+
+@cache
+def _numba() -> str:
+    return version("numba")
 
 
 @cache
@@ -78,10 +83,16 @@ def find(name: str) -> tuple[bytes, Tree] | None:
             if digest != _digest(code):
                 continue
             result = _tree(listed)
-            if time.time() - file.stat().st_mtime > _DAY_S:
-                os.utime(file)  # in use
+            _mark_used(file)
             return code, result
     return None
+
+
+def _mark_used(file: Path) -> None:
+    """Note, once a day, that code is in use."""
+    with suppress(OSError):
+        if time.time() - file.stat().st_mtime > _DAY_S:
+            os.utime(file)
 
 
 def keep(name: str, code: bytes, result: Tree) -> None:
@@ -101,17 +112,18 @@ def keep(name: str, code: bytes, result: Tree) -> None:
 @contextmanager
 def compiling_alone(name: str) -> Iterator[None]:
     """Have other processes wait that want the same code."""
+    lock = None
     with suppress(OSError):
-        folder = cache_folder()
-        folder.mkdir(parents=True, exist_ok=True)
-        with (folder / f"{name}.lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            try:
-                yield
-            finally:
-                (folder / f"{name}.lock").unlink(missing_ok=True)
-        return
-    yield
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        lock = (cache_folder() / f"{name}.lock").open("w")
+        fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if lock is not None:
+            with suppress(OSError):
+                Path(lock.name).unlink(missing_ok=True)
+            lock.close()
 
 
 def _digest(code: bytes) -> str:

@@ -119,7 +119,7 @@ def stands_free(pose: Floats, walls: Walls) -> bool:
         pose: (3,) x (m), y (m), heading (rad).
         walls: Outlines that the body keeps off.
     """
-    return bool(first_touch(pose.reshape(1, 3), walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
+    return bool(first_touch(np.expand_dims(pose, 0), walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
 
 
 @kernel
