@@ -12,18 +12,18 @@ from touchline.tui import format
 from touchline.tui.state import ConsoleState
 
 EMPTY_TANK_L = supplies.LOW_TANK_L
-"""At this level the robot stops, before the nozzle sputters."""
+"""Level of the tank at which the robot stops, before the nozzle sputters."""
 FLAT_BATTERY = supplies.LOW_BATTERY
-"""At this charge it stops, too."""
+"""Charge of the battery at which the robot stops."""
 LOW_BATTERY = 0.2
 TANK_REASON, BATTERY_REASON = "the tank is", "the battery is low"
-"""How the robot begins the reasons of pauses that end with a refill."""
+"""Beginnings of the robot's reasons for pauses that end with a refill."""
 FIX_NAMES = {GnssStatus.NONE: "", GnssStatus.SINGLE: " (single)", GnssStatus.FLOAT: " (float)"}
 
 
 @dataclass(frozen=True)
 class Alert:
-    """A condition: its text, whether the robot can go on meanwhile, and the key and step that end it."""
+    """A condition: its text, whether it stops the robot, and the key and step that end it."""
 
     text: str
     stops: bool = True
@@ -32,7 +32,7 @@ class Alert:
 
 
 def alerts(state: ConsoleState) -> list[Alert]:
-    """The present ones, those that stop the robot first."""
+    """List the present alerts, those that stop the robot first."""
     found = [alert for alert in (_tank(state), _battery(state), _fix(state), _recording(state)) if alert is not None]
     return sorted(found, key=lambda alert: not alert.stops)
 
@@ -67,7 +67,7 @@ def _recording(state: ConsoleState) -> Alert | None:
 
 
 def remedy(state: ConsoleState) -> tuple[str, str] | None:
-    """What to do before a job can go on that waits: (key, step), the key empty when there is nothing to press."""
+    """Step before a waiting job can continue: (key, step), the key empty if there is nothing to press."""
     if state.traversal != TraversalStatus.PAUSED:
         return None
     due = [alert for alert in alerts(state) if alert.stops and alert.remedy]
@@ -75,7 +75,7 @@ def remedy(state: ConsoleState) -> tuple[str, str] | None:
 
 
 def is_over(state: ConsoleState, reason: str) -> bool:
-    """Whether a reason for which the robot halted no longer holds, as tank or battery have been filled since."""
+    """True if the reason of a halt no longer holds, as tank or battery have been filled since."""
     sprayer, battery = state.robot.sprayer, state.robot.battery
     if reason.startswith(TANK_REASON):
         return sprayer is not None and sprayer.tank_l >= EMPTY_TANK_L

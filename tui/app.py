@@ -1,4 +1,4 @@
-"""The console application: polls the links, updates the state, redraws panels, maps keys to orders."""
+"""Console application: polls the links, updates the state, redraws panels, maps keys to orders."""
 
 from __future__ import annotations
 
@@ -60,33 +60,33 @@ from touchline.tui.void_question import TO_ABORT, TO_LOAD, TO_START, why_void
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0
 TEAM_STALE_S = 3.0
-"""Cells that have not been told anew for so long are drawn no more."""
+"""Age from which cells without an update are not drawn any more."""
 STOP_HOLDS_S = 3.0
-"""A robot that is found so soon after an emergency stop is stopped, too."""
+"""Time after an emergency stop within which a robot that is found is stopped, too."""
 REST_S = 0.2
-"""A robot is looked at closely once it has been in view for so long: keys that are held down pass many by."""
+"""Time after which a robot in view is followed closely: keys that are held down pass many by."""
 LONGEST_TICK_S = 0.25
-"""What goes on longer between two ticks is the console's own absence: it makes nobody else silent."""
+"""Maximum time that passes for the console between two ticks: its own absence makes nobody else silent."""
 
 
 class OrderNews(Message):
     """An order to a robot was sent again or came back; posted from its thread."""
 
     def __init__(self, robot: str, news: Tried | OrderOutcome) -> None:
-        """With what became of it."""
+        """Create the message for a robot."""
         super().__init__()
         self.robot, self.news = robot, news
 
 
 @dataclass
 class Desk:
-    """What the operator has for one robot.
+    """Link, state and operator of one robot.
 
     Attributes:
-        link: The way to it.
-        state: What is known of it.
-        operator: By which orders go out to it.
-        paint_due_s: When it may be asked for all its paint again.
+        link: Link to the robot.
+        state: State of the robot.
+        operator: Sender of orders to it.
+        paint_due_s: Time from which all of its paint may be requested again.
     """
 
     link: Link
@@ -111,7 +111,7 @@ class ConsoleApp(App[None]):
         *,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Show what comes over `links`; `clock` is used to notice silence and to pace repeats."""
+        """Create the console for `links`; `clock` measures silence and paces repeats."""
         super().__init__()
         self.robots = Robots()
         self._links = links
@@ -119,7 +119,7 @@ class ConsoleApp(App[None]):
         self._autostart = autostart or AutoStart()
         self._clock = clock
         self._ticked_s = clock()
-        self._stop_typed_s = self._stopped_at_s = self._team_told_s = -math.inf
+        self._stop_typed_s = self._stopped_at_s = self._team_heard_s = -math.inf
         self._stops = 0
         self._take_up_robots()
         self._started_with = self._desks[self.robots.selected_name]
@@ -135,16 +135,16 @@ class ConsoleApp(App[None]):
 
     @property
     def state(self) -> ConsoleState:
-        """Of the robot in view."""
+        """State of the robot in view."""
         return self.robots.selected
 
     @property
     def operator(self) -> Operator:
-        """By which orders go out to the robot in view."""
+        """Operator of the robot in view."""
         return self._desks[self.robots.selected_name].operator
 
     def compose(self) -> ComposeResult:
-        """Header, robots if there are several, orders and alerts; map and log, left; panels, right; keys."""
+        """Lay out header, robots if there are several, orders and alerts; map and log, left; panels, right; keys."""
         yield self._header
         yield self._robots_bar
         yield self._signals
@@ -159,7 +159,7 @@ class ConsoleApp(App[None]):
         yield self._keys
 
     def on_mount(self) -> None:
-        """Begin to poll."""
+        """Start polling."""
         if has_sixteen_colors(self):
             self._filters.append(Sixteen())
         self._map.focus()
@@ -171,7 +171,7 @@ class ConsoleApp(App[None]):
     # -- what comes in -----------------------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Take what came in, give what orders are due, and show how things are."""
+        """Take what came in, send due orders, and update the screen."""
         now, since = self._clock(), self._ticked_s
         self._ticked_s = now
         self._take_up_robots()
@@ -198,7 +198,7 @@ class ConsoleApp(App[None]):
         self.show_state()
 
     def _drop_void_question(self) -> None:
-        """Take down a question that no longer stands: whoever answers it now means how things were before."""
+        """Close a question that is void: an answer would refer to an earlier situation."""
         if not self._map.is_attached:
             return
         if isinstance(self.screen, ConfirmDialog) and (reason := self.screen.void()):
@@ -207,9 +207,9 @@ class ConsoleApp(App[None]):
             self._say(WARN, f"{question} Not asked any more: {reason}")
 
     def _take_up_robots(self) -> None:
-        """Make a desk for each robot that has been found; one that was only a guess gives way to them.
+        """Create a desk for each robot that is found; a robot that was only a guess is dropped.
 
-        A robot that is found while the others are being stopped is stopped, too: whoever pressed the key meant all.
+        A robot that is found while the others are being stopped is stopped, too, as the key is meant for all.
         """
         self._draw_team()
         found = self._links.found()
@@ -226,14 +226,14 @@ class ConsoleApp(App[None]):
             del self._desks[name]
 
     def _draw_team(self) -> None:
-        """Draw the cells that a coordinator has told, as long as it tells any."""
-        if (told := self._links.team()) is not None:
-            self.robots.layer, self._team_told_s = layer_of(told), self._clock()
-        elif self.robots.layer.cells and self._clock() - self._team_told_s > TEAM_STALE_S:
+        """Draw the cells that a coordinator reports, as long as it does."""
+        if (team := self._links.team()) is not None:
+            self.robots.layer, self._team_heard_s = layer_of(team), self._clock()
+        elif self.robots.layer.cells and self._clock() - self._team_heard_s > TEAM_STALE_S:
             self.robots.layer = NO_LAYER
 
     def _attend(self, now: float) -> None:
-        """Listen closely to the robot in view and to those with something under way here; of others to the rest."""
+        """Listen closely to the robot in view and to those with orders under way; to others only for their state."""
         if self.robots.selected_name != self._in_view:
             self._in_view, self._in_view_since_s = self.robots.selected_name, now
         rests = now - self._in_view_since_s >= REST_S
@@ -248,7 +248,7 @@ class ConsoleApp(App[None]):
         self.post_message(OrderNews(robot, news))
 
     def show_state(self) -> None:
-        """Bring every panel up to date; each redraws only what changed."""
+        """Update every panel; each redraws only what changed."""
         if not self._map.is_attached:  # an answer may still come in while the console is being taken down
             return
         if (fleet := self.fleet_screen) is not None:
@@ -265,7 +265,7 @@ class ConsoleApp(App[None]):
         self._show_signals()
 
     def _show_signals(self) -> None:
-        """Bring the row of the orders up to date, on dialogs, too."""
+        """Update the row of the orders, on dialogs, too."""
         self._signals_due = False
         if self._signals.is_attached:
             for screen in self.screen_stack:
@@ -273,7 +273,7 @@ class ConsoleApp(App[None]):
                     bar.show(self.robots)
 
     def on_order_news(self, event: OrderNews) -> None:
-        """Take in what became of an order; the next tick shows the rest of what that changed."""
+        """Process the outcome of an order; the next tick shows all changes."""
         desk = self._desks.get(event.robot)
         if desk is None:
             return
@@ -288,7 +288,7 @@ class ConsoleApp(App[None]):
             self._signals_due = self.call_later(self._show_signals)
 
     def _go_on_starting(self) -> None:
-        """The next step of what the console was opened for, with the robot that it was opened for."""
+        """Take the next automatic step with the robot that the console was opened for."""
         state, operator = self._started_with.state, self._started_with.operator
         match self._autostart.due(state):
             case "plan":
@@ -311,12 +311,12 @@ class ConsoleApp(App[None]):
                 operator.command("start")
 
     def _say(self, severity: int, text: str) -> None:
-        """Tell the operator about the robot in view."""
+        """Show a message about the robot in view."""
         self._say_of(self.state, severity, text)
 
     @staticmethod
     def _say_of(state: ConsoleState, severity: int, text: str) -> None:
-        """Tell the operator: in the row of the orders and in the log. There are no toasts, which would cover things."""
+        """Show a message in the row of the orders and in the log; toasts would cover other things."""
         text = plain(text)
         state.note(severity, "console", text)
         state.orders.say(severity, text, state.now_s)
@@ -324,7 +324,7 @@ class ConsoleApp(App[None]):
     # -- keys --------------------------------------------------------------------------------------------------------
 
     def action_command(self, name: str) -> None:
-        """An order without arguments; to resume where nothing is paused is to go on with an unfinished job."""
+        """Send an order without arguments; resume without a pause continues an unfinished job."""
         operator = self.operator
         if self.state.replayed and name in ("pause", "resume"):
             (operator.replay.toggle if name == "pause" else operator.replay.resume)()
@@ -337,7 +337,7 @@ class ConsoleApp(App[None]):
         self._show_signals()
 
     def _start(self, operator: Operator) -> None:
-        """Start what is loaded; asks before a start for which tank or battery may not last."""
+        """Start the loaded plan; asks first if tank or battery may not last."""
         state = operator.state  # the robot in view may be another by the time it is answered
         supplies = supply_check.of_job(state)
         doubts = (*supplies.shortages, *supplies.unknown)
@@ -350,7 +350,7 @@ class ConsoleApp(App[None]):
                 operator.command("start")
 
         text = "\n".join(f"The job {shortage}." for shortage in doubts)
-        note = "The robot stops on the line when it runs out, and goes on when it is told to resume."
+        note = "The robot stops on the line when it runs out, and goes on after a resume."
         title = f"Start{_which(state)} all the same?"
         self._ask(ConfirmDialog(title, f"{text}\n{note}", "Start", why_void(state, TO_START)), answered)
 
@@ -361,27 +361,27 @@ class ConsoleApp(App[None]):
 
     @property
     def breakdown(self) -> Exception | None:
-        """The error that ended the console, if one has."""
+        """Error that ended the console, if any."""
         return self._exception
 
     def _print_error_renderables(self) -> None:
-        """Whoever runs the console tells of its breakdown in one line; pages of traceback are for ``TEXTUAL=debug``."""
+        """Print nothing but with ``TEXTUAL=debug``: the caller reports a breakdown in one line."""
         if "debug" not in self.features:
             self._exit_renderables.clear()
         super()._print_error_renderables()
 
     def get_driver_class(self) -> type[Driver]:
-        """The terminal's; one of another kind, such as for a browser, is left as it is."""
+        """Replace the terminal's driver; others, such as for a browser, are kept."""
         usual = super().get_driver_class()
         return SturdyDriver if usual is LinuxDriver else usual
 
     def stop_at_once(self, typed_s: float) -> None:
-        """Stop the robots, from the thread that reads the keys; those typed before are of no use any more."""
+        """Stop the robots, from the thread that reads the keys; keys typed before are dropped."""
         self._stop_typed_s = typed_s
         self._stop_all()
 
     def _stop_all(self) -> None:
-        """Stop every robot: to stop one too many costs a minute, to stop the wrong one may cost more."""
+        """Stop every robot: stopping one too many costs a minute, stopping the wrong one may cost more."""
         self._stopped_at_s = self._clock()
         self._stops += 1
         names = self.robots.to_stop()
@@ -390,36 +390,36 @@ class ConsoleApp(App[None]):
             self._say(WARN, f"Emergency stop: {self.state.name} is a replay and cannot be stopped; {others}")
         operators = [self._desks[name].operator for name in names]
         for operator in operators:  # all within milliseconds: what repeats it takes a thread for each
-            operator.tell_stop()
+            operator.post_stop()
         for operator in operators:
             operator.stop()
         if names:
             self.robots.call_roll("estop", "Emergency stop", names)
 
     async def on_event(self, event: events.Event) -> None:
-        """Leave out keys that were typed before an emergency stop and come after it: a reset may be among them."""
+        """Drop keys that were typed before an emergency stop and come after it, such as a reset."""
         if isinstance(event, events.Key) and event.time < self._stop_typed_s:
             return
         await super().on_event(event)
 
     def action_estop(self) -> None:
-        """Stop the robots, whatever else is going on."""
+        """Stop the robots at any time."""
         self._stop_all()
         self._autostart.stop()
         self._drop_void_question()
         self._show_signals()
 
     def action_command_palette(self) -> None:
-        """Every command by name."""
+        """Open the palette of all commands."""
         if not isinstance(self.screen, Palette):
             self.push_screen(Palette(id="--command-palette"))
 
     def action_help_quit(self) -> None:
-        """Ctrl-C is for copying."""
+        """Explain how to quit, as Ctrl-C is for copying."""
         self._say(INFO, "q leaves the console")
 
     def action_load(self) -> None:
-        """Hand the plan to the robot; asks first if that gives up the rest of an unfinished job."""
+        """Load the plan into the robot; asks first if that abandons an unfinished job."""
         operator, state = self.operator, self.state
         job = offered(state)
         if job is None or state.path is None or not state.path.rows:
@@ -431,35 +431,35 @@ class ConsoleApp(App[None]):
                 operator.load()
 
         text = (
-            f"{name_of(job)} is {share_done(state, job)}. Once this plan is started, the rest of that job is given up, "
+            f"{name_of(job)} is {share_done(state, job)}. Once this plan is started, the rest of that job is dropped, "
             "and all of this plan is done, over what is there already. To go on with the rest: no, then g."
         )
         self._ask(ConfirmDialog(f"Begin{_which(state)} anew?", text, "Anew", why_void(state, TO_LOAD)), answered)
 
     def action_speed(self, steps: int) -> None:
-        """Let simulated time pass faster or slower."""
+        """Change the speed of simulated time by steps."""
         if self.state.replayed:
             self.operator.replay.change_speed(steps)
         else:
             self.operator.change_speed(steps)
 
     def action_seek(self, seconds: float) -> None:
-        """Let a replay jump so far."""
+        """Seek in a replay by a time (s)."""
         self.operator.replay.seek_by(seconds)
 
     def action_step(self) -> None:
-        """Let a replay go one step."""
+        """Advance a replay by one step."""
         self.operator.replay.step()
 
     def action_go_on(self) -> None:
-        """Go on with the job that an abort or a restart of the robot left, whoever has its plan."""
+        """Continue the job that an abort or a restart of the robot interrupted."""
         self.operator.go_on()
 
     def action_abort(self) -> None:
-        """Give up the job, once confirmed."""
+        """Abort the job, once confirmed."""
         operator = self.operator
         if self.state.replayed:
-            operator.command("abort")  # which says why it cannot be
+            operator.command("abort")  # the refusal gives the reason
             return
 
         def answered(yes: bool | None) -> None:
@@ -503,7 +503,7 @@ class ConsoleApp(App[None]):
             self.push_screen(PlanDialog(operator.options, self.state.vehicle, areas=areas), chosen)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """What moves or sends a goal is of no effect unless the operator aims, nor what moves a replay without one."""
+        """Disable actions on a goal unless the operator aims, and actions on a replay without one."""
         if action in ("seek", "step"):
             return self.state.replayed
         aiming = self.state.drive.goal is not None
@@ -522,7 +522,7 @@ class ConsoleApp(App[None]):
         self.show_state()
 
     def action_aim(self, step: str) -> None:
-        """The next step to the goal: preview and then drive (`go`), any heading (`free`), `how`, or `leave`."""
+        """Take a step towards the goal: preview and then drive (`go`), any heading (`free`), `how`, or `leave`."""
         operator, draft = self.operator, self.state.drive
         if step == "free":
             draft.free_heading()
@@ -545,11 +545,11 @@ class ConsoleApp(App[None]):
         self.push_screen(GoalDialog(goal), chosen)
 
     def on_goal_moved(self) -> None:
-        """Show where it is now."""
+        """Show the moved goal."""
         self.show_state()
 
     def action_next_robot(self) -> None:
-        """Bring the next robot into view: orders go to that one from now on."""
+        """Select the next robot, to which orders go from now on."""
         self.robots.select_next()
         if (fleet := self.fleet_screen) is not None:
             fleet.show_picked()
@@ -557,13 +557,13 @@ class ConsoleApp(App[None]):
             self.show_state()
 
     def action_select(self, name: str) -> None:
-        """Bring this robot into view."""
+        """Select a robot."""
         self.robots.select(name)
         self.show_state()
 
     @property
     def fleet_screen(self) -> FleetScreen | None:
-        """The screen of all robots, if it is open, dialogs upon it or not."""
+        """Screen of all robots, if it is open, possibly below dialogs."""
         return next((screen for screen in self.screen_stack if isinstance(screen, FleetScreen)), None)
 
     def action_fleet(self) -> None:
@@ -574,7 +574,7 @@ class ConsoleApp(App[None]):
             self.push_screen(FleetScreen(self.robots), lambda _: self.show_state())
 
     def action_one_at_a_time(self) -> None:
-        """Jobs are prepared where the robot's own map is."""
+        """Explain that jobs are prepared on the screen of one robot."""
         self._say(INFO, "jobs and goals are prepared for one robot: enter shows it alone")
 
     def action_order_all(self) -> None:
@@ -611,16 +611,16 @@ class ConsoleApp(App[None]):
         self._ask(ConfirmDialog(title, text, f"{order.title} {len(names)}", void), answered)
 
     def _order_all(self, order: FleetOrder, names: Iterable[str]) -> None:
-        """Give it to all that it still concerns, and show who answers what."""
-        told = [name for name in names if name in self._desks and order.concerns(self.robots.states[name])]
-        for name in told:
+        """Send an order to all robots that it still concerns, and show their answers."""
+        recipients = [name for name in names if name in self._desks and order.concerns(self.robots.states[name])]
+        for name in recipients:
             self._desks[name].operator.command(order.name)
-        self.robots.call_roll(order.name, order.title, told)
+        self.robots.call_roll(order.name, order.title, recipients)
         self.action_fleet()
         self.show_state()
 
     def action_follow(self) -> None:
-        """Keep the robot in the middle of the map, or no longer."""
+        """Toggle keeping the robot in the middle of the map."""
         self._map.set_follow(not self._map.follow)
 
     def action_fit(self) -> None:
@@ -636,7 +636,7 @@ class ConsoleApp(App[None]):
         self.push_screen(KeysDialog(fleet=self.fleet_screen is not None))
 
     async def action_quit(self) -> None:
-        """Leave; asks first while the robot is on a job."""
+        """Quit; asks first while the robot is on a job."""
 
         def answered(yes: bool | None) -> None:
             if yes:
@@ -653,10 +653,10 @@ class ConsoleApp(App[None]):
             self._ask(ConfirmDialog("Leave the console?", text, "Leave"), answered)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """The command palette: every order by name."""
+        """Commands of the palette."""
         yield from palette.commands(self, self.operator)
 
 
 def _which(state: ConsoleState) -> str:
-    """The robot that is meant, in questions where there are several."""
+    """Name of the robot for questions, if there are several."""
     return "" if state.alone else f" {state.name}"

@@ -1,4 +1,4 @@
-"""Areas, their plan and a tool's way as dots of a window on the field."""
+"""Areas, their plan and a tool's track as dots of a viewport."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ Numbers = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class AreaScene:
-    """Areas, and what has been done about them.
+    """Areas, with the work on them.
 
     Attributes:
-        areas: To be covered.
-        way: Of the tool so far; only another revision says that it is another way, not growth.
-        width_m: Of the tool.
-        plan: Its planned way, segment by segment.
-        at: The segment at which it is; None: it comes no more.
-        missed: (n, 2) places that are known to be left out, by the report of the end.
+        areas: Areas to cover.
+        track: Ground track of the tool so far; it only grows as long as the revision stays the same.
+        width_m: Width of the tool.
+        plan: Planned path of the tool, segment by segment.
+        at: Segment at which the tool is; None: the work is over.
+        missed: (n, 2) missed places by the final report.
     """
 
     areas: tuple[Area, ...]
-    way: Polyline
-    way_revision: int
+    track: Polyline
+    track_revision: int
     width_m: float
     plan: tuple[Polyline, ...] = ()
     plan_revision: int = 0
@@ -41,12 +41,20 @@ class AreaScene:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for scenes that look the same."""
-        return id(self.areas), self.way_revision, len(self.way), self.width_m, self.plan_revision, self.at, self.missed
+        """Key that is equal for scenes that look the same."""
+        return (
+            id(self.areas),
+            self.track_revision,
+            len(self.track),
+            self.width_m,
+            self.plan_revision,
+            self.at,
+            self.missed,
+        )
 
 
 def inside(view: Viewport, areas: tuple[Area, ...]) -> Dots:
-    """(height, width) dots whose middle is in an area."""
+    """Dots (height, width) whose middle is in an area."""
     import shapely
 
     x = view.center_x_m + (np.arange(view.width) + 0.5 - view.width / 2) * view.dot_m
@@ -58,7 +66,7 @@ def inside(view: Viewport, areas: tuple[Area, ...]) -> Dots:
 
 
 def last_segment(view: Viewport, scene: AreaScene) -> Numbers:
-    """(height, width) the last segment of the plan in which the tool passes over each dot; −1: in none."""
+    """Last segment (height, width) of the plan in which the tool passes over each dot; −1: none."""
     last = np.full((view.height, view.width), -1, dtype=np.int64)
     for number, line in enumerate(scene.plan):
         row, column = band(view, line, scene.width_m)
@@ -67,7 +75,7 @@ def last_segment(view: Viewport, scene: AreaScene) -> Numbers:
 
 
 def band(view: Viewport, line: Polyline, width_m: float) -> tuple[Numbers, Numbers]:
-    """(row, column) of the dots in the band of that width about a polyline."""
+    """Dots, as (rows, columns), of the band about a polyline."""
     joined = line.joined[1:]
     half = 0.5 * width_m
     pad = half / min(view.dot_m, view.dot_height_m)

@@ -22,7 +22,7 @@ from touchline.tui.viewport import Viewport
 COLORS = {
     Ink.GROUND: (theme.TURF_GRID, ""),
     Ink.GRID: (theme.TURF_GRID, ""),
-    Ink.PATH: (theme.WAY, ""),
+    Ink.PATH: (theme.PATH, ""),
     Ink.CURRENT_PATH: (theme.SKY, ""),
     Ink.TEMPLATE: (theme.TO_PAINT, ""),
     Ink.CURRENT: (theme.YELLOW, ""),
@@ -44,7 +44,7 @@ COLORS = {
 
 
 def cell_styles(changed: Mapping[Ink, tuple[str, str]]) -> list[Style]:
-    """Styles by 2·ink + stripe; of some inks the (colour, attributes) are `changed`."""
+    """Create styles by 2·ink + stripe; `changed` replaces the (colour, attributes) of some inks."""
     styles, colors = [], {**COLORS, **changed}
     for ink in Ink:
         color, attributes = colors[ink]
@@ -58,13 +58,13 @@ class CellsView(Widget):
     """A window on the field, drawn into cells.
 
     Attributes:
-        view: What of the field is seen.
-        cells: What is shown; None before anything was drawn.
-        shapes: Whether shapes tell what colours cannot, as there are none.
+        view: Viewport of the field.
+        cells: Cells on the screen; None before the first drawing.
+        shapes: Whether shapes replace colours, on terminals without any.
     """
 
     def __init__(self, *, id: str | None = None) -> None:
-        """Nothing to show yet."""
+        """Create an empty view."""
         super().__init__(id=id)
         self.view = Viewport(1, 1, dot_m=0.5)
         self.cells: Cells | None = None
@@ -74,18 +74,18 @@ class CellsView(Widget):
         self._styles = cell_styles({})
 
     def on_mount(self) -> None:
-        """See what the terminal can show."""
+        """Adapt to the terminal's colours."""
         self.shapes = not has_colors(self.app)
         if self.shapes:
             self.restyle(cell_styles(STYLES))
 
     @abstractmethod
     def compose_cells(self) -> Cells:
-        """What there is to see through `view`."""
+        """Draw the cells of `view`."""
 
     @abstractmethod
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
-        """Zoom in by so many steps, about a cell or the middle."""
+        """Zoom in by steps, about a cell or the middle."""
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
         """Zoom in at the pointer."""
@@ -102,13 +102,13 @@ class CellsView(Widget):
             self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
 
     def restyle(self, styles: list[Style]) -> None:
-        """Show the same in other colours."""
+        """Change the colours."""
         self._styles = styles
         self._strips.clear()
         self.refresh()
 
     def redraw(self) -> None:
-        """Draw anew, and show what changed."""
+        """Redraw, and show what changed."""
         cells = self.compose_cells()
         if self.shapes:
             cells = in_shapes(cells)
@@ -125,7 +125,7 @@ class CellsView(Widget):
         self._keys = keys
 
     def render_line(self, y: int) -> Strip:
-        """One row of the map."""
+        """Render one row of the map."""
         cells = self.cells
         if cells is None or y >= cells.codes.shape[0]:
             return Strip.blank(self.size.width)

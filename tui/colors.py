@@ -1,4 +1,4 @@
-"""Filters for terminals with few colours: greyscale for NO_COLOR, a choice of its own for 16 colours."""
+"""Filters for terminals with few colours: greyscale for NO_COLOR, and a palette for 16 colours."""
 
 from __future__ import annotations
 
@@ -31,46 +31,46 @@ SIXTEEN: Final = {
     theme.GREEN: 2,
     theme.YELLOW: 11,
     theme.ORANGE: 11,
-    theme.WAY: 12,
+    theme.PATH: 12,
     theme.SKY: 14,
     theme.PURPLE: 13,
     theme.VERMILION: 9,
     theme.STOP: 1,
 }
-"""Colour of the theme → its number on a terminal with 16. The nearest one, which Rich would take, is often another's:
-what is painted and what is to be painted were both white, and the emergency stop was olive."""
+"""Colour of the theme → its number on a terminal with 16. The nearest one, which Rich would take, is often taken:
+painted and unpainted lines would both be white, and the emergency stop olive."""
 _BY_RGB: Final = {RichColor.parse(color).triplet: number for color, number in SIXTEEN.items()}
 
 
 def has_colors(app: App[Any]) -> bool:
-    """Whether the terminal shows colours, and is allowed to."""
+    """True if the terminal shows colours, and NO_COLOR does not forbid them."""
     return not app.no_color and (app.is_headless or app.console.color_system is not None)
 
 
 def has_sixteen_colors(app: App[Any]) -> bool:
-    """Whether the terminal shows 16 colours, and no more; a console without a terminal is as good as any."""
+    """True if the terminal shows 16 colours only; false without a terminal."""
     return has_colors(app) and not app.is_headless and app.console.color_system == "standard"
 
 
 class Grey(Monochrome):
-    """Textual's filter for `NO_COLOR`, shades of grey, but for text without a style, at which it fails."""
+    """Textual's filter for `NO_COLOR`, shades of grey, without its failure at text without a style."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        """The same segments, in grey."""
+        """Convert segments to grey."""
         return [Segment(text, style and monochrome_style(style), control) for text, style, control in segments]
 
 
 class Sixteen(LineFilter):
-    """Colours of the theme by their numbers; those of others, such as dimmed ones, are left to Rich."""
+    """Filter that maps colours of the theme to their numbers; Rich maps others, such as dimmed ones."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        """The same segments, in these colours."""
+        """Convert segments to the 16 colours."""
         return [Segment(text, style and sixteen_style(style), control) for text, style, control in segments]
 
 
 @lru_cache(4096)
 def sixteen_style(style: Style) -> Style:
-    """A style in the 16 colours."""
+    """Convert a style to the 16 colours."""
     return style + Style(color=_numbered(style.color), bgcolor=_numbered(style.bgcolor))
 
 

@@ -1,4 +1,4 @@
-"""Run the console on the bus."""
+"""Entry point of the console on the bus."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ def run_console(
     auto_start: bool = False,
     speed: float | None = None,
 ) -> TraversalReport | None:
-    """Open the console and return when the operator leaves it, with the figures of the last finished job if any.
+    """Open the console until the operator leaves it; return the report of the last finished job, if any.
 
     Args:
-        config: How to join the bus, and the robots to begin with; the environment's by default.
-        everyone: Whether further robots are taken up as they come.
+        config: Bus configuration with the initial robots; the environment's by default.
+        everyone: Whether robots that appear later are added.
         template: Shipped name or file to show on opening.
-        auto_start: Also plan the template, load it and start, as soon as the services are there.
-        speed: Speed factor to set on opening; negative is as fast as it goes.
+        auto_start: Whether to plan, load and start the template as soon as the services are there.
+        speed: Speed factor to set on opening; negative is as fast as possible.
 
     Raises:
         TouchlineError: The terminal's encoding is not UTF-8, or the console broke down.
-        SystemExit: It was told to end by a signal, or its terminal is gone.
+        SystemExit: A signal ended it, or its terminal is gone.
     """
     check_encoding(sys.__stdout__)
     for registry in (METHODS, AREA_METHODS, POSE_METHODS, SPEED_LAWS):
-        registry.names()  # what is wrong with plug-ins of packages is told while standard error can be seen
+        registry.names()  # reports broken plug-ins of packages while standard error is visible
     with open_links(config or BusConfig.from_environment(), topics.CONSOLE, everyone=everyone) as links:
         app = ConsoleApp(links, AutoStart(template, speed, auto_start))
-        gc.freeze()  # a collection of all that was loaded would hold up the emergency stop
+        gc.freeze()  # collecting all loaded objects would delay the emergency stop
         with ended_by_signals(app):
             app.run()
     check_end(app)
@@ -59,10 +59,10 @@ def run_console(
 
 
 def check_encoding(terminal: TextIO | None) -> None:
-    """Refuse a terminal that could not show the map and the marks.
+    """Refuse a terminal that cannot show the map and the marks.
 
     Raises:
-        TouchlineError: Its encoding is not UTF-8.
+        TouchlineError: The encoding is not UTF-8.
     """
     encoding = getattr(terminal, "encoding", None) or "unknown"
     if encoding.lower().replace("-", "") != "utf8":
@@ -74,7 +74,7 @@ def check_encoding(terminal: TextIO | None) -> None:
 
 @contextmanager
 def ended_by_signals(app: App[None]) -> Iterator[None]:
-    """At a signal that ends a process, leave the console in good order: a terminal left as it is would be of no use."""
+    """Context in which ending signals close the console properly, so that the terminal stays usable."""
 
     def end(number: int, frame: FrameType | None) -> None:
         app.call_later(app.exit, return_code=128 + number)
@@ -89,7 +89,7 @@ def ended_by_signals(app: App[None]) -> Iterator[None]:
 
 
 def check_end(app: ConsoleApp) -> None:
-    """Raise what `run_console` does, if the operator has not simply left."""
+    """Raise the errors of `run_console`, unless the operator has left normally."""
     if app.return_code == 0:
         return
     if app.return_code is not None and app.return_code > 128:

@@ -1,4 +1,4 @@
-"""The console's dialogs: what they have in common, plan options, and questions that are answered with yes or no."""
+"""Dialogs of the console: base classes, plan options, and yes-no questions."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _WHOLE_PCT: Final = 100.0
 
 
 class DialogBox(VerticalScroll, can_focus=False):
-    """The box of a dialog; scrolls what does not fit, to where the focus is."""
+    """Box of a dialog, which scrolls to the focus."""
 
 
 class Dialog(ModalScreen[Result]):
-    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it, by key and by click.
+    """Box in the middle of the screen; Esc closes it, and the emergency stop works in it, by key and by click.
 
     Attributes:
-        NOTE: Keys and what they do, for the row of the emergency stop; the first ones count most.
+        NOTE: Keys and their meaning, for the row of the emergency stop, the most important first.
     """
 
     NOTE: ClassVar[tuple[tuple[str, str], ...]] = (("esc", "cancel"),)
@@ -46,30 +46,30 @@ class Dialog(ModalScreen[Result]):
     ]
 
     def on_mount(self) -> None:
-        """Keep the row of the orders and the emergency stop; each dialog's own `on_mount` comes on top of this."""
+        """Add the row of the orders and the emergency stop; dialogs extend this by their own `on_mount`."""
         add_stop(self, self.NOTE)
 
 
 class FormDialog(Dialog[Result]):
-    """A dialog of fields, with `#ok` to take them as they are, and `#problem` for what is wrong with one."""
+    """Dialog of fields, with `#ok` to accept them, and `#problem` for an error in one."""
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Take it or leave it."""
+        """Accept or cancel."""
         if event.button.id == "ok":
             self.accept()
         else:
             self.dismiss(None)
 
     def on_input_submitted(self) -> None:
-        """Enter in a field takes it."""
+        """Accept on Enter in a field."""
         self.accept()
 
     @abstractmethod
     def accept(self) -> None:
-        """Answer with what the fields say, or say what is wrong."""
+        """Return the values of the fields, or show what is wrong."""
 
     def written_number(self, field: str, problem: str) -> float | None:
-        """What a field says, 0 if that is nothing; None, and the `problem` is told, if it is no number above 0."""
+        """Number in a field, 0 if it is empty; None, with `problem` shown, if it is not a number above 0."""
         text = self.query_one(f"#{field}", Input).value.strip()
         try:
             value = float(text) if text else 0.0
@@ -81,31 +81,31 @@ class FormDialog(Dialog[Result]):
         return value
 
     def refuse(self, field: str, problem: str) -> None:
-        """Say what is wrong with a field."""
+        """Show the problem of a field."""
         self.query_one("#problem", Static).update(problem)
         self.query_one(f"#{field}", Input).focus()
 
 
 class Choice(RadioButton):
-    """A radio button whose mark tells whether it is pressed: colour alone would not."""
+    """Radio button whose mark, not only its colour, shows whether it is pressed."""
 
     @property
     def BUTTON_INNER(self) -> str:  # type: ignore[override]  # noqa: N802
-        """The mark."""
+        """Mark of the button."""
         return "●" if self.value else "○"
 
 
 class Tick(Checkbox):
-    """A box whose mark tells whether it is ticked."""
+    """Checkbox whose mark shows whether it is ticked."""
 
     @property
     def BUTTON_INNER(self) -> str:  # type: ignore[override]  # noqa: N802
-        """The mark."""
+        """Mark of the button."""
         return "■" if self.value else "□"
 
 
 class PlanDialog(FormDialog[PlanOptions | None]):
-    """Choose how to plan; what is left empty is the vehicle's default."""
+    """Dialog of plan options; empty fields take the vehicle's defaults."""
 
     NOTE = (("enter", "plan"), ("esc", "cancel"), ("tab", "next field"))
 
@@ -115,7 +115,7 @@ class PlanDialog(FormDialog[PlanOptions | None]):
         "kappa_max_1pm": ("curvature ≤  1/m", "{drive.default_kappa_max_1pm:g}"),
         "sigma_max_1pm2": ("sharpness ≤  1/m²", "{drive.default_sigma_max_1pm2:g}"),
     }
-    """Option → (label, what holds if it is left empty unless the method says otherwise, of the vehicle)."""
+    """Option → (label, the vehicle's default, unless the method has another)."""
     AREA_FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
         "overlap_m": ("lanes overlap ≥  m", "0.03"),
         "margin_m": ("body off edges ≥  m", "0.05"),
@@ -123,23 +123,23 @@ class PlanDialog(FormDialog[PlanOptions | None]):
         "swath_angle_deg": ("lanes' direction  °", "which suits"),
         "coverage_pct": ("touch up until  %", "what is cheap"),
     }
-    """The same for what is asked where a tool covers areas: `PlanOptions` has what holds if it is left empty."""
+    """The same for tools that cover areas, with the defaults of `PlanOptions`."""
     TICKS: ClassVar[dict[str, str]] = {
         "order": "order as given",
         "forward_only": "forward only",
         "return_to_start": "end at the start",
     }
-    """Options that are on or off."""
+    """Boolean options."""
 
     def __init__(self, options: PlanOptions, vehicle: Vehicle, *, areas: bool = False) -> None:
-        """Start from the options used last; how to cover areas is asked where there are `areas`."""
+        """Start from the options used last; `areas` adds the fields for covering."""
         super().__init__()
         self._options, self._vehicle = options, vehicle
         self._area_methods = AREA_METHODS.summaries_for(covers=vehicle.tool.covers) if areas else {}
         self._area_fields = self.AREA_FIELDS if areas and vehicle.tool.covers else {}
 
     def compose(self) -> ComposeResult:
-        """Method, limits, buttons."""
+        """Lay out method, limits and buttons."""
         with DialogBox(id="dialog"):
             yield Label("Plan the path", classes="title")
             chosen = self._options.method or METHODS.default
@@ -168,21 +168,21 @@ class PlanDialog(FormDialog[PlanOptions | None]):
                 yield Button("Cancel", id="cancel")
 
     def on_mount(self) -> None:
-        """Enter at once plans as before."""
+        """Focus so that Enter plans as before."""
         self.query_one("#ok").focus()
 
     @on(RadioSet.Changed, "#method")
     def say_empty(self, event: RadioSet.Changed) -> None:
-        """Say what fields that are left empty mean with the method."""
+        """Show the defaults of empty fields for the method."""
         for field in self.FIELDS:
             self.query_one(f"#{field}", Input).placeholder = self._left_empty(field, str(event.pressed.name))
 
     def _left_empty(self, field: str, method: str) -> str:
-        """What holds for a field that is left empty."""
+        """Default of an empty field."""
         return METHODS.empty(method, field) or self.FIELDS[field][1].format_map(vars(self._vehicle))
 
     def accept(self) -> None:
-        """Answer with the options."""
+        """Return the options."""
         values: dict[str, float] = {}
         for field, (label, _) in self.FIELDS.items():
             value = self.written_number(field, f"{label}: give a number above 0, or nothing for the default")
@@ -207,19 +207,19 @@ class PlanDialog(FormDialog[PlanOptions | None]):
 
 
 def pressed(dialog: Widget, radio_set: str) -> str:
-    """The name of what is chosen in a set of buttons."""
+    """Name of the pressed button of a set."""
     button = dialog.query_one(radio_set, RadioSet).pressed_button
     return str(button.name) if button else ""
 
 
 def number_field(name: str, label: str, value: str, empty: str) -> Iterator[Widget]:
-    """A label and the field for a number."""
+    """Create a label and a field for a number."""
     yield Label(label)
     yield Input(value, placeholder=empty, type="number", id=name, compact=True)
 
 
 def _written(options: PlanOptions, field: str) -> str:
-    """What the options say for one of `PlanDialog.AREA_FIELDS`, nothing where that is the default."""
+    """Value of the options for one of `PlanDialog.AREA_FIELDS`, "" if it is the default."""
     if field == "swath_angle_deg":
         return "".join(f"{angle:g}" for angle in options.swath_angle_deg.tolist())
     value = getattr(options, field)
@@ -227,10 +227,10 @@ def _written(options: PlanOptions, field: str) -> str:
 
 
 def _read(field: str, text: str) -> object:
-    """The value of one of `PlanDialog.AREA_FIELDS`.
+    """Parse the value of one of `PlanDialog.AREA_FIELDS`.
 
     Raises:
-        ValueError: It is none; the text says what would be.
+        ValueError: The text is not valid; the error says what would be.
     """
     if not text:
         return getattr(_DEFAULTS, field)
@@ -256,13 +256,13 @@ def _read(field: str, text: str) -> object:
 
 
 def choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:
-    """A button for every plug-in."""
+    """Create a button for every plug-in."""
     for name, text in summaries.items():
         yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
 
 
 class ConfirmDialog(Dialog[bool | None]):
-    """A question that is answered with y or n."""
+    """Question that is answered with y or n."""
 
     NOTE = (("y", "yes"), ("n, enter, esc", "no"))
 
@@ -272,13 +272,13 @@ class ConfirmDialog(Dialog[bool | None]):
     ]
 
     def __init__(self, question: str, text: str, yes: str, void: Callable[[], str] = lambda: "") -> None:
-        """`yes` says what the button does; `void` why the question no longer stands, "" as long as it does."""
+        """Create the question; `yes` labels the button, `void` returns why the question is void, "" while it is not."""
         super().__init__()
         self.question, self.void = question, void
         self._text, self._yes = text, yes
 
     def compose(self) -> ComposeResult:
-        """Question, explanation, buttons."""
+        """Lay out question, explanation and buttons."""
         with DialogBox(id="dialog"):
             yield Label(self.question, classes="title")
             yield Static(self._text)
@@ -287,9 +287,9 @@ class ConfirmDialog(Dialog[bool | None]):
                 yield Button("No (n)", variant="primary", id="no")
 
     def on_mount(self) -> None:
-        """The harmless answer is the one that Enter gives."""
+        """Focus the harmless answer."""
         self.query_one("#no").focus()
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Answer."""
+        """Return the answer."""
         self.dismiss(event.button.id == "yes")

@@ -1,4 +1,4 @@
-"""Sends orders from background threads, so that a slow or missing service never freezes the console."""
+"""Sending of orders from background threads, so that a slow or missing service never freezes the console."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from touchline.tui.stop_sender import StopSender
 
 
 class Dispatcher:
-    """One short-lived thread an order: an emergency stop never queues behind a plan that takes its time."""
+    """Sender with one short-lived thread per order: an emergency stop never queues behind a slow plan."""
 
     def __init__(self, link: Link, deliver: Callable[[Tried | OrderOutcome], object]) -> None:
-        """`deliver` is called from the orders' threads: for every try, and once with what came of an order."""
+        """Call `deliver` from the orders' threads for every try, and once with the outcome of an order."""
         self._link = link
         self._deliver = deliver
         self._stops = StopSender(link, deliver)
 
     def send(self, order: Order) -> None:
-        """Send it; an emergency stop again and again."""
+        """Send an order; an emergency stop repeatedly."""
         if order.attempts == WITHOUT_END:
             self._stops.send(order)
             return
         # A daemon, because leaving the console must not wait for an answer that may never come.
         threading.Thread(target=self._run, args=(order,), name=f"order-{order.name}", daemon=True).start()
 
-    def tell(self, order: Order) -> None:
-        """Send it once, at once."""
-        self._link.tell(order.service, order.request)
+    def post(self, order: Order) -> None:
+        """Send an order once, from the calling thread."""
+        self._link.post(order.service, order.request)
 
     def cease(self) -> None:
-        """Call the emergency stop off."""
+        """Stop repeating the emergency stop."""
         self._stops.cease()
 
     def _run(self, order: Order) -> None:

@@ -1,4 +1,4 @@
-"""Panel lines on a drive without lines: to a pose, while the operator aims, under way, and on arrival; in a team."""
+"""Panel lines of drives to a pose (while the operator aims, under way, and on arrival), and of guided robots."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from touchline.tui.map_raster import arrow
 from touchline.tui.panel_rows import bar, row
 from touchline.tui.state import ConsoleState
 
-SAID_LINES = 6
-"""So many of what the planner says fit."""
+MESSAGE_LINES = 6
+"""Maximum number of lines for the planner's message."""
 
 FRESH_S = 2.0
-"""An older preview of a way from a driving robot is told as such."""
+"""Age from which a preview from a driving robot is marked as old."""
 MOVES_ON = "preview: moves on with the robot, planned anew when sent"
 
 
 def place(x_m: float, y_m: float) -> str:
-    """A place on the field to the centimetre."""
+    """Format a position on the field to the centimetre."""
     return f"{x_m + 0.0:.2f}, {y_m + 0.0:.2f} m"
 
 
 def heading(heading_rad: float) -> str:
-    """A heading in degrees, counter-clockwise from east, with an arrow; NaN: any."""
+    """Format a heading in degrees, counter-clockwise from east, with an arrow; NaN: any."""
     if math.isnan(heading_rad):
         return "any"
     degrees = round(math.degrees(math.remainder(heading_rad, math.tau)))
@@ -38,19 +38,19 @@ def heading(heading_rad: float) -> str:
 
 
 def aim_hint(state: ConsoleState) -> tuple[str, str]:
-    """The next step while the operator aims: (key, what it does); no key when there is nothing to press."""
+    """Next step while the operator aims: (key, effect); no key if there is nothing to press."""
     draft = state.drive
     if draft.sent_id:
-        return "", "sent: the robot plans the way"
+        return "", "sent: the robot plans the path"
     if not draft.ready:
-        return ("", "the way is being planned") if draft.asked is not None else ("enter", "preview the drive")
+        return ("", "the path is being planned") if draft.asked is not None else ("enter", "preview the drive")
     if draft.unseen:
         return "enter", "drive there unseen"
     return "enter", "drive on there" if draft.shown.under_way else "drive there"
 
 
 def aim_lines(state: ConsoleState, width: int) -> list[Content]:
-    """Where to and how, and what the planner says; none unless the operator aims."""
+    """Goal, method and the planner's message; empty unless the operator aims."""
     draft = state.drive
     goal = draft.goal
     if goal is None:
@@ -64,15 +64,15 @@ def aim_lines(state: ConsoleState, width: int) -> list[Content]:
         row("heading", (heading(goal.heading_rad), f"bold {theme.SKY}"), chosen),
         row("by", f"{method}, {law}{within}"),
     ]
-    said = wrap(draft.said, width)
-    if len(said) > SAID_LINES:
-        said = [*said[: SAID_LINES - 1], f"{said[SAID_LINES - 1][: width - 1]}…"]
-    lines += [Content.styled(line, theme.INK if draft.path is not None else theme.ORANGE) for line in said]
+    message = wrap(draft.message, width)
+    if len(message) > MESSAGE_LINES:
+        message = [*message[: MESSAGE_LINES - 1], f"{message[MESSAGE_LINES - 1][: width - 1]}…"]
+    lines += [Content.styled(line, theme.INK if draft.path is not None else theme.ORANGE) for line in message]
     return lines + _preview_lines(state, width)
 
 
 def _preview_lines(state: ConsoleState, width: int) -> list[Content]:
-    """For how long the way that is drawn holds, if its start moves; and what keeps it from being planned."""
+    """Age of the preview, if its start moves, and what keeps it from being updated."""
     draft = state.drive
     if not state.nodes[topics.PLANNER].alive:
         return [Content.styled("▲ the planner is down", f"bold {theme.ORANGE}")]
@@ -82,11 +82,11 @@ def _preview_lines(state: ConsoleState, width: int) -> list[Content]:
     if age_s <= FRESH_S:
         return [Content.styled(line, theme.MUTED) for line in wrap(MOVES_ON, width)]
     late = f"▲ preview of {age_s:.0f} s ago: {draft.trouble or UNANSWERED}"
-    return [Content.styled(line, theme.ORANGE) for line in wrap(late, width)[:SAID_LINES]]
+    return [Content.styled(line, theme.ORANGE) for line in wrap(late, width)[:MESSAGE_LINES]]
 
 
 def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
-    """Where the robot drives and how far it still is; once it is there, by how much it believes to have missed."""
+    """Goal and remaining distance of a drive; after arrival, the robot's estimate of its error."""
     end = state.loaded.path.destination if state.loaded.path is not None else None
     if end is None:
         return []
@@ -109,7 +109,7 @@ def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> lis
 
 
 def guided_lines(status: TraversalStatus) -> list[Content]:
-    """What is known of a robot that drives where its team's coordinator tells it."""
+    """Lines about a robot that its team's coordinator guides."""
     return [
         row("guided", "by the team's coordinator"),
         row("time", format.duration(status.elapsed_s)),

@@ -16,70 +16,70 @@ from textual.events import Key
 from textual.message import Message
 
 STOP_KEY: Final = "ctrl+e"
-"""It stops the robots wherever it is typed, also in a field of text."""
+"""Key of the emergency stop, which works everywhere, also in text fields."""
 HUNG_UP = 128 + signal.SIGHUP
 """Exit code of a console whose terminal is gone."""
 
 
 @runtime_checkable
 class Stoppable(Protocol):
-    """A console that takes an emergency stop from the thread that reads the keys."""
+    """Console that takes an emergency stop from the thread that reads the keys."""
 
     def stop_at_once(self, typed_s: float) -> None:
-        """Stop the robot; the key was typed at this time (monotonic)."""
+        """Stop the robots; the key was typed at `typed_s` (monotonic)."""
 
 
 class Screen:
-    """Where the terminal's picture is written; once the terminal is gone, what is written is lost without an error.
+    """Output to the terminal that ignores errors once the terminal is gone.
 
-    Textual's writing thread would end with the error, and the next writers would wait for it for ever.
+    Textual's writing thread would end with the error, and later writers would wait for it for ever.
     """
 
     def __init__(self, file: TextIO) -> None:
-        """Write to ``file``."""
+        """Wrap ``file``."""
         self._file = file
 
     def write(self, text: str) -> int:
-        """Write, if it can be."""
+        """Write, if possible."""
         try:
             return self._file.write(text)
         except OSError:
             return len(text)
 
     def flush(self) -> None:
-        """Flush, if it can be."""
+        """Flush, if possible."""
         with suppress(OSError):
             self._file.flush()
 
     def isatty(self) -> bool:
-        """As far as Textual is concerned."""
+        """True, so that Textual uses the terminal."""
         return True
 
     def fileno(self) -> int:
-        """Of the terminal."""
+        """File descriptor of the terminal."""
         return self._file.fileno()
 
 
 class SturdyDriver(LinuxDriver):
-    """Textual's own, but for input that is no UTF-8 and for a terminal that is closed.
+    """Textual's driver that survives input that is not UTF-8, and ends the console when its terminal closes.
 
-    The first is line noise, a pasted binary, a terminal of another encoding: Textual's ends the whole console, and with
-    it the operator's emergency stop. Here what was read with it is dropped. Of a closed terminal Textual's reads
-    nothing for ever, or waits for ever to write to it. Here the console ends.
+    At line noise, a pasted binary or a terminal of another encoding Textual's driver ends the whole console, and with
+    it the operator's emergency stop; here that input is dropped. On a closed terminal Textual's driver reads nothing
+    for ever, or waits for ever to write; here the console ends.
 
-    Textual's thread that reads the keys wakes the console for each, and may have to wait for the interpreter after it.
-    Here the console is woken once for all that have come, so that an emergency stop behind many keys is read at once.
+    Textual's key thread wakes the console for each key, and may have to wait for the interpreter afterwards. Here the
+    console is woken once for all pending keys, so that an emergency stop behind many keys is read at once.
     """
 
     def __init__(self, app: App[Any], **options: Any) -> None:
-        """As Textual makes it."""
+        """Create the driver with Textual's arguments."""
         super().__init__(app, **options)
         self._watching = False
         self._typed = deque[Message]()
         self._woken = False
 
     def process_message(self, message: Message) -> None:
-        """Hand on what was typed; an emergency stop at once, from this thread, before what was typed earlier."""
+        """Pass keys on; an emergency stop at once, from this thread, before earlier keys."""
         if isinstance(message, Key) and message.key == STOP_KEY and isinstance(self._app, Stoppable):
             self._app.stop_at_once(message.time)
         self._typed.append(message)
@@ -88,13 +88,13 @@ class SturdyDriver(LinuxDriver):
             self._loop.call_soon_threadsafe(self._hand_on)
 
     def _hand_on(self) -> None:
-        """Give the console what was typed."""
-        self._woken = False  # before the last is taken: what comes after that wakes it anew
+        """Pass pending keys to the console."""
+        self._woken = False  # before the last key is taken, so that later ones wake the console again
         while self._typed:
             super().process_message(self._typed.popleft())
 
     def start_application_mode(self) -> None:
-        """Take over the terminal."""
+        """Take over the terminal, and watch it."""
         if not self._watching:
             self._watching = True
             self._file = Screen(sys.__stderr__ or sys.stderr)  # type: ignore[assignment]
@@ -108,7 +108,7 @@ class SturdyDriver(LinuxDriver):
                 super().run_input_thread()
             except UnicodeDecodeError:
                 continue
-            except OSError:  # nothing can be read any more: it is gone, which `watch_terminal` sees, too
+            except OSError:  # the terminal is gone, which `watch_terminal` sees, too
                 return
 
     def watch_terminal(self) -> None:

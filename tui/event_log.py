@@ -1,4 +1,4 @@
-"""Bounded list of the event log's entries."""
+"""Event log of bounded length."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ CAPACITY = 1000
 
 @dataclass(frozen=True)
 class Entry:
-    """One line of the log: sim time (None when unknown), severity, who says it, what, how often in a row.
+    """Line of the log: sim time (None if unknown), severity, source, text, number of repeats.
 
-    What is `replayed` was said in the time of a recording.
+    Entries that are `replayed` belong to the time of a recording.
     """
 
     time_s: float | None
@@ -27,20 +27,20 @@ class Entry:
 
 
 class OperatorLog:
-    """The last entries; `revision` changes with every one, `total` counts those that are not repeats."""
+    """Last entries; `revision` changes with every one, `total` counts those that are not repeats."""
 
     def __init__(self) -> None:
-        """An empty log."""
+        """Create an empty log."""
         self.entries: deque[Entry] = deque(maxlen=CAPACITY)
         self.total = 0
         self.revision = 0
         self.cuts = 0
-        """How often entries have been taken out of the middle."""
+        """Number of removals of entries from the middle."""
         self.last_warning: Entry | None = None
-        """The last warning or error."""
+        """Last warning or error."""
 
     def forget_replayed(self) -> None:
-        """Take out what was said in the time of a recording."""
+        """Remove replayed entries."""
         kept = [entry for entry in self.entries if not entry.replayed]
         if len(kept) < len(self.entries):
             self.entries = deque(kept, maxlen=CAPACITY)
@@ -50,14 +50,14 @@ class OperatorLog:
             self.revision += 1
 
     def add(self, time_s: float | None, severity: int, source: str, text: str, *, replayed: bool = False) -> None:
-        """Append an entry, without what could command a terminal; a mere repeat of the last is counted on that."""
+        """Append an entry, without control characters; a repeat of the last entry only counts there."""
         source, text = plain(source), plain(text)
         self.revision += 1
         if severity > INFO:
             self.last_warning = Entry(time_s, severity, source, text, replayed=replayed)
         last = self.entries[-1] if self.entries else None
-        said = (severity, source, text, replayed)
-        if last and (last.severity, last.source, last.text, last.replayed) == said:
+        entry = (severity, source, text, replayed)
+        if last and (last.severity, last.source, last.text, last.replayed) == entry:
             self.entries[-1] = replace(last, time_s=time_s, times=last.times + 1)
             return
         self.entries.append(Entry(time_s, severity, source, text, replayed=replayed))

@@ -1,4 +1,4 @@
-"""Dialog that asks which order is to go to all robots."""
+"""Dialog for an order to all robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from touchline.tui.state import ConsoleState
 
 
 class FleetDialog(Dialog[FleetOrder | None]):
-    """Choose an order by its own key, or by arrows and Enter; what is chosen is asked for once more."""
+    """Choose an order by its key, or by arrows and Enter; a confirmation follows."""
 
     NOTE = (("enter", "or the order's key"), ("esc", "cancel"))
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -25,12 +25,12 @@ class FleetDialog(Dialog[FleetOrder | None]):
     ]
 
     def __init__(self, states: Mapping[str, ConsoleState]) -> None:
-        """Of these robots."""
+        """Create the dialog for these robots."""
         super().__init__()
         self._states = states
 
     def compose(self) -> ComposeResult:
-        """What the robots do, and to how many each order would go."""
+        """Lay out the robots' states, and the number of robots for each order."""
         with DialogBox(id="dialog"):
             yield Label(f"An order to all {len(self._states)} robots", classes="title")
             yield Static(census(self._states))
@@ -43,13 +43,13 @@ class FleetDialog(Dialog[FleetOrder | None]):
         return Option(Content.assemble(*parts, text), id=order.name, disabled=not count)
 
     def on_mount(self) -> None:
-        """The first one is the most harmless."""
+        """Highlight the first order, the most harmless."""
         self.query_one(OptionList).focus()
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Choose what Enter or a click says."""
+        """Choose an order by Enter or a click."""
         self.action_choose(str(event.option.id))
 
     def action_choose(self, name: str) -> None:
-        """Answer with the order; one that concerns nobody says so."""
+        """Return the order; one without recipients shows a message."""
         self.dismiss(next(order for order in FLEET_ORDERS if order.name == name))

@@ -1,4 +1,4 @@
-"""The list of all robots as a widget: only the rows in view are drawn."""
+"""Widget with the list of all robots, of which only the rows in view are drawn."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from touchline.tui.fleet_rows import FleetRow, FleetTotals
 
 NAME_WIDTH = 12
 CRAMPED = 32
-"""Below that there is room for a short name and the state alone."""
+"""Width below which there is room for a short name and the state only."""
 ALERT_WIDTH = 12
-"""The least that an alert needs; columns of figures give way to it."""
+"""Minimum width of an alert, to which columns of figures yield."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column: its head, its width, what it shows, and in which colour if not the row's."""
+    """Column: head, width, text, and colour if it is not the row's."""
 
     head: str
     width: int
@@ -43,7 +43,7 @@ def _battery_color(row: FleetRow) -> str | None:
 
 
 def _name(row: FleetRow) -> str:
-    """With a mark if it is in another frame than the map."""
+    """Name, with a mark if the robot is in another frame than the map."""
     return format.cut(row.name, NAME_WIDTH - 2) + (" ≠" if row.elsewhere else "")
 
 
@@ -55,11 +55,11 @@ FIGURES = (
     Column("m/s", 5, lambda row: format.number(row.speed_mps, 2), right=True),
     Column("pose ±", 6, lambda row: format.length(row.off_m), right=True),
 )
-"""Those further left are kept longer where room is short."""
+"""Columns, those further left kept longer where room is short."""
 
 
 def columns(width: int) -> tuple[Column, ...]:
-    """The columns that fit; the alert takes what is left."""
+    """Columns that fit; the alert takes the remaining width."""
     if width < CRAMPED:
         return (replace(NAME, width=6), replace(STATE, width=width - 9))
     room = width - NAME.width - STATE.width - 3 - ALERT_WIDTH
@@ -72,14 +72,14 @@ def columns(width: int) -> tuple[Column, ...]:
 
 
 def head_line(width: int) -> Strip:
-    """What the columns are."""
+    """Render the head of the columns."""
     style = Style.parse(f"{theme.MUTED} on {theme.PANEL}")
     texts = [_fit(column.head, column) for column in columns(width)]
     return Strip([Segment(f" {' '.join(texts)} alert", style)]).adjust_cell_length(width, style)
 
 
 def row_line(row: FleetRow, width: int, *, selected: bool) -> Strip:
-    """A robot, `width` cells wide."""
+    """Render the row of a robot, `width` cells wide."""
     ground = f"on {theme.BLACK}"
     segments = [Segment("▌" if selected else " ", Style.parse(f"{theme.SKY} {ground}"))]
     ink = theme.MUTED if row.doubtful else theme.INK
@@ -102,7 +102,7 @@ def _fit(text: str, column: Column) -> str:
 
 
 def totals_line(found: FleetTotals, width: int, note: str) -> Content:
-    """How many robots do what, the worst first, and the least charge; what has no room is left out from the end."""
+    """Render the number of robots by state, the worst first, and the minimum charge, as far as there is room."""
     loud, bad = f"bold {theme.ORANGE}", f"bold {theme.VERMILION}"
     counts = (
         (found.silent, "▲ {} silent", loud),
@@ -128,16 +128,16 @@ def totals_line(found: FleetTotals, width: int, note: str) -> Content:
 
 
 class RobotPicked(Message):
-    """The operator has picked a robot; `shown` if it is to be shown alone."""
+    """Message: the operator has picked a robot; `shown` if it is to be shown alone."""
 
     def __init__(self, name: str, *, shown: bool = False) -> None:
-        """By its name."""
+        """Create the message for a robot by name."""
         super().__init__()
         self.name, self.shown = name, shown
 
 
 class FleetList(ScrollView, can_focus=True):
-    """All robots, a row each; arrow keys and clicks pick one, Enter or a click on the picked one shows it."""
+    """List of robots, a row each; arrow keys and clicks pick one, Enter or a click on the picked one shows it."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "pick(-1)", "Up", show=False),
@@ -150,7 +150,7 @@ class FleetList(ScrollView, can_focus=True):
     ]
 
     def __init__(self, *, id: str | None = None) -> None:
-        """Nothing to show yet."""
+        """Create an empty list."""
         super().__init__(id=id)
         self._rows: Sequence[FleetRow] = ()
         self._selected = ""
@@ -188,16 +188,16 @@ class FleetList(ScrollView, can_focus=True):
 
     @property
     def _head(self) -> int:
-        """Rows of the head: none where there is hardly room for robots."""
+        """Number of rows of the head: 0 where there is hardly room for robots."""
         return int(self.size.height > 2)
 
     @property
     def _page(self) -> int:
-        """Rows in view, below the head."""
+        """Number of rows in view, below the head."""
         return max(self.size.height - self._head, 1)
 
     def render_line(self, y: int) -> Strip:
-        """The head, then a robot a row."""
+        """Render the head, or the row of a robot."""
         width, number = self.size.width, y - self._head + self.scroll_offset.y
         if y < self._head:
             return head_line(width)
@@ -207,18 +207,18 @@ class FleetList(ScrollView, can_focus=True):
         return row_line(row, width, selected=row.name == self._selected)
 
     def watch_scroll_y(self, old_value: float, new_value: float) -> None:
-        """All rows are others."""
+        """Refresh all rows after scrolling."""
         super().watch_scroll_y(old_value, new_value)
         self.refresh()
 
     def action_pick(self, steps: int) -> None:
-        """The robot so many rows further down."""
+        """Pick the robot a number of rows further down."""
         if self._rows:
             index = min(max(self._index() + steps, 0), len(self._rows) - 1)
             self.post_message(RobotPicked(self._rows[index].name))
 
     def action_page(self, pages: int) -> None:
-        """The robot a page further down."""
+        """Pick the robot a page further down."""
         self.action_pick(pages * self._page)
 
     def action_take(self) -> None:

@@ -1,4 +1,4 @@
-"""The map of all robots as a widget: it keeps all of them in view until the operator looks elsewhere."""
+"""Widget with the map of all robots, which stay in view until the operator moves the map."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from touchline.tui.robots import Robots
 
 ZOOM_STEP = 1.4
 MARGIN = 0.12
-"""Of what is shown, at its edges: robots that drive on must not make the view jump at every step."""
+"""Margin as a fraction of the view, so that driving robots do not make it jump at every step."""
 SLACK = 2.0
-"""A view this much larger than it need be is fitted anew."""
+"""Excess size from which a view is fitted again."""
 LEAST_M = 4.0
 _NAMES = 4
 
 
 class FleetMap(CellsView):
-    """Every robot's mark, and of the picked one the plan; a click picks the nearest."""
+    """Map with the marks of all robots and the plan of the picked one; a click picks the nearest."""
 
     def __init__(self, *, id: str | None = None) -> None:
-        """Nothing to show yet."""
+        """Create an empty map."""
         super().__init__(id=id)
         self.border_title = "All robots"
         self._scene = FleetScene()
@@ -31,7 +31,7 @@ class FleetMap(CellsView):
         self._fitted, self._follow, self._dragged = True, False, False
 
     def show(self, robots: Robots) -> None:
-        """Draw what changed."""
+        """Redraw the map for the present states."""
         before, self._scene = self._scene, fleet_scene(robots)
         self._show_title()
         moved = self._move_view()
@@ -39,7 +39,7 @@ class FleetMap(CellsView):
             self.redraw()
 
     def compose_cells(self) -> Cells:
-        """See `CellsView`."""
+        """Compose the fleet scene."""
         return self._raster.compose(self.view, self._scene)
 
     def _show_title(self) -> None:
@@ -50,7 +50,7 @@ class FleetMap(CellsView):
         self.border_title = " · ".join(notes)
 
     def _move_view(self) -> bool:
-        """Fit what left the view, or keep the picked robot in the middle; whether the view is another one now."""
+        """Fit robots that left the view, or keep the picked one in the middle; true if the view changed."""
         before = self.view
         selected = next((robot for robot in self._scene.robots if robot.name == self._scene.selected), None)
         if self._follow and selected is not None:
@@ -60,7 +60,7 @@ class FleetMap(CellsView):
         return self.view != before
 
     def _fit(self, *, anew: bool = False) -> None:
-        """Show all robots; a view in which all are, and not lost, stays as it is unless it is to be made `anew`."""
+        """Show all robots; a view that shows them well is kept unless `anew`."""
         box = self._scene.bounds()
         if box is None:
             return
@@ -87,14 +87,14 @@ class FleetMap(CellsView):
         self.redraw()
 
     def follow(self) -> None:
-        """Keep the picked robot in the middle, or no longer."""
+        """Toggle keeping the picked robot in the middle."""
         self._follow, self._fitted = not self._follow, False
         self._show_title()
         self._move_view()
         self.redraw()
 
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
-        """See `CellsView`."""
+        """Zoom, which ends fitting all robots."""
         self._fitted = False
         self.view = self.view.zoomed(ZOOM_STEP**steps, column, row)
         self._move_view()
@@ -115,7 +115,7 @@ class FleetMap(CellsView):
             self.redraw()
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
-        """Where nothing was dragged, pick the nearest robot."""
+        """Pick the nearest robot, unless the map was dragged."""
         self.release_mouse()
         offset = event.get_content_offset(self)
         if self._dragged or offset is None:

@@ -1,4 +1,4 @@
-"""Orders to all robots: whom each goes to, and what is asked before it does."""
+"""Orders to all robots: recipients of each, and the question before it is sent."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.state import ConsoleState
 
 
 @dataclass(frozen=True)
 class FleetOrder:
-    """An order of `orders.COMMANDS` for all robots that `concerns` it.
+    """Order of `orders.COMMANDS` for all robots for which `concerns` is true.
 
-    What stops goes to every robot that is there, a silent one too. What sets in motion again goes only to those that
-    say now that they wait for it: one that has been silent might go on whenever it hears of it.
+    Stopping orders go to every robot that is there, also to silent ones. Orders that set in motion go only to robots
+    that report now that they wait for it: a silent one might move off whenever it receives it.
     """
 
     name: str
@@ -36,7 +36,7 @@ def _paused(state: ConsoleState) -> bool:
 
 
 def _stopped(state: ConsoleState) -> bool:
-    """One with an emergency stop under way is left out: a reset would withdraw that."""
+    """True for a stopped or aborted robot, without an emergency stop under way, which a reset would withdraw."""
     ended = state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED) and not state.robot_stale
     return ended and state.orders.stop.phase is not Phase.SENT and not state.replayed
 
@@ -50,12 +50,12 @@ FLEET_ORDERS = (
 
 
 def concerned(order: FleetOrder, states: Mapping[str, ConsoleState]) -> tuple[str, ...]:
-    """The robots that it goes to."""
+    """Names of the robots that an order goes to."""
     return tuple(name for name, state in states.items() if order.concerns(state))
 
 
 def census(states: Mapping[str, ConsoleState]) -> str:
-    """What the robots are doing: 37 RUNNING, 2 PAUSED, 1 silent."""
+    """Summarise the robots' states: 37 RUNNING, 2 PAUSED, 1 silent."""
     counts = Counter(_doing(state) for state in states.values())
     return ", ".join(f"{count} {doing}" for doing, count in counts.most_common())
 

@@ -1,7 +1,7 @@
-"""Rasterises the map of all robots: what is told of them as a team, the plan of one, marks, and names.
+"""Raster of the fleet map: team layer, the plan of one robot, marks, and names.
 
-The less room there is, the less is drawn: bodies give way to arrows, arrows that share a cell to their number, names
-to everything else, those of robots that need an operator last.
+With less room, less is drawn: bodies become arrows, arrows that share a cell become their number, and names yield to
+everything else, those of robots that need an operator last.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ from touchline.tui.state import ConsoleState
 from touchline.tui.viewport import Viewport
 
 BODY_CELLS = 2.0
-"""From this length on a body is drawn."""
+"""Length from which a body is drawn."""
 DASH_DOTS = 3
 MANY = "+"
-"""More robots in a cell than a digit tells."""
+"""Mark of more robots in a cell than a digit can count."""
 GOAL = "×"
 SILENT = "?"
 GONE = "✗"
 _STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
 _URGENCY = (Ink.OTHER, Ink.OTHER_STOPPED, Ink.GONE, Ink.UNHEARD, Ink.ROBOT, Ink.ROBOT_STOPPED)
-"""Of robots that share a cell the last of these is shown."""
+"""Inks by urgency: robots that share a cell get the last of theirs."""
 
 
 @dataclass(frozen=True)
 class MappedRobot:
-    """A robot as it is drawn: `mark` is its arrow, or what stands for it."""
+    """Robot as drawn: `mark` is its arrow, or a replacement."""
 
     name: str
     pose: ShownPose
@@ -63,24 +63,24 @@ class MappedRobot:
 
 @dataclass(frozen=True, eq=False)
 class FleetScene:
-    """What there is to draw; `elsewhere` are robots whose places are in a frame with another origin."""
+    """Content of the map; `elsewhere` are robots in a frame with another origin."""
 
     robots: tuple[MappedRobot, ...] = ()
     selected: str = ""
     elsewhere: tuple[str, ...] = ()
     lines: Polyline = EMPTY
-    way: Polyline = EMPTY
+    path: Polyline = EMPTY
     plan_revision: tuple[int, int] = (0, 0)
     layer: FleetLayer = NO_LAYER
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for scenes that look the same."""
+        """Key that is equal for scenes that look the same."""
         looks = tuple((robot.name, robot.pose, robot.mark, robot.ink, id(robot.vehicle)) for robot in self.robots)
         return looks, self.selected, self.plan_revision, id(self.layer)
 
     def bounds(self) -> tuple[float, float, float, float] | None:
-        """(x_min, y_min, x_max, y_max) in metres of the robots, their cells, goals and claims; None without any."""
+        """Bounds (x_min, y_min, x_max, y_max) in metres of robots, cells, goals and claims; None without any."""
         points = [(robot.pose.x_m, robot.pose.y_m) for robot in self.robots]
         points += [goal for goal in self.layer.goals.values() if all(map(math.isfinite, goal))]
         boxes = [box for line in (self.layer.outlines(), self.layer.claimed()) if (box := line.bounds())]
@@ -92,7 +92,7 @@ class FleetScene:
 
 
 def fleet_scene(robots: Robots) -> FleetScene:
-    """All robots of which it is known where they are or were, on the map of the one in view."""
+    """Create the scene of all robots with a known last position, on the map of the one in view."""
     here = robots.selected
     mapped, far = list[MappedRobot](), list[str]()
     for name, state in robots.states.items():
@@ -113,9 +113,9 @@ def fleet_scene(robots: Robots) -> FleetScene:
 
 
 def claims_of(robots: Robots) -> Mapping[str, Line]:
-    """What robots of shared jobs claim of the map of the one in view."""
-    told = ((name, state, state.claimed) for name, state in robots.states.items())
-    return {name: line for name, state, line in told if line is not None and not elsewhere(state, robots.selected)}
+    """Claimed stretches of robots of shared jobs, on the map of the one in view."""
+    reported = ((name, state, state.claimed) for name, state in robots.states.items())
+    return {name: line for name, state, line in reported if line is not None and not elsewhere(state, robots.selected)}
 
 
 def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | None:
@@ -134,11 +134,11 @@ def _mapped(name: str, state: ConsoleState, *, selected: bool) -> MappedRobot | 
 
 
 class FleetRaster:
-    """Composes scenes; keeps the layers that stay the same while robots move."""
+    """Renderer of scenes; caches the layers that stay the same while robots move."""
 
     def __init__(self) -> None:
-        """Nothing drawn yet."""
-        self._grid, self._lines, self._way = GrowingLayer(), GrowingLayer(), GrowingLayer()
+        """Create empty layers."""
+        self._grid, self._lines, self._path = GrowingLayer(), GrowingLayer(), GrowingLayer()
         self._shared, self._own = GrowingLayer(), GrowingLayer()
         self._claims, self._own_claim = GrowingLayer(), GrowingLayer()
 
@@ -150,13 +150,13 @@ class FleetRaster:
         own = hash((id(layer), selected))
         dash_m = DASH_DOTS * view.dot_m
         self._lines.update(view, scene.lines, scene.plan_revision[0])
-        self._way.update(view, scene.way, scene.plan_revision[1])
+        self._path.update(view, scene.path, scene.plan_revision[1])
         self._claims.update(view, dashed(layer.claimed(besides=selected), dash_m), own)
         self._own_claim.update(view, dashed(layer.claimed(of=selected), dash_m), own)
         self._shared.update(view, layer.outlines(besides=selected), own)
         self._own.update(view, layer.outlines(of=selected), own)
         for drawn, ink in (
-            (self._way, Ink.PATH),
+            (self._path, Ink.PATH),
             (self._lines, Ink.TEMPLATE),
             (self._claims, Ink.CURRENT_PATH),
             (self._own_claim, Ink.CURRENT),
@@ -194,7 +194,7 @@ def _draw_goals(view: Viewport, scene: FleetScene, cells: Cells) -> None:
 
 
 def _draw_marks(view: Viewport, scene: FleetScene, cells: Cells) -> None:
-    """A mark in each cell that has robots; the selected one is pointed at from the edge if it is out of view."""
+    """Draw a mark in each cell with robots; an edge mark points to the selected one if it is out of view."""
     names: list[tuple[tuple[bool, int], tuple[int, int], str]] = []
     for at, there in _by_cell(view, scene).items():
         top = max(there, key=lambda robot: (_is(robot, scene), _URGENCY.index(robot.ink)))
@@ -225,7 +225,7 @@ def _by_cell(view: Viewport, scene: FleetScene) -> Mapping[tuple[int, int], list
 
 
 def nearest(view: Viewport, scene: FleetScene, column: float, row: float) -> str | None:
-    """The robot nearest to a place on the screen, within two cells."""
+    """Name of the robot nearest to a screen position, within two cells."""
     x_m, y_m = view.to_field(column, row)
     found = [(math.hypot(robot.pose.x_m - x_m, robot.pose.y_m - y_m), robot.name) for robot in scene.robots]
     distance_m, name = min(found, default=(math.inf, ""))

@@ -12,7 +12,7 @@ from touchline.schemas.plain_text import plain
 from touchline.tui import theme
 from touchline.tui.alerts import alerts, is_over
 from touchline.tui.node_health import Freshness, silence
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import Heard, RollReply
 from touchline.tui.state import ConsoleState
@@ -23,7 +23,7 @@ SILENT = theme.Badge("▲", "SILENT", theme.ORANGE)
 
 
 class Trouble(IntEnum):
-    """How much a robot needs an operator, the most first."""
+    """Urgency with which a robot needs an operator, the highest first."""
 
     STOP_UNHEARD = 0
     """It has not acknowledged an emergency stop."""
@@ -33,27 +33,27 @@ class Trouble(IntEnum):
     """It has not acknowledged the last order to several."""
     HALTED = 4
     ALERT = 5
-    """It goes on for now."""
+    """Alert that does not stop the robot yet."""
     WAITING = 6
     NONE = 7
 
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One robot; figures are None where they are not known.
+    """Row of a robot; figures are None where they are unknown.
 
     Attributes:
-        name: Its namespace.
-        badge: Its state.
-        doubtful: Whether its figures are of a while ago.
+        name: Namespace of the robot.
+        badge: State of the robot.
+        doubtful: Whether the figures are old.
         battery: Charge 0…1.
         progress: Covered share 0…1 of a job, driven share of a drive.
-        speed_mps: As the robot believes.
-        off_m: 3σ of where it believes to be.
-        alert: What an operator should know.
-        grave: Whether that keeps it from its work.
-        trouble: By which it is sorted.
-        elsewhere: Whether its map frame has another origin than that of the robot in view.
+        speed_mps: Estimated speed.
+        off_m: 3σ of the estimated position.
+        alert: Alert for the operator.
+        grave: Whether it keeps the robot from its work.
+        trouble: Urgency, the sort key.
+        elsewhere: Whether the robot's map frame has another origin than that of the robot in view.
     """
 
     name: str
@@ -70,14 +70,14 @@ class FleetRow:
 
 
 def fleet_rows(robots: Robots, *, by_trouble: bool = True) -> list[FleetRow]:
-    """All robots, those that need an operator first, else by name."""
+    """Create the rows of all robots, those that need an operator first, else by name."""
     heard, here = robots.answers(), robots.selected
     rows = [_row(name, state, heard.get(name), here) for name, state in robots.states.items()]
     return sorted(rows, key=lambda row: (row.trouble if by_trouble else 0, name_key(row.name)))
 
 
 def name_key(name: str) -> tuple[tuple[int, str], ...]:
-    """Sorts r2 before r10."""
+    """Sort key that puts r2 before r10."""
     parts: list[str] = []
     for character in name:
         if parts and parts[-1][-1].isdigit() == character.isdigit():
@@ -88,7 +88,7 @@ def name_key(name: str) -> tuple[tuple[int, str], ...]:
 
 
 def elsewhere(state: ConsoleState, here: ConsoleState) -> bool:
-    """Whether a robot's places are not those of the map on which `here` is: another origin of its map frame."""
+    """True if a robot's map frame has another origin than that of `here`."""
     return state.origin is not None and here.origin is not None and state.origin != here.origin
 
 
@@ -127,7 +127,7 @@ def _seen(state: ConsoleState) -> bool:
 
 
 def _trouble(state: ConsoleState, answer: RollReply | None) -> tuple[Trouble, str]:
-    """How much it needs an operator, and what for."""
+    """Urgency and reason with which a robot needs an operator."""
     freshness, stop = state.robot_freshness, state.orders.stop
     if stop.phase is Phase.SENT:
         line = stop.line(state.now_s, "" if state.traversal is None else _badge(state).text)
@@ -144,7 +144,7 @@ def _trouble(state: ConsoleState, answer: RollReply | None) -> tuple[Trouble, st
 
 
 def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
-    """Of a robot that is heard."""
+    """Urgency and reason of a robot that reports."""
     if state.replayed:
         return Trouble.NONE, state.replay.mark
     found, status = alerts(state), state.robot.status
@@ -167,7 +167,7 @@ def _work_trouble(state: ConsoleState) -> tuple[Trouble, str]:
 
 @dataclass(frozen=True)
 class FleetTotals:
-    """How many robots there are and what they do; `least_battery` is (charge 0…1, name)."""
+    """Number of robots in all and by state; `least_battery` is (charge 0…1, name)."""
 
     robots: int
     running: int
@@ -179,7 +179,7 @@ class FleetTotals:
 
 
 def totals(states: Mapping[str, ConsoleState]) -> FleetTotals:
-    """Of all robots."""
+    """Count all robots by state."""
     live = [state for state in states.values() if state.robot_alive and not state.robot_stale]
     doing = [state.traversal for state in live]
     charges = [

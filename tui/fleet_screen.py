@@ -1,4 +1,4 @@
-"""The screen of all robots: totals, orders and who has answered them, the map of all, the list, and the keys."""
+"""Screen of all robots: totals, orders with their answers, map, list, and keys."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from touchline.tui.signal_bar import SignalBar
 
 ROLL_HEIGHT = 5
 LEAST_FOR_BOTH = 16
-"""Rows from which on map and list are shown together."""
+"""Number of rows from which map and list are shown together."""
 
 
 class Shown(Enum):
-    """What of the fleet is in view."""
+    """Parts of the screen in view."""
 
     BOTH = "-both"
     LIST = "-list"
@@ -37,12 +37,12 @@ class Shown(Enum):
 
 
 class FleetKeyBar(LinesPanel):
-    """The keys that fit, and the name of the robot that those about one are about; a click presses one."""
+    """Keys that fit, and the name of the picked robot; a click presses one."""
 
     _spans: tuple[tuple[str, int, int], ...] = ()
 
     def show_keys(self, selected: str) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         room, chosen = max(self.size.width, 20), set[BarKey]()
         keys = [replace(key, text=f"{key.text} {selected}") if key.key == "enter" else key for key in bar(Bar.FLEET)]
         for key in sorted(keys, key=lambda key: key.rank):
@@ -69,12 +69,12 @@ class FleetKeyBar(LinesPanel):
 
 
 class FleetScreen(Screen[None]):
-    """All robots at a time; the picked one is the robot in view, to which keys apply."""
+    """Screen of all robots; keys apply to the picked one."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*bindings(FLEET_TABLE)]
 
     def __init__(self, robots: Robots) -> None:
-        """`robots` is what is shown."""
+        """Create the screen for `robots`."""
         super().__init__()
         self._robots = robots
         self._by_trouble, self._shown = True, Shown.BOTH
@@ -84,7 +84,7 @@ class FleetScreen(Screen[None]):
         self._map, self._list = FleetMap(), FleetList()
 
     def compose(self) -> ComposeResult:
-        """From above: what counts most first."""
+        """Lay out the parts, the most important at the top."""
         yield self._totals
         yield self._signals
         yield self._roll
@@ -94,16 +94,16 @@ class FleetScreen(Screen[None]):
         yield self._keys
 
     def on_mount(self) -> None:
-        """The arrow keys are for the list."""
+        """Focus the list for the arrow keys."""
         self._list.focus()
         self.show()
 
     def on_screen_resume(self) -> None:
-        """Dialogs have gone."""
+        """Refresh after dialogs."""
         self.show()
 
     def show(self) -> None:
-        """Bring everything up to date; each part redraws only what changed."""
+        """Update all parts; each redraws only what changed."""
         if not self._keys.is_attached:
             return
         robots, width = self._robots, max(self.size.width, 20)
@@ -117,13 +117,13 @@ class FleetScreen(Screen[None]):
         self.show_picked()
 
     def show_picked(self) -> None:
-        """Show which robot is picked; the next tick shows the rest, so that a key that is held down costs little."""
+        """Show the picked robot; the next tick updates the rest, so that a key that is held down costs little."""
         if self._shown is not Shown.MAP:
             self._list.show(self._rows, self._robots.selected_name)
         self._keys.show_keys(self._robots.selected_name)
 
     def on_resize(self) -> None:
-        """Where there is no room for map and list, the list is shown until the map is asked for."""
+        """Show the list only, where there is no room for map and list."""
         self._arrange()
 
     @property
@@ -141,11 +141,11 @@ class FleetScreen(Screen[None]):
         self._roll.display = bool(roll and heard)
         if roll and heard:
             lines = roll_lines(roll, heard, width, height)
-            self._roll.styles.height = len(lines)  # as high as that in any case: before they are cut they may wrap
+            self._roll.styles.height = len(lines)  # set before the lines, which may wrap until they are cut
             self._roll.show_lines(lines)
 
     def on_robot_picked(self, event: RobotPicked) -> None:
-        """That robot is the one in view; Enter shows it alone."""
+        """Select the picked robot; Enter shows it alone."""
         self._robots.select(event.name)
         if event.shown:
             self.action_leave()
@@ -157,7 +157,7 @@ class FleetScreen(Screen[None]):
         self.dismiss(None)
 
     def action_back(self) -> None:
-        """Put the roll call away, else leave."""
+        """Close the roll call, or else the screen."""
         if self._robots.answers():
             self._robots.end_roll()
             self.show()
@@ -165,12 +165,12 @@ class FleetScreen(Screen[None]):
             self.action_leave()
 
     def action_sort(self) -> None:
-        """By trouble, or by name."""
+        """Toggle sorting by trouble and by name."""
         self._by_trouble = not self._by_trouble
         self.show()
 
     def action_shown(self) -> None:
-        """Map and list, the list alone, the map alone."""
+        """Cycle through map and list, list, and map."""
         every = [each for each in Shown if each is not Shown.BOTH or not self._low]
         before = Shown.LIST if self._low and self._shown is Shown.BOTH else self._shown
         self._shown = every[(every.index(before) + 1) % len(every)]
@@ -181,7 +181,7 @@ class FleetScreen(Screen[None]):
         self._map.fit()
 
     def action_follow(self) -> None:
-        """Keep the picked robot in the middle of the map, or no longer."""
+        """Toggle keeping the picked robot in the middle of the map."""
         self._map.follow()
 
     def action_zoom(self, steps: int) -> None:

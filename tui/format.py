@@ -1,4 +1,4 @@
-"""Formats numbers for the operator; a dash stands for values that are unknown or not finite."""
+"""Formatting of numbers for the operator; a dash stands for values that are unknown or not finite."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ UNKNOWN = "–"
 
 
 def number(value: float | None, digits: int = 1, unit: str = "") -> str:
-    """A number with fixed digits and its unit."""
+    """Format a number with fixed digits and its unit."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
     return f"{round(value, digits) + 0.0:.{digits}f}{' ' + unit if unit else ''}"  # + 0.0: no -0.0
 
 
 def length(value_m: float | None) -> str:
-    """A length with the prefix that suits it: 4 mm, 62 cm, 12.0 m, 1.64 km."""
+    """Format a length with a suitable prefix: 4 mm, 62 cm, 12.0 m, 1.64 km."""
     if value_m is None or not math.isfinite(value_m):
         return UNKNOWN
     size = abs(value_m)
@@ -27,14 +27,14 @@ def length(value_m: float | None) -> str:
 
 
 def round_length(value_m: float) -> str:
-    """A length that is a round number: 5 cm, 20 m, 1 km."""
+    """Format a round length: 5 cm, 20 m, 1 km."""
     if value_m < 0.995:
         return f"{value_m * 100:g} cm"
     return f"{value_m:g} m" if value_m < 999.5 else f"{value_m / 1000:g} km"
 
 
 def duration(value_s: float | None) -> str:
-    """A time span as m:ss or h:mm:ss."""
+    """Format a time span as m:ss or h:mm:ss."""
     if value_s is None or not math.isfinite(value_s):
         return UNKNOWN
     total = int(max(value_s, 0.0))
@@ -43,14 +43,14 @@ def duration(value_s: float | None) -> str:
 
 
 def percent(fraction: float | None, digits: int = 0) -> str:
-    """A share 0…1 in per cent."""
+    """Format a share 0…1 in per cent."""
     if fraction is None or not math.isfinite(fraction):
         return UNKNOWN
     return f"{100 * fraction:.{digits}f} %"
 
 
 def factor(value: float | None) -> str:
-    """A speed factor: 20×, max for a negative one, hold for none."""
+    """Format a speed factor: 20×, max for a negative one, hold for 0."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
     if value < 0:
@@ -59,7 +59,7 @@ def factor(value: float | None) -> str:
 
 
 def cut(text: str, width: int) -> str:
-    """A name in no more than `width` cells: what is too long loses its middle, as names differ most at their ends."""
+    """Cut the middle of a name that is longer than `width` cells, as names differ most at their ends."""
     if len(text) <= width:
         return text
     if width < 2:
@@ -69,12 +69,12 @@ def cut(text: str, width: int) -> str:
 
 
 def cut_end(text: str, width: int) -> str:
-    """A sentence in no more than `width` cells: what is too long loses its end."""
+    """Cut the end of a sentence that is longer than `width` cells."""
     return text if len(text) <= width else f"{text[: max(width - 1, 0)]}…"[:width]
 
 
 def bar(fraction: float | None, width: int) -> tuple[str, str]:
-    """A horizontal bar in halves of a cell: (filled, rest), together `width` cells."""
+    """Draw a horizontal bar in halves of a cell: (filled, rest), together `width` cells."""
     share = fraction if fraction is not None and math.isfinite(fraction) else 0.0
     full, half = divmod(math.floor(min(max(share, 0.0), 1.0) * width * 2 + 1e-9), 2)
     filled = "━" * full + ("╸" if half else "")

@@ -1,4 +1,4 @@
-"""Dialog on how to get to a goal: pose method, speed law, and after how long."""
+"""Dialog for a drive to a goal: pose method, speed law, and duration."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from touchline.tui.dialogs import DialogBox, FormDialog, choices, number_field, 
 
 
 class GoalDialog(FormDialog[PoseGoal | None]):
-    """Choose how to get there; answers the same goal with that."""
+    """Choose method, law and duration; returns the goal with them."""
 
     NOTE = (("enter", "preview"), ("esc", "cancel"), ("tab", "next field"))
 
     def __init__(self, goal: PoseGoal) -> None:
-        """Start from what the goal says."""
+        """Start from the values of the goal."""
         super().__init__()
         self._goal = goal
 
     def compose(self) -> ComposeResult:
-        """Method, law, time, buttons."""
+        """Lay out method, law, time and buttons."""
         with DialogBox(id="dialog"):
             yield Label("How to drive there", classes="title")
             with RadioSet(id="method"):
@@ -39,11 +39,11 @@ class GoalDialog(FormDialog[PoseGoal | None]):
                 yield Button("Cancel", id="cancel")
 
     def on_mount(self) -> None:
-        """Enter at once previews as before."""
+        """Focus so that Enter previews as before."""
         self.query_one("#ok").focus()
 
     def accept(self) -> None:
-        """Answer with the goal."""
+        """Return the goal."""
         problem = "takes  s: give a number above 0, or nothing for as soon as the law allows"
         duration_s = self.written_number("duration", problem)
         if duration_s is None:

@@ -1,4 +1,4 @@
-"""A drive to a pose while the operator prepares it: where to, how, and the plan for it."""
+"""Draft of a drive to a pose: goal, method, and plan."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from touchline.tui.job import PathView
 from touchline.tui.robot import ShownPose
 
 TURN_DEG = 5.0
-"""By so much a key turns the heading."""
+"""Step by which a key turns the heading."""
 _SAME = 1e-6
 
 
 @dataclass(frozen=True)
 class PlanAsked:
-    """A plan that was asked for.
+    """Request for a plan.
 
     Attributes:
-        request_id: Of the request.
-        at_s: When, by the console's own time.
-        under_way: Whether it begins amid a drive, so that it holds for a moment only.
+        request_id: Id of the request.
+        at_s: Time of the request on the console's clock.
+        under_way: Whether the plan begins amid a drive, so that it is valid for a moment only.
     """
 
     request_id: str = ""
@@ -33,58 +33,58 @@ class PlanAsked:
 
 @dataclass
 class GoalDraft:
-    """What one robot's next drive is to be.
+    """Draft of a robot's next drive.
 
-    `goal` is None unless the operator aims. Whatever changes it makes the plan for it, `path`, and what the planner
-    `said` of it void; an answer about an earlier goal is of no use.
+    `goal` is None unless the operator aims. Any change of it voids the plan `path` and the planner's `message`; answers
+    about an earlier goal are dropped.
     """
 
     goal: PoseGoal | None = None
     path: PathView | None = None
-    said: str = ""
-    """Of a plan what it has chosen, or why there is none or it was not taken."""
+    message: str = ""
+    """Choices of the plan, or why there is none or it was refused."""
     shown: PlanAsked = PlanAsked()
-    """What `path` answers."""
+    """Request that `path` answers."""
     trouble: str = ""
-    """Why `path` could not be planned anew since."""
+    """Reason why `path` could not be updated."""
     asked: PlanAsked | None = None
-    """The question to the planner that is under way."""
+    """Request to the planner that is under way."""
     asked_s: float = -math.inf
-    """When the planner was asked last."""
+    """Time of the last request to the planner."""
     unseen: bool = False
-    """Whether it may be sent without a plan to look at."""
+    """Whether the goal may be sent without a preview."""
     sent_id: str = ""
-    """Request id of the goal while it is on its way to the robot."""
+    """Request id of the goal while it is being sent to the robot."""
     _manner: PoseGoal = field(default_factory=PoseGoal)
     """Method and law of the last goal."""
 
     @property
     def ready(self) -> bool:
-        """Whether it may be sent next."""
+        """True if the goal may be sent."""
         return self.path is not None or self.unseen
 
     def begin(self, x_m: float, y_m: float) -> None:
-        """Aim, from this place on, by the method and law of the last goal."""
+        """Begin to aim at a position, with method and law of the last goal."""
         self._set(self._manner.model_copy(update={"x_m": x_m, "y_m": y_m}))
 
     def leave(self) -> None:
-        """Aim no longer."""
+        """Stop aiming."""
         if self.goal is not None:
             kept = {"method": self.goal.method, "law": self.goal.law}
             self._manner = PoseGoal().model_copy(update=kept)
         self._set(None)
 
     def place(self, x_m: float, y_m: float, heading_rad: float = math.nan) -> None:
-        """Aim at a pose; heading NaN: any."""
+        """Set the goal's pose; heading NaN: any."""
         self._update(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
 
     def move(self, right: int, up: int, step_m: float) -> None:
-        """Move the goal by steps, to whole multiples of a step along the axis in which it moves."""
+        """Move the goal by steps, to multiples of the step along the axis of the motion."""
         if self.goal is not None:
             self._update(x_m=stepped(self.goal.x_m, right, step_m), y_m=stepped(self.goal.y_m, up, step_m))
 
     def turn(self, steps: int, seen_from: ShownPose | None) -> None:
-        """Turn the heading, counter-clockwise for positive steps; a free one is first as the goal lies from a pose."""
+        """Turn the heading, counter-clockwise for positive steps; a free one starts as the bearing from a pose."""
         if self.goal is None:
             return
         degrees = math.degrees(self.goal.heading_rad)
@@ -101,42 +101,46 @@ class GoalDraft:
         self._update(heading_rad=math.nan)
 
     def choose(self, goal: PoseGoal) -> None:
-        """Go there as this one says."""
+        """Take method, law and duration from a goal."""
         self._set(goal)
 
     def ask(self, asked: PlanAsked) -> None:
-        """The planner is asked."""
+        """Note a request to the planner."""
         self.drop("")
         self.ask_again(asked)
 
     def ask_again(self, asked: PlanAsked) -> None:
-        """The planner is asked, while the plan that is there is still shown."""
+        """Note a request to the planner, while the present plan is still shown."""
         self.asked, self.asked_s = asked, asked.at_s
 
-    def planned(self, trajectory: Trajectory, report: PlanReport, said: str) -> None:
-        """Take the plan that was asked for. Raises ValueError when it makes no sense."""
-        self.path, self.said = PathView.of(trajectory, None, report), plain(said)
+    def planned(self, trajectory: Trajectory, report: PlanReport, message: str) -> None:
+        """Take the requested plan.
+
+        Raises:
+            ValueError: The plan is not valid.
+        """
+        self.path, self.message = PathView.of(trajectory, None, report), plain(message)
         self.shown, self.asked, self.trouble = self.asked or PlanAsked(), None, ""
 
     def not_planned(self, why: str) -> None:
-        """There is no plan; one that was there before is shown on."""
+        """Note that there is no plan; an earlier one is still shown."""
         self.asked = None
         if self.path is None:
-            self.said = why
+            self.message = why
         else:
             self.trouble = why
 
     def send(self, request_id: str) -> None:
-        """The goal is on its way to the robot."""
+        """Note that the goal is being sent to the robot."""
         self.asked, self.sent_id = None, request_id
 
     def drop(self, why: str) -> None:
-        """The plan holds no longer, or the robot does not take the goal: another preview is due."""
-        self.path, self.said, self.shown, self.trouble = None, why, PlanAsked(), ""
+        """Drop the plan, as it is void or the robot refused the goal: another preview is due."""
+        self.path, self.message, self.shown, self.trouble = None, why, PlanAsked(), ""
         self.asked, self.unseen, self.sent_id = None, False, ""
 
     def go_unseen(self, why: str) -> None:
-        """There can be no plan to look at."""
+        """Note that there can be no preview."""
         self.drop(why)
         self.unseen = True
 
@@ -150,7 +154,7 @@ class GoalDraft:
 
 
 def stepped(value: float, steps: int, step: float) -> float:
-    """The multiple of a step so many on from a value, which counts as the multiple before it; as it is for none."""
+    """Move a value by steps to a multiple of the step; unchanged for 0 steps."""
     if not steps:
         return value
     before = math.floor(value / step + _SAME) if steps > 0 else math.ceil(value / step - _SAME)

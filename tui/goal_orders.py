@@ -1,4 +1,4 @@
-"""Orders about goals: aim, preview, keep the preview up with a driving robot, and send."""
+"""Orders about goals: aim, preview, update the preview of a driving robot, and send."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from touchline.tui.robot import ShownPose
 from touchline.tui.state import ConsoleState
 
 REFRESH_S = 1.0
-"""So often the way from a driving robot is planned anew."""
+"""Period of updates of the preview from a driving robot."""
 DRAWN_S = 5.0
-"""A way from a driving robot that could not be planned anew for so long is drawn no more."""
+"""Age from which a preview from a driving robot is dropped."""
 UNANSWERED = "the planner does not answer"
-UNSEEN = "no preview: the robot finds out where it stands only when it is to drive, and plans from there"
+UNSEEN = "no preview: the robot finds its position only when it is to drive, and plans from there"
 _KEYS = {TraversalStatus.PAUSED: "g, a", TraversalStatus.ESTOPPED: "r"}
 
 
 def why_no_goal(state: ConsoleState) -> str:
-    """Why no drive to a goal can be prepared and sent now, with the remedy; "" if it can."""
+    """Reason why no drive to a goal can be prepared and sent now, with the remedy; "" if it can."""
     if state.replayed:
         return state.why_replayed
     if state.traversal is None:
-        return "no robot has told how it is; wait for it"
+        return "no robot has reported its state; wait for it"
     if problem := hindrance(state.traversal):
         return f"the robot is {problem} ({_KEYS[state.traversal]})"
     if state.traversal == TraversalStatus.RUNNING and not state.loaded.drives:
@@ -41,7 +41,7 @@ def why_no_goal(state: ConsoleState) -> str:
 
 
 def way_start(state: ConsoleState) -> WayStart:
-    """The robot as it was heard last."""
+    """Start of a path from the robot's last report."""
     here, path, status = state.robot.pose, state.loaded.path, state.robot.status
     return WayStart(
         state=state.traversal if state.traversal is not None else TraversalStatus.IDLE,
@@ -53,7 +53,7 @@ def way_start(state: ConsoleState) -> WayStart:
 
 
 class GoalOrders:
-    """What is ordered of one robot about goals, and what becomes of it."""
+    """Orders to one robot about goals, and their outcomes."""
 
     def __init__(
         self,
@@ -62,27 +62,27 @@ class GoalOrders:
         say: Callable[[int, str], None],
         request_id: Callable[[], str],
     ) -> None:
-        """`send` does not wait; `say(severity, text)` tells the operator; `request_id` makes a new one."""
+        """Use `send` (does not wait), `say(severity, text)` for messages, and `request_id` for new ids."""
         self._state, self._send_order, self._say, self._request_id = state, send, say, request_id
         self._newest: dict[str, str] = {}
-        """Request id of the latest order of each name."""
+        """Request id of the last order of each name."""
 
     # -- what the operator does --------------------------------------------------------------------------------------
 
     def aim(self) -> None:
-        """Begin to aim at a goal, from where the robot is, as far as it has told."""
+        """Begin to aim at a goal, from the robot's last reported position."""
         if self._state.drive.goal is None and self._may("Drive"):
             here = self._state.robot.pose or ShownPose(0.0, 0.0, 0.0)
             self._state.drive.begin(round(here.x_m, 2), round(here.y_m, 2))
 
     def leave(self) -> None:
-        """Aim no longer; a goal that is on its way to the robot is not called back by that."""
+        """Stop aiming; a goal that has been sent is not revoked."""
         if self._state.drive.sent_id:
             self._say(WARN, "Drive: the goal has been sent, the robot may set off; pause (space) or abort (a) it")
         self._state.drive.leave()
 
     def preview(self) -> None:
-        """Plan the way to the goal from where the robot believes to be now, or from amid its drive."""
+        """Plan the path to the goal from the robot's estimated pose, or from amid its drive."""
         draft = self._state.drive
         if draft.goal is None or draft.asked is not None or not self._may("Preview"):
             return
@@ -94,13 +94,13 @@ class GoalOrders:
         self._send(orders.preview(request))
 
     def drive(self) -> None:
-        """Have the robot drive to the goal whose way is previewed; of several on their way to it the newest counts."""
+        """Send the previewed goal to the robot; of several goals under way the newest counts."""
         draft = self._state.drive
         if draft.goal is None or not draft.ready or draft.sent_id or not self._may("Drive"):
             return
         if self._running and not draft.shown.under_way:
             draft.unseen = False
-            self._say(WARN, "Drive: the robot has set off meanwhile; look at the way from there first")
+            self._say(WARN, "Drive: the robot has set off meanwhile; look at the path from there first")
             return
         order = orders.drive(draft.goal, self._request_id())
         draft.send(order.request_id)
@@ -109,7 +109,7 @@ class GoalOrders:
     # -- what goes on by itself --------------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Keep the way that is shown up with a robot that drives, or that has come to rest since."""
+        """Update the preview for a robot that drives, or that has come to rest since."""
         draft, now_s = self._state.drive, self._state.now_s
         if draft.goal is None or draft.path is None or draft.sent_id:
             return
@@ -128,16 +128,16 @@ class GoalOrders:
     # -- outcomes ----------------------------------------------------------------------------------------------------
 
     def overtaken(self, order: Order) -> bool:
-        """Whether another order of this name has been sent since."""
+        """True if a newer order of this name has been sent."""
         return self._newest.get(order.name, order.request_id) != order.request_id
 
     def awaited(self, order: Order) -> bool:
-        """Whether the goal is still the one that this preview was asked for."""
+        """True if the goal is still the one of this preview."""
         asked = self._state.drive.asked
         return asked is not None and asked.request_id == order.request_id
 
     def refreshed(self, outcome: OrderOutcome) -> bool:
-        """Take a way that was planned anew, without a word; False if there is none."""
+        """Take an updated preview silently; false if there is none."""
         draft = self._state.drive
         if not self.awaited(outcome.order):
             return False
@@ -151,19 +151,23 @@ class GoalOrders:
         return not draft.trouble
 
     def previewed(self, response: PlanResponse) -> str:
-        """Take the way; returns what the planner says. Raises ValueError when it makes no sense."""
+        """Take the preview and return the planner's message.
+
+        Raises:
+            ValueError: The plan is not valid.
+        """
         self._state.drive.planned(response.trajectory, response.report, response.message)
         return response.message
 
     def refused(self, order: Order, why: str) -> None:
-        """There is no plan, or the robot does not take the goal."""
+        """Process a refusal: there is no plan, or the robot does not take the goal."""
         if self.awaited(order):
             self._state.drive.not_planned(why)
         elif order.request_id == self._state.drive.sent_id:
             self._state.drive.drop(why)
 
     def taken(self, request_id: str) -> None:
-        """The robot is on its way; the operator may aim at another goal by now."""
+        """Process the acceptance of a goal; the operator may aim at another one by now."""
         if request_id == self._state.drive.sent_id:
             self._state.drive.leave()
 
@@ -179,7 +183,7 @@ class GoalOrders:
         return not problem
 
     def _request(self, goal: PoseGoal) -> PlanRequest:
-        """For the way from where the robot is now, as the robot would ask for it."""
+        """Create the request for a path from the robot's present state, as the robot would."""
         start = way_start(self._state)
         return start.request(goal, PlanOptions(), self._state.vehicle_json, self._request_id())
 
@@ -187,7 +191,7 @@ class GoalOrders:
         return PlanAsked(request.request_id, self._state.now_s, bool(request.leaving))
 
     def _send(self, order: Order) -> None:
-        """Send it, whatever else of its name is under way."""
+        """Send an order, even while another one of its name is under way."""
         self._newest[order.name] = order.request_id
         self._state.orders.place(order.name, order.title, order.attempts, self._state.now_s)
         self._send_order(order)

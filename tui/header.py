@@ -13,7 +13,7 @@ from touchline.tui.state import EXPECTED_NODES, ConsoleState
 
 
 def header_line(state: ConsoleState, width: int) -> Content:
-    """The header, `width` cells wide."""
+    """Render the header, `width` cells wide."""
     left = Content.assemble((" TOUCHLINE ", f"bold {theme.BLACK} on {theme.GREEN}"), " ")
     for name in EXPECTED_NODES:
         left += _node(state, topics.REPLAY if state.replayed and name == topics.ROBOT_SIM else name)
@@ -31,7 +31,7 @@ def header_line(state: ConsoleState, width: int) -> Content:
 
 
 def _node(state: ConsoleState, name: str) -> Content:
-    """One process: green only while it is heard."""
+    """Render a process: green only while it reports."""
     node, label = state.nodes[name], NODE_LABELS.get(name, name)
     mark = theme.FRESHNESS[node.freshness(state.now_s)]
     if node.freshness(state.now_s) is Freshness.STALE:
@@ -42,9 +42,9 @@ def _node(state: ConsoleState, name: str) -> Content:
 
 
 class HeaderBar(LinesPanel):
-    """The console's header."""
+    """Header of the console."""
 
     def show(self, state: ConsoleState) -> None:
-        """Redraw what changed; the line turns red while the robot is stopped."""
+        """Update the line, which turns red while the robot is stopped."""
         self.set_class(state.traversal == TraversalStatus.ESTOPPED, "-stopped")
         self.show_lines([header_line(state, max(self.size.width, 40))])

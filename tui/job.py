@@ -18,15 +18,15 @@ from touchline.tui.raster import Polyline
 from touchline.tui.robot import ShownPose
 
 SAGITTA_M = 0.004
-"""How far a drawn chord may be from its arc: less than a dot at the closest useful zoom."""
+"""Maximum distance of a drawn chord from its arc: less than a dot at the closest useful zoom."""
 
 PLAIN_LABELS = frozenset({"transition", "run-in", "run-out"})
-"""Labels of segments that are driven without painting."""
+"""Labels of segments without painting."""
 
 
 @dataclass(frozen=True)
 class LineRow:
-    """A painted segment as the table lists it."""
+    """Painted segment as a row of the table."""
 
     segment_id: str
     label: str
@@ -35,7 +35,7 @@ class LineRow:
 
 @dataclass(frozen=True, eq=False)
 class TemplateView:
-    """A template, the text it was read from, and its lines by segment id, with the edges of its areas by theirs."""
+    """Template with its text, and polylines by segment id and area id."""
 
     template: Template
     text: str
@@ -43,7 +43,7 @@ class TemplateView:
 
     @classmethod
     def of(cls, template: Template, text: str) -> TemplateView:
-        """Sample every segment and the edges of every area."""
+        """Sample all segments and the edges of all areas."""
         lines = {segment.id: sample([segment.curve()]) for segment in template.segments}
         return cls(template, text, lines | {area.id: sample(area.edges()) for area in template.areas})
 
@@ -54,7 +54,7 @@ class TemplateView:
 
     @cached_property
     def limits(self) -> Polyline:
-        """The boundary, and round the obstacles."""
+        """Outlines of boundary and obstacles."""
         shapes = [*self.template.obstacles, *([self.template.boundary] if self.template.boundary is not None else [])]
         return Polyline.of([_ring(shape.corners) for shape in shapes])
 
@@ -65,7 +65,7 @@ class TemplateView:
 
     @cached_property
     def rows(self) -> tuple[LineRow, ...]:
-        """The segments in the template's order, behind them the areas: how long their swaths are the plan will say."""
+        """Segments in the template's order, then the areas, whose length only the plan has."""
         lines = (
             LineRow(segment.id, plain(segment.label or segment.id), self.lengths_m[segment.id])
             for segment in self.template.segments
@@ -75,22 +75,25 @@ class TemplateView:
 
 @dataclass(frozen=True, eq=False)
 class PathView:
-    """A trajectory: the axle's path by segment index, and which of it is only driven to get to the next line."""
+    """Trajectory with the axle's path by segment index, and flags of transitions."""
 
     trajectory: Trajectory = field(repr=False)
     report: PlanReport | None
     lines: tuple[Polyline, ...] = field(repr=False)
     transition: tuple[bool, ...] = field(repr=False)
     rows: tuple[LineRow, ...]
-    """The painted segments in the order in which they are driven."""
+    """Painted segments in driving order."""
     goals: tuple[int, ...] = field(repr=False)
-    """For each segment the row it paints or leads to; the number of rows behind the last one."""
+    """For each segment the row that it paints or leads to; the number of rows after the last one."""
 
     @classmethod
     def of(cls, trajectory: Trajectory, template: TemplateView | None, report: PlanReport | None = None) -> PathView:
-        """Sample every segment; one is painted if the template has it, or an area of which it is a swath.
+        """Sample all segments; one is painted if the template has it, or an area of which it is a swath.
 
-        Without a template its label tells. Raises ValueError when a curve makes no sense.
+        Without a template its label decides.
+
+        Raises:
+            ValueError: A curve is not valid.
         """
         segments = trajectory.path.segments
         lengths = template.lengths_m if template else {}
@@ -110,17 +113,17 @@ class PathView:
 
     @cached_property
     def transitions(self) -> Polyline:
-        """All that is driven without painting."""
+        """Path driven without painting."""
         return merge([line for line, plain in zip(self.lines, self.transition, strict=True) if plain])
 
     @cached_property
     def painting(self) -> Polyline:
-        """The axle's path while painting."""
+        """Path of the axle while painting."""
         return merge([line for line, plain in zip(self.lines, self.transition, strict=True) if not plain])
 
     @cached_property
     def destination(self) -> ShownPose | None:
-        """The robot's pose at the end; None for a path of turns on the spot alone, which does not say from where."""
+        """Pose of the robot at the end; None for a path of turns on the spot only, which has no start heading."""
         turn_rad = 0.0
         for segment in reversed(self.trajectory.path.segments):
             spin = spin_rad(segment.curve)
@@ -134,14 +137,14 @@ class PathView:
 
 @dataclass(frozen=True, eq=False)
 class JobView:
-    """A template and, once it is planned, the path for it; or a path alone."""
+    """Template and, once it is planned, its path; or a path only."""
 
     template: TemplateView | None = None
     path: PathView | None = None
 
     @property
     def drives(self) -> bool:
-        """Whether it is a drive, on which nothing is worked on."""
+        """True for a drive without work."""
         return self.template is None and self.path is not None and not self.path.rows
 
 
@@ -149,18 +152,18 @@ NOTHING = JobView()
 
 
 def _ring(corners: tuple[tuple[float, float], ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A closed outline as a stroke."""
+    """Convert a closed outline to a stroke."""
     x, y = np.array((*corners, corners[0])).T
     return x, y
 
 
 def _swath_m(segment: Segment) -> float:
-    """Length of a swath of an area: that of the robot's path along it."""
+    """Length of the robot's path along a swath of an area."""
     return Curve.from_message(segment.curve).length_m
 
 
 def sample(curves: list[Curve]) -> Polyline:
-    """Curves as separate strokes, bends finely enough for the eye."""
+    """Sample curves as separate strokes, bends finely enough for the eye."""
     strokes: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
     for curve in curves:
         bend = abs(curve.curvature_1pm)
@@ -172,7 +175,7 @@ def sample(curves: list[Curve]) -> Polyline:
 
 
 def merge(lines: list[Polyline]) -> Polyline:
-    """Several polylines as one, not joined to each other."""
+    """Concatenate polylines without joining them."""
     if not lines:
         return Polyline.of([])
     return Polyline(

@@ -19,11 +19,11 @@ _PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
 _OF_SEVERAL = frozenset("vox")
-"""Keys that are of use, and shown, when there are several robots."""
+"""Keys that are shown only when there are several robots."""
 
 
 def useless(state: ConsoleState) -> frozenset[str]:
-    """Keys whose order would be refused, or change nothing, as things are; they still work, and say why."""
+    """Keys whose order would be refused, or change nothing, at present; they still work, and give the reason."""
     if state.replayed:
         return frozenset()
     goals = frozenset("d" if why_no_goal(state) else "")
@@ -47,7 +47,7 @@ def _out_of_order(state: ConsoleState) -> frozenset[str]:
 
 
 def layout(state: ConsoleState, width: int) -> list[tuple[BarKey, int, int]]:
-    """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
+    """Keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
     idle = useless(state)
     room, chosen = width, set[BarKey]()
     keys = bar(Bar.REPLAY if state.replayed else Bar.JOB if state.drive.goal is None else Bar.AIM)
@@ -69,7 +69,7 @@ def _width(key: BarKey) -> int:
 
 
 def keys_line(state: ConsoleState, width: int) -> Content:
-    """The keys, `width` cells wide."""
+    """Render the keys, `width` cells wide."""
     (next_key, _), idle = hint(state), useless(state)
     parts: list[Content] = []
     for key, first, last in layout(state, width):
@@ -87,10 +87,10 @@ def keys_line(state: ConsoleState, width: int) -> Content:
 
 
 class KeyBar(LinesPanel):
-    """The console's footer."""
+    """Footer of the console."""
 
     def show(self, state: ConsoleState) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         width = max(self.size.width, 40)
         self._layout_shown = layout(state, width)
         self.show_lines([keys_line(state, width)])

@@ -1,4 +1,4 @@
-"""The keys of the console, in one table: bindings, bars at the bottom and command palette are made of it."""
+"""Table of the console's keys, from which bindings, key bars and command palette are made."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from textual.binding import Binding
 
 
 class Bar(Enum):
-    """Rows of keys at the bottom, by what the console shows."""
+    """Key bars at the bottom, by the state of the console."""
 
     JOB = "job"
     AIM = "aim"
-    """While the operator aims at a goal; keys that are not shown still work."""
+    """Bar while the operator aims at a goal; keys that are not shown still work."""
     REPLAY = "replay"
-    """For a replay; keys that are not shown are refused."""
+    """Bar of a replay; keys that are not shown are refused."""
     FLEET = "fleet"
 
 
 @dataclass(frozen=True)
 class BarKey:
-    """A key as a bar shows it, what it does, the action behind it, and its rank when room is short (0 is first)."""
+    """Key of a bar: key, effect, action, and rank when room is short (0 is first)."""
 
     key: str
     text: str
@@ -33,15 +33,15 @@ class BarKey:
 
 @dataclass(frozen=True)
 class ConsoleKey:
-    """A key of the console, or a command without one.
+    """Key of the console, or a command without a key.
 
     Attributes:
-        shown: As bars and help show it.
-        action: Textual's name of what it does; of the fleet's screen with where it is looked for.
-        name: For the list of bindings and the command palette.
-        keys: As Textual calls them, separated by commas; none of a key that is bound elsewhere.
-        about: What it does, for the command palette; "" if it has no entry there.
-        bars: Text and rank in each bar that has it.
+        shown: Key as bars and help show it.
+        action: Textual's name of the action, with its namespace for the fleet's screen.
+        name: Name in the list of bindings and the command palette.
+        keys: Textual's names of the keys, separated by commas; "" for a key that is bound elsewhere.
+        about: Effect, for the command palette; "" for no entry there.
+        bars: Text and rank in each bar with the key.
         urgent: Whether it works in dialogs, too.
     """
 
@@ -154,16 +154,16 @@ FLEET_TABLE = (
     ConsoleKey("?", "app.keys", bars={Bar.FLEET: ("Keys", 5)}),
     ConsoleKey("q", "app.quit", bars={Bar.FLEET: ("Quit", 7)}),
 )
-"""Keys of the fleet's screen; where one has no name the console's own binding serves."""
+"""Keys of the fleet's screen; those without a name use the console's binding."""
 
 
 def bindings(table: tuple[ConsoleKey, ...]) -> list[Binding]:
-    """Textual's bindings of a table; bars of our own show them."""
+    """Create Textual's bindings from a table; our key bars show them."""
     return [Binding(each.keys, each.action, each.name, show=False, priority=each.urgent) for each in table if each.keys]
 
 
 @cache
 def bar(which: Bar) -> tuple[BarKey, ...]:
-    """The keys of a bar, from left to right."""
+    """Keys of a bar, from left to right."""
     found = ((each, each.bars[which]) for each in (*TABLE, *FLEET_TABLE) if which in each.bars)
     return tuple(BarKey(each.shown, text, each.action, rank) for each, (text, rank) in found)

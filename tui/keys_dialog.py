@@ -1,4 +1,4 @@
-"""List of all keys and of the map's colours."""
+"""Dialog with all keys and the map's colours."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ LEGEND = (
     ("●", theme.WHITE, "painted"),
     ("●", theme.TO_PAINT, "to paint"),
     ("●", theme.YELLOW, "now"),
-    ("●", theme.WAY, "driven only"),
+    ("●", theme.PATH, "driven only"),
     (MISSED_MARK, theme.VERMILION, "missed"),
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
     ("→", f"{theme.BLACK} on {theme.SKY}", "goal"),
@@ -71,23 +71,23 @@ SHAPES_LEGEND = (
     (MISSED_MARK, "bold", "missed"),
     ("→", "reverse", "robot, goal"),
 )
-"""Without colours; see `mono_cells`."""
+"""Legend without colours; see `mono_cells`."""
 
 
 class KeysDialog(Dialog[None]):
-    """All keys; scrolls where they do not fit."""
+    """Scrolling list of all keys."""
 
     NOTE = (("esc", "close"), ("↑ ↓", "more"))
     BINDINGS: ClassVar[list[BindingType]] = [Binding("question_mark,q", "dismiss(None)", "Close")]
 
     def __init__(self, *, fleet: bool = False) -> None:
-        """Those of one robot's screen, or of that of the `fleet`."""
+        """Create the list for the screen of one robot, or of the `fleet`."""
         super().__init__()
         self._text = FLEET_KEYS_TEXT if fleet else KEYS_TEXT
         self._legend = FLEET_LEGEND if fleet else LEGEND
 
     def compose(self) -> ComposeResult:
-        """The legend of the map, the list."""
+        """Lay out the legend of the map and the list."""
         legend = self._legend if has_colors(self.app) or self._legend is not LEGEND else SHAPES_LEGEND
         with DialogBox(id="dialog", can_focus=True):
             yield Label("Keys", classes="title")
@@ -103,5 +103,5 @@ class KeysDialog(Dialog[None]):
             yield Static(Content("\n").join(lines))
 
     def on_mount(self) -> None:
-        """Arrows and pages scroll at once."""
+        """Focus the list for scrolling."""
         self.query_one("#dialog").focus()

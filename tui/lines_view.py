@@ -1,4 +1,4 @@
-"""The table of painted segments with a bar each, the current one in view; above them patches that were left out."""
+"""Table of painted segments with a bar each, the current one in view, below missed patches."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from touchline.tui.state import ConsoleState, missed_patches
 
 BAR_WIDTH = 6
 SLACK_M = 0.03
-"""A line that lacks no more than this is done: the valve opens and closes to about that."""
+"""Missing length up to which a line is done: about the precision of the valve."""
 BEGUN = 0.02
-"""Less paint than this comes from a line that crosses it."""
+"""Painted share below which the paint is that of a crossing line."""
 
 Line = tuple[str, float, float, bool]
-"""(label, length m, painted share, whether it is being painted or driven to)"""
+"""(label, length m, painted share, whether it is the current one)"""
 
 
 def is_done(line: Line) -> bool:
-    """Whether all of it is painted."""
+    """True if the whole line is painted."""
     _, length_m, share, _ = line
     return share >= 1.0 or (1.0 - share) * length_m <= SLACK_M
 
 
 class SegmentsTable(ScrollView, can_focus=True):
-    """One line per segment to paint, in path order."""
+    """Table with one line per segment to paint, in path order."""
 
     def __init__(self, *, id: str | None = None) -> None:
-        """An empty table."""
+        """Create an empty table."""
         super().__init__(id=id)
         self.border_title = "Lines"
         self._lines: list[Line] = []
@@ -68,7 +68,7 @@ class SegmentsTable(ScrollView, can_focus=True):
         self._active = active
 
     def _reveal(self, index: int) -> None:
-        """Scroll so that a line is in the middle, once the layout knows how many there are."""
+        """Scroll a line to the middle, once the layout has all lines."""
         self.call_after_refresh(self.scroll_to, y=max(index - self.content_size.height // 2, 0), animate=False)
 
     def on_resize(self, event: events.Resize) -> None:
@@ -82,7 +82,7 @@ class SegmentsTable(ScrollView, can_focus=True):
         self.refresh(Region(0, y - self.scroll_offset.y, self.content_size.width, 1))
 
     def render_line(self, y: int) -> Strip:
-        """One line of the table."""
+        """Render one line of the table."""
         width, index = self.scrollable_content_region.width, y + self.scroll_offset.y - len(self._missed)
         ground = self.rich_style
         if index < 0:
@@ -108,7 +108,7 @@ class SegmentsTable(ScrollView, can_focus=True):
         return Strip(segments).adjust_cell_length(width, ground)
 
     def _missed_line(self, patch: MissedPatch, width: int) -> Strip:
-        """How large a patch is, and where."""
+        """Render size and position of a missed patch."""
         digits = 1 if patch.area_m2 >= 1.0 else 2
         size, place = format.number(patch.area_m2, digits, "m²"), f"at {patch.x_m + 0.0:.1f}, {patch.y_m + 0.0:.1f} m"
         segments = [

@@ -1,4 +1,4 @@
-"""Links over the real bus: the only module of the console that imports it."""
+"""Links over the real bus, in the only module of the console that imports it."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ CLOSELY = (
     topics.AREA,
     topics.AREA_REPORT,
 )
-"""Topics of which nothing is shown while the robot is one among others: they are not even sent here then."""
+"""Topics that are not subscribed while the robot is out of view."""
 SKIMMED_S = 1.0
-"""So often the diagnostics of each process are read while the robot is one among others; that they come is noted."""
+"""Period of reading the diagnostics of each process while the robot is out of view; their arrival is always noted."""
 MOST_FOUND = 8
-"""Robots that are taken up at a time: each takes milliseconds, and keys must not wait for hundreds."""
+"""Maximum number of robots that are added at a time: each takes milliseconds, and keys must not wait for hundreds."""
 PAINT_TIMEOUT_S = 3.0
-TOLD_TIMEOUT_S = 1.0
-"""How long a request that nobody waits for remains under way."""
+POST_TIMEOUT_S = 1.0
+"""Lifetime of a request whose answer is ignored."""
 
 
 @contextmanager
@@ -57,9 +57,9 @@ def open_links(config: BusConfig, node: str, *, everyone: bool = False) -> Itera
     """Join the bus as `node`; leaving the context leaves the bus.
 
     Args:
-        config: Where the bus is, and the robots to begin with.
-        node: This process's name.
-        everyone: Whether further robots are taken up as they come.
+        config: Bus configuration, with the initial robots.
+        node: Name of this process.
+        everyone: Whether robots that appear later are added.
 
     Raises:
         SpecError: The configuration cannot be used.
@@ -72,10 +72,10 @@ __all__ = ["BusConfig", "BusLink", "BusLinks", "open_links"]
 
 
 class BusLinks:
-    """Links over a bus: to the robots that are named, and to those that turn up."""
+    """Links over a bus to the named robots, and to those that appear."""
 
     def __init__(self, buses: Sequence[Bus], *, everyone: bool) -> None:
-        """Begin to listen."""
+        """Start listening."""
         self._bus = buses[0]
         self._known = {bus.namespace for bus in buses}
         self._new: list[tuple[str, Link]] = [(bus.namespace, BusLink(bus)) for bus in buses]
@@ -83,9 +83,9 @@ class BusLinks:
         self._team = self._bus.of(topics.TEAM_NAMESPACE).inbox([topics.TEAM_CELLS], keep="latest") if everyone else None
 
     def found(self) -> list[tuple[str, Link]]:
-        """See `Links`."""
+        """Implement `Links`."""
         found, self._new = self._new, []
-        if self._roster is not None and not found:  # those to begin with are guesses, known before any other is found
+        if self._roster is not None and not found:  # the initial robots, which are guesses, come first
             self._roster.poll()
             there = self._roster.robots({topics.ROBOT_SIM, topics.REPLAY})
             for name in [name for name in there if name not in self._known][:MOST_FOUND]:
@@ -94,15 +94,15 @@ class BusLinks:
         return found
 
     def team(self) -> TeamCells | None:
-        """See `Links`."""
+        """Implement `Links`."""
         newest = None
         for _, message in self._team.messages() if self._team is not None else ():
             newest = message if isinstance(message, TeamCells) else newest
         return newest
 
 
-def _told(sample: Sample) -> Incoming:
-    """What a sample says."""
+def _event_of(sample: Sample) -> Incoming:
+    """Decode a sample to an event."""
     if not sample.payload:
         return Skimmed(sample.topic.name, sample.publisher.hex())
     try:
@@ -112,21 +112,21 @@ def _told(sample: Sample) -> Incoming:
 
 
 def _turns(statuses: Sequence[Sample]) -> Iterator[Sample]:
-    """Of the statuses that have come the last, and each after which the traversal's state is another."""
+    """Select the last status, and each one before a change of the traversal's state."""
     for status, following in zip_longest(statuses, statuses[1:]):
-        if following is None or _state_told(status) != _state_told(following):
+        if following is None or _state_of(status) != _state_of(following):
             yield status
 
 
-def _state_told(status: Sample) -> tuple[bytes, int]:
+def _state_of(status: Sample) -> tuple[bytes, int]:
     return status.publisher, traversal_state(status.payload)
 
 
 class BusLink:
-    """A Link over a bus: inboxes, the list of live processes, and calls."""
+    """`Link` over a bus: inboxes, list of live processes, and calls."""
 
     def __init__(self, bus: Bus) -> None:
-        """Begin to listen."""
+        """Start listening."""
         self._bus = bus
         apart = (*CLOSELY, topics.DIAGNOSTICS, topics.STATUS)
         self._far = self._listen([topic for topic in CONSOLE_TOPICS if topic not in apart])
@@ -140,36 +140,36 @@ class BusLink:
         self._fetched: deque[PaintFetched] = deque()
         self._fetching = threading.Lock()
         self._proof = StopProof(bus)
-        self._told: object = None
-        """The last question that nobody waits for, which is held while it is under way."""
+        self._posted: object = None
+        """Last posted request, referenced while it is under way."""
 
     def _listen(self, wanted: Sequence[Topic]) -> list[Inbox]:
-        """Inboxes of these topics."""
+        """Create inboxes for topics."""
         states = [topic for topic in wanted if topic not in EVERY_ONE]
         lists = [topic for topic in wanted if topic in EVERY_ONE]
         return [self._bus.inbox(states, keep="latest"), self._bus.inbox(lists, keep="all")]
 
     def attend(self, *, closely: bool) -> None:
-        """See `Link`."""
+        """Implement `Link`."""
         self._near = self._listen(CLOSELY) if closely else []
         self._health.skim(0.0 if closely else SKIMMED_S)
 
     def poll(self) -> list[Incoming]:
-        """Everything that came in since the last poll.
+        """Return everything that came in since the last poll.
 
-        What a process said before it went comes before its end, so that nothing of it outlives it.
+        Messages of a process come before its end, so that none outlives it.
         """
         came, went = self._presence_changes()
-        said: list[Incoming] = []
+        messages: list[Incoming] = []
         while self._fetched:
-            said.append(self._fetched.popleft())
-        said += [_told(sample) for sample in _turns(self._status.drain())]
+            messages.append(self._fetched.popleft())
+        messages += [_event_of(sample) for sample in _turns(self._status.drain())]
         for inbox in (*self._far, *self._near, self._health):
-            said += [_told(sample) for sample in inbox.drain()]
-        return came + said + went + self._counted()
+            messages += [_event_of(sample) for sample in inbox.drain()]
+        return came + messages + went + self._counted()
 
     def _presence_changes(self) -> tuple[list[Incoming], list[Incoming]]:
-        """(who came, who went or was replaced by another instance)."""
+        """Return (processes that came, processes that went or were replaced by another instance)."""
         before = self._presence.alive()
         changes = self._presence.poll()
         after = self._presence.alive()
@@ -186,7 +186,7 @@ class BusLink:
         return came, went
 
     def _counted(self) -> list[Incoming]:
-        """What the bus itself turned away or found missing."""
+        """Events of rejected and lost messages."""
         counters, events = self._bus.counters, list[Incoming]()
         for _ in range(counters.rejected - self._rejected):
             topic, _, reason = counters.last_rejection.partition(": ")
@@ -198,23 +198,27 @@ class BusLink:
         return events
 
     def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
-        """Ask a service. Raises CallFailed when there is no usable answer."""
+        """Call a service.
+
+        Raises:
+            CallFailed: There is no usable answer.
+        """
         try:
             answer: Message = self._bus.call(service, request, timeout_s)
             doubt = self._proof.lacking(service.name, timeout_s) if proves(service.name) else ""
-        except Exception as error:  # a bus that is being left raises whatever it pleases
+        except Exception as error:  # a closing bus may raise anything
             raise CallFailed(str(error) or type(error).__name__) from error
         if doubt and getattr(answer, "success", True):
             raise CallFailed(doubt)
         return answer
 
-    def tell(self, service: Service[Any, Any], request: Message) -> None:
+    def post(self, service: Service[Any, Any], request: Message) -> None:
         """Send a request without waiting for its answer."""
-        with suppress(Exception):  # a bus that is being left raises whatever it pleases
-            self._told = self._bus.ask(service, encode(request), TOLD_TIMEOUT_S)
+        with suppress(Exception):  # a closing bus may raise anything
+            self._posted = self._bus.ask(service, encode(request), POST_TIMEOUT_S)
 
     def fetch_paint(self) -> None:
-        """Ask the robot for everything painted so far, in a thread of its own; one at a time."""
+        """Fetch everything painted so far from the robot, in a separate thread; one request at a time."""
         if self._fetching.acquire(blocking=False):
             threading.Thread(target=self._fetch_paint, name="fetch-paint", daemon=True).start()
 

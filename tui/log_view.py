@@ -1,4 +1,4 @@
-"""The event log: sim time, a mark and a colour by severity, who says it, and what.
+"""View of the event log: sim time, mark and colour by severity, source, and text.
 
 Only the lines in view are drawn, and an entry that repeats costs one line: a thousand entries are as quick as ten.
 """
@@ -20,20 +20,20 @@ from touchline.tui import format, theme
 from touchline.tui.event_log import INFO, Entry, OperatorLog
 
 ROOMY = 64
-"""From this width on there is room for who says it."""
+"""Width from which the source is shown."""
 SOURCE_WIDTH = 10
 MIN_TEXT_WIDTH = 8
 
 
 class Block(NamedTuple):
-    """An entry and its text, wrapped."""
+    """Entry with its wrapped text."""
 
     entry: Entry
     rows: list[str]
 
 
 def block(entry: Entry, width: int) -> Block:
-    """An entry as it is shown, long text wrapped beside its time."""
+    """Lay out an entry; long text is wrapped beside its time."""
     room = max(width - _margin(width), MIN_TEXT_WIDTH)
     rows = wrap(entry.text, room) or [""]
     if entry.times > 1:
@@ -50,7 +50,7 @@ def _margin(width: int) -> int:
 
 
 def strip(shown: Block, row: int, width: int, ground: Style) -> Strip:
-    """One row of an entry."""
+    """Render one row of an entry."""
     entry = shown.entry
     badge = theme.SEVERITIES[min(max(entry.severity, 0), len(theme.SEVERITIES) - 1)]
     muted = ground + Style(color=theme.MUTED)
@@ -65,26 +65,26 @@ def strip(shown: Block, row: int, width: int, ground: Style) -> Strip:
 
 
 class LogView(ScrollView, can_focus=True):
-    """The last events, the newest at the bottom."""
+    """List of the last events, the newest at the bottom."""
 
     def __init__(self, *, id: str | None = None) -> None:
-        """An empty log."""
+        """Create an empty view."""
         super().__init__(id=id)
         self.border_title = "Events"
         self._events = OperatorLog()
         self._revision = self._total = self._cuts = self._width = 0
         self._blocks: list[Block] = []
         self._firsts: list[int] = []
-        """The row at which each block begins, counted since the first one ever."""
+        """First row of each block, counted since the first one ever."""
         self._end = 0
 
     @property
     def lines(self) -> list[str]:
-        """All rows of text."""
+        """List all rows of text."""
         return [row for shown in self._blocks for row in shown.rows]
 
     def show(self, log: OperatorLog) -> None:
-        """Take in what is new; a repeat of the last entry counts there."""
+        """Add new entries; a repeat of the last entry only counts there."""
         self._events = log
         if log.revision == self._revision or not self._width:
             return
@@ -115,7 +115,7 @@ class LogView(ScrollView, can_focus=True):
             self._end = self._firsts.pop()
 
     def _settle(self) -> None:
-        """Drop what the log has dropped, and keep the end in view if that is where one looks."""
+        """Drop what the log has dropped, and keep the end in view if it was."""
         gone = len(self._blocks) - len(self._events.entries)
         del self._blocks[:gone], self._firsts[:gone]
         self._revision, self._total = self._events.revision, self._events.total
@@ -126,7 +126,7 @@ class LogView(ScrollView, can_focus=True):
         self.refresh()
 
     def render_line(self, y: int) -> Strip:
-        """One line of the log."""
+        """Render one line of the log."""
         width, ground = self.scrollable_content_region.width, self.rich_style
         row = y + self.scroll_offset.y + (self._firsts[0] if self._firsts else 0)
         if row >= self._end:
@@ -137,7 +137,7 @@ class LogView(ScrollView, can_focus=True):
         )
 
     def on_resize(self, event: events.Resize) -> None:
-        """Wrap the lines anew."""
+        """Rewrap the lines."""
         width = self.scrollable_content_region.width
         if width != self._width:
             self._width = width

@@ -1,4 +1,4 @@
-"""Rasterises the field map into arrays of characters and inks: braille layers, then marks and text."""
+"""Raster of the field map, as arrays of characters and inks: braille layers, then marks and text."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ ARROWS = "→↗↑↖←↙↓↘"
 ANY_HEADING = "✕"
 OFF_VIEW = "▷◥△◤◁◣▽◢"
 AXLE_PATH_DOT_M = 0.1
-"""From this scale on the axle's path beside a painted line is told apart from it, and shown."""
+"""Scale from which the axle's path beside a painted line is shown."""
 BODY_DOT_M = 0.1
-"""From this scale on the robot has a shape."""
+"""Scale from which the robot has a shape."""
 DASH_DOTS = 3
-"""So long are the dashes of a way that is not driven yet, and the gaps between them."""
+"""Length of dashes and gaps of a previewed path."""
 GRID_MIN_CELLS = 7
 HEADING_CELLS = 4.0
-"""So long is the line that tells a goal's heading."""
+"""Length of the line that shows a goal's heading."""
 PAINT_BESIDE_DOTS = 1
 SHOWN_FIRST_DOTS = 2
-"""Of eight: with so many on the swath ahead a cell shows nothing else."""
+"""Dots of eight on the swath ahead from which a cell shows nothing else."""
 MISSED_MARK = "×"
-"""In every cell in which the least bit was left out: it is seen at every scale, and without colours."""
+"""Mark of cells with any missed ground, visible at every scale and without colours."""
 
 Bits = NDArray[np.uint8]
 
 
 class Ink(IntEnum):
-    """What a cell shows; a higher one hides a lower one in the same cell."""
+    """Content of a cell; a higher one hides a lower one in the same cell."""
 
     GROUND = 0
     GRID = 1
@@ -61,13 +61,13 @@ class Ink(IntEnum):
     ROBOT = 16
     ROBOT_STOPPED = 17
     UNHEARD = 18
-    """A robot of which nothing is heard, where it was when it was."""
+    """Last known position of a silent robot."""
     GONE = 19
 
 
 @dataclass(frozen=True)
 class NamedRobot:
-    """A robot of several: its name, where it is, and whether it is stopped."""
+    """One robot of several: name, pose, and whether it is stopped."""
 
     name: str
     pose: ShownPose
@@ -76,7 +76,7 @@ class NamedRobot:
 
 @dataclass(frozen=True, eq=False)
 class MapScene:
-    """What there is to draw. A revision that changes says that a line is another one; growth alone does not."""
+    """Content of the map. A line with the same revision has only grown since."""
 
     template: Polyline = EMPTY
     template_revision: int = 0
@@ -89,26 +89,26 @@ class MapScene:
     paint: Polyline = EMPTY
     paint_revision: int = 0
     limits: Polyline = EMPTY
-    """Where the body must stay, shown with areas: the boundary and obstacles."""
+    """Boundary and obstacles, shown with areas."""
     area: AreaScene | None = None
-    """Areas that are covered, with a covering tool: its strokes are then shown as the band that they are."""
+    """Areas of a covering tool, whose strokes are then shown as a band."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     robot: ShownPose | None = None
     spread: Spread | None = None
-    """How far off it may be."""
+    """Uncertainty of the robot's position."""
     goal: ShownPose | None = None
-    """Where a drive leads, or is to lead; heading NaN: any."""
+    """Goal of a drive or draft; heading NaN: any."""
     preview: Polyline = EMPTY
-    """The way there that is planned, but not driven yet."""
+    """Planned path to the goal, not driven yet."""
     stopped: bool = False
     spraying: bool = False
     name: str = ""
-    """Of the robot; "" where there is no other."""
+    """Name of the robot; "" if there is no other."""
     others: tuple[NamedRobot, ...] = ()
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for scenes that look the same."""
+        """Key that is equal for scenes that look the same."""
         revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
         robots = (self.robot, self.spread, self.stopped, self.spraying, self.name, self.others)
         area = self.area.key if self.area is not None else ()
@@ -118,7 +118,7 @@ class MapScene:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The map: code points (rows, columns) and, of the same shape, inks; odd stripes of turf have `stripe` set."""
+    """Cells of the map: code points and inks (rows, columns); `stripe` marks odd stripes of turf."""
 
     codes: NDArray[np.uint32]
     inks: NDArray[np.uint8]
@@ -126,10 +126,10 @@ class Cells:
 
 
 class MapRaster:
-    """Composes scenes; keeps the layers so that a scene which only grew, or in which only the robot moved, is cheap."""
+    """Renderer of scenes with cached layers, cheap for scenes that only grew or in which only the robot moved."""
 
     def __init__(self) -> None:
-        """Nothing drawn yet."""
+        """Create empty layers."""
         self._grid = GrowingLayer()
         self._path, self._axle_path = GrowingLayer(), GrowingLayer()
         self._template, self._current, self._paint = GrowingLayer(), GrowingLayer(), GrowingLayer()
@@ -148,8 +148,8 @@ class MapRaster:
         if scene.area is not None:
             paint, missed = self._area.update(view, scene.area)
 
-        way = self._path.bits | self._axle_path.bits
-        current = self._current.bits if scene.current_paints else np.zeros_like(way)
+        driven = self._path.bits | self._axle_path.bits
+        current = self._current.bits if scene.current_paints else np.zeros_like(driven)
         bits = self._template.bits | current | paint
         inks = line_inks(self._template.bits, current, paint)
         limited = (self._limits.bits > 0) & ((bits == 0) | (inks == Ink.TEMPLATE))
@@ -159,10 +159,10 @@ class MapRaster:
             _put_first(bits, inks, current & ~paint, Ink.CURRENT)
             bits[missed > 0], inks[missed > 0] = missed[missed > 0], Ink.MISSED
         if not scene.current_paints:
-            way |= self._current.bits
+            driven |= self._current.bits
         free = bits == 0
-        bits[free] = way[free]
-        inks[free & (way > 0)] = Ink.PATH
+        bits[free] = driven[free]
+        inks[free & (driven > 0)] = Ink.PATH
         if not scene.current_paints:
             inks[free & (self._current.bits > 0)] = Ink.CURRENT_PATH
 
@@ -200,13 +200,13 @@ class MapRaster:
 
 
 def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
-    """Show these dots alone in cells that have a few of them: beside a covered band they would not be seen."""
+    """Show only these dots in cells with a few of them, as they would be invisible beside a covered band."""
     cells = np.bitwise_count(dots) >= SHOWN_FIRST_DOTS
     bits[cells], inks[cells] = dots[cells], ink
 
 
 def _draw_others(view: Viewport, others: tuple[NamedRobot, ...], cells: Cells) -> None:
-    """Robots that are not in question: arrows as far as they are in view, and names as far as there is room."""
+    """Draw the other robots: arrows if they are in view, and names if there is room."""
     centers = [(other, view.to_cell(other.pose.x_m, other.pose.y_m)) for other in others]
     for other, center in centers:
         if center:
@@ -218,7 +218,7 @@ def _draw_others(view: Viewport, others: tuple[NamedRobot, ...], cells: Cells) -
 
 
 def put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
-    """Beside an arrow, on the right, or on the left where there is no room; not over another name or arrow."""
+    """Write a name beside an arrow, on the right or else on the left, but not over another name or arrow."""
     column, row = at
     for first in (column + 2, column - 1 - len(name)):
         here = slice(first, first + len(name))
@@ -229,12 +229,12 @@ def put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
 
 
 def arrow(heading_rad: float) -> str:
-    """The arrow nearest to a heading."""
+    """Arrow nearest to a heading."""
     return ARROWS[round(heading_rad / (math.pi / 4)) % 8]
 
 
 def overlay(view: Viewport, line: Polyline, ink: Ink, bits: Bits, cells: Cells) -> None:
-    """Draw a line over what is there: its cells keep their dots, and take its colour."""
+    """Draw a line over other layers: its cells keep their dots, and take its colour."""
     dots = np.zeros_like(bits)
     draw(dots, view, line)
     here = dots > 0
@@ -244,7 +244,7 @@ def overlay(view: Viewport, line: Polyline, ink: Ink, bits: Bits, cells: Cells) 
 
 
 def _draw_goal(view: Viewport, goal: ShownPose, bits: Bits, cells: Cells) -> None:
-    """A mark, and a line in the direction of the heading unless that is free."""
+    """Draw a mark, and a line in the direction of the heading unless it is free."""
     free = math.isnan(goal.heading_rad)
     if not free:
         length_m = HEADING_CELLS * view.cell_m
@@ -257,10 +257,10 @@ def _draw_goal(view: Viewport, goal: ShownPose, bits: Bits, cells: Cells) -> Non
 
 
 def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:
-    """The ink of each cell (rows, columns) for its dots of the template, the line being painted, and paint.
+    """Ink of each cell (rows, columns) from its dots of the template, the current line, and paint.
 
-    A cell has one colour: what most of its dots are. Paint lies up to a dot beside its line, so that a cell with no
-    more than one dot left to paint beyond those painted counts as painted.
+    A cell has the colour of most of its dots. Paint lies up to a dot beside its line, so that a cell with at most one
+    unpainted dot more than painted ones counts as painted.
     """
     painted = np.bitwise_count(paint)
     being_painted = np.bitwise_count(current & ~paint)
@@ -272,14 +272,14 @@ def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:
 
 
 def grid_step_m(view: Viewport) -> float:
-    """The distance of grid points: 1, 2 or 5 times a power of ten metres, several cells apart."""
+    """Distance of grid points: 1, 2 or 5 times a power of ten metres, several cells apart."""
     least = view.cell_m * GRID_MIN_CELLS
     power = 10.0 ** math.floor(math.log10(least))
     return next(power * factor for factor in (1, 2, 5, 10) if power * factor >= least * (1 - 1e-9))
 
 
 def draw_grid(view: Viewport, step_m: float, layer: GrowingLayer, bits: Bits, inks: Bits) -> None:
-    """Dots in the corners of the grid, where there is nothing else; `layer` keeps them."""
+    """Draw dots in the corners of the grid, where there is nothing else; `layer` caches them."""
     x_min, y_max = view.to_field(0, 0)
     x_max, y_min = view.to_field(view.columns, view.rows)
     xs = np.arange(math.ceil(x_min / step_m), math.floor(x_max / step_m) + 1) * step_m
@@ -292,14 +292,14 @@ def draw_grid(view: Viewport, step_m: float, layer: GrowingLayer, bits: Bits, in
 
 
 def stripes(view: Viewport, step_m: float) -> NDArray[np.bool_]:
-    """(columns,) whether a column lies in an odd stripe of the turf, stripes being a grid step wide."""
+    """Flags (columns,) of columns in odd stripes of the turf, which are a grid step wide."""
     x = view.center_x_m + (np.arange(view.columns) + 0.5 - view.columns / 2) * view.cell_m
     odd: NDArray[np.bool_] = np.floor(x / step_m).astype(np.int64) % 2 == 1
     return odd
 
 
 def draw_scale(view: Viewport, cells: Cells) -> None:
-    """A bar in the lower left corner, one grid step long where that fits, with its length."""
+    """Draw a scale bar in the lower left corner, one grid step long if that fits, with its length."""
     step = grid_step_m(view)
     width = round(step / view.cell_m)
     text = f" {format.round_length(step)} "
@@ -311,20 +311,20 @@ def draw_scale(view: Viewport, cells: Cells) -> None:
 
 
 def put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
-    """Show a character in the cell at (column, row)."""
+    """Write a character to the cell at (column, row)."""
     column, row = at
     cells.codes[row, column] = ord(character)
     cells.inks[row, column] = ink
 
 
 def body_outline(vehicle: Vehicle, pose: ShownPose, cos: float, sin: float) -> Polyline:
-    """The body as seen from above."""
+    """Outline of the body at a pose."""
     x, y = np.array([*vehicle.body.footprint_m, vehicle.body.footprint_m[0]]).T
     return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, np.arange(len(x)) > 0)
 
 
 def edge_mark(view: Viewport, pose: ShownPose) -> tuple[tuple[int, int], str]:
-    """The cell at the border nearest to a robot out of view, and a mark that points to it."""
+    """Border cell nearest to a robot out of view, and a mark that points to it."""
     x, y = np.array([pose.x_m]), np.array([pose.y_m])
     u, v = (float(axis[0]) for axis in view.to_dots(x, y))
     column = int(min(max(u / 2, 0), view.columns - 1))

@@ -1,4 +1,4 @@
-"""The field map widget: pan, zoom, follow, and redraw only of the rows that changed."""
+"""Widget of the field map: pan, zoom, follow, and redraw only of the rows that changed."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
 ZOOM_STEP = 1.4
 PAN_CELLS = 6
 FINE = 0.1
-"""Of the step by which a goal is moved, with Shift."""
+"""Factor on the step of a goal's motion with Shift."""
 DRAG_CELLS = 1.5
-"""A pointer drawn no further than this from where it was pressed leaves a goal's heading free."""
+"""Dragging distance (cells) up to which a goal's heading stays free."""
 
 _UNHEARD = (f"{theme.BLACK} on {theme.MUTED}", "")
 _STALE_COLORS = {
@@ -44,15 +44,15 @@ _STALE_COLORS = {
     Ink.ROBOT: _UNHEARD,
     Ink.ROBOT_STOPPED: _UNHEARD,
 }
-"""The robot's, where it was when it was heard last."""
+"""Style of the last known position of a silent robot."""
 
 
 class GoalMoved(Message):
-    """The operator has moved the goal on the map."""
+    """Message: the operator has moved the goal on the map."""
 
 
 class MapView(CellsView, can_focus=True):
-    """The field with the template, the plan, what is painted, and the robot."""
+    """Map of the field with template, plan, paint, and robot."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "pan(0, -1)", "Pan", show=False),
@@ -66,7 +66,7 @@ class MapView(CellsView, can_focus=True):
     ]
 
     def __init__(self, *, id: str | None = None) -> None:
-        """Nothing to show yet."""
+        """Create an empty map."""
         super().__init__(id=id)
         self._title = self.border_title = "Field"
         self.follow = False
@@ -75,14 +75,14 @@ class MapView(CellsView, can_focus=True):
         self._seen: tuple[object, object] = (None, None)
         self._draft = GoalDraft()
         self._pressed: ShownPose | None = None
-        """The goal where the pointer was pressed to aim."""
+        """Goal at the position where the pointer was pressed to aim."""
         self._raster = MapRaster()
         self._stale = False
 
     # -- what is drawn -----------------------------------------------------------------------------------------------
 
     def show(self, robots: Robots) -> None:
-        """Draw what changed."""
+        """Redraw the map for the present states."""
         state = robots.selected
         self._show_stale(state.robot_stale)
         self._draft = state.drive
@@ -102,7 +102,7 @@ class MapView(CellsView, can_focus=True):
             self.redraw()
 
     def _show_stale(self, stale: bool) -> None:
-        """Grey the robot while nothing is heard of it, and say so."""
+        """Grey the robot while it is silent, and show a note."""
         if stale != self._stale:
             self._stale = stale
             self._show_title()
@@ -120,7 +120,7 @@ class MapView(CellsView, can_focus=True):
                 current = path.lines[status.segment_index]
         area = _area_of(state)
         drawn, revision = template.line if template else EMPTY, id(template)
-        if area is not None and path:  # what is to be covered lies along the swaths, too
+        if area is not None and path:  # the swaths are shown, too
             drawn, revision = merge([drawn, path.painting]), id(path)
         return MapScene(
             template=drawn,
@@ -151,7 +151,7 @@ class MapView(CellsView, can_focus=True):
         )
 
     def compose_cells(self) -> Cells:
-        """See `CellsView`."""
+        """Compose the scene of the robot in view."""
         return self._raster.compose(self.view, self._scene)
 
     # -- where one looks ---------------------------------------------------------------------------------------------
@@ -179,7 +179,7 @@ class MapView(CellsView, can_focus=True):
         self.redraw()
 
     def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
-        """See `CellsView`."""
+        """Zoom, which ends fitting the job."""
         if self.follow and self._scene.robot:
             view = self.view.zoomed(ZOOM_STEP**steps)
             self._look(view.centered(self._scene.robot.x_m, self._scene.robot.y_m))
@@ -187,7 +187,7 @@ class MapView(CellsView, can_focus=True):
             self._look(self.view.zoomed(ZOOM_STEP**steps, column, row))
 
     def set_follow(self, follow: bool) -> None:
-        """Keep the robot in the middle, or no longer."""
+        """Set whether the robot is kept in the middle."""
         self.follow = follow
         self._show_title()
         if follow and self._scene.robot:
@@ -198,7 +198,7 @@ class MapView(CellsView, can_focus=True):
         self.border_title = " · ".join([*notes, *(["the robot where it was heard last"] if self._stale else [])])
 
     def action_pan(self, columns: int, rows: int, fine: bool = False) -> None:
-        """Look further in a direction, which ends following; while the operator aims, move the goal."""
+        """Pan, which ends following; while the operator aims, move the goal."""
         if self._draft.goal is not None:
             self._draft.move(columns, -rows, round_step_m(self.view.cell_m) * (FINE if fine else 1.0))
             self.show_goal()
@@ -207,7 +207,7 @@ class MapView(CellsView, can_focus=True):
         self._look(self.view.panned(columns * PAN_CELLS, rows * PAN_CELLS / 2))
 
     def show_goal(self) -> None:
-        """Look where the goal is, if it is out of view, and tell that it has been moved."""
+        """Bring the goal into view, and post that it has been moved."""
         goal = self._draft.goal
         if goal is not None and self.view.to_cell(goal.x_m, goal.y_m) is None:
             self.set_follow(False)
@@ -215,7 +215,7 @@ class MapView(CellsView, can_focus=True):
         self.post_message(GoalMoved())
 
     def on_resize(self, event: events.Resize) -> None:
-        """Keep the view, or the fit if that is what is shown."""
+        """Keep the view, or the fit."""
         self.view = self.view.resized(self.size.width, self.size.height)
         if self._fitted:
             self.view = self._fit()
@@ -237,7 +237,7 @@ class MapView(CellsView, can_focus=True):
         self.release_mouse()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        """Drag the field, or tell the field coordinates under the pointer."""
+        """Drag the field, or show the coordinates under the pointer."""
         if self._pressed is not None:
             self._point(event)
             return
@@ -251,7 +251,7 @@ class MapView(CellsView, can_focus=True):
             self.border_subtitle = f"{x:.1f}, {y:.1f} m"
 
     def _point(self, event: events.MouseEvent) -> None:
-        """Turn the goal where the pointer was pressed to where it is."""
+        """Turn the goal from where the pointer was pressed to where it is."""
         offset, pressed = event.get_content_offset(self), self._pressed
         if offset is None or pressed is None:
             return
@@ -262,12 +262,12 @@ class MapView(CellsView, can_focus=True):
         self.show_goal()
 
     def on_leave(self) -> None:
-        """No pointer, no coordinates."""
+        """Clear the coordinates."""
         self.border_subtitle = ""
 
 
 def _goal_of(state: ConsoleState) -> ShownPose | None:
-    """Where the operator aims, or else where the drive in view leads."""
+    """Goal that the operator aims at, or else that of the drive in view."""
     goal = state.drive.goal
     if goal is not None:
         return ShownPose(goal.x_m, goal.y_m, goal.heading_rad)
@@ -275,7 +275,7 @@ def _goal_of(state: ConsoleState) -> ShownPose | None:
 
 
 def _area_of(state: ConsoleState) -> AreaScene | None:
-    """The areas in view, if it is a covering tool that works on them."""
+    """Areas in view, if a covering tool works on them."""
     template, path, status = state.template, state.path, state.robot.status
     if template is None or not state.covers:
         return None
@@ -284,8 +284,8 @@ def _area_of(state: ConsoleState) -> AreaScene | None:
         at = None
     return AreaScene(
         areas=template.template.areas,
-        way=state.paint.line,
-        way_revision=state.paint.revision,
+        track=state.paint.line,
+        track_revision=state.paint.revision,
         width_m=state.vehicle.tool.width_m,
         plan=path.lines if path else (),
         plan_revision=id(path),

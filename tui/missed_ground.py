@@ -1,4 +1,4 @@
-"""Ground that a covering tool has left out, on a raster of its own, however coarse the map is drawn."""
+"""Missed ground of a covering tool, on a raster independent of the map's scale."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from touchline.tui.area_dots import AreaScene, Dots, Numbers, band, inside, last
 from touchline.tui.viewport import DOTS_X, DOTS_Y, Viewport
 
 NEAR_WIDTHS: Final = 3.0
-"""Ground is left out once the tool has passed by, within this band about its way (in widths of the tool)."""
+"""Width (in widths of the tool) of the band about the track in which uncovered ground counts as missed."""
 CELLS_A_WIDTH: Final = 25.0
-"""Edge of a cell: this part of the tool's width, or more of large areas."""
+"""Cells per width of the tool; fewer on large areas."""
 MOST_CELLS: Final = 2_000_000
 THICK_CELLS: Final = 3
-"""A patch that is nowhere so thick, in cells, is an edge of the raster."""
+"""Thickness (cells) below which a patch is an artefact of the raster."""
 LATE_POINTS: Final = 25
-"""So much of its way the tool goes before patches are looked for anew: points 5 cm apart."""
+"""Track points, 5 cm apart, between searches for patches."""
 
 
 @dataclass
 class MissedGround:
-    """Patches of the areas that were left out, in cells of a raster that is fixed to the field."""
+    """Missed patches of the areas, in cells of a raster that is fixed to the field."""
 
     _raster: Viewport = field(default_factory=lambda: Viewport(1, 1))
     _areas: object = None
@@ -39,7 +39,7 @@ class MissedGround:
     _points: tuple[NDArray[np.float64], NDArray[np.float64]] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
 
     def dots(self, view: Viewport, scene: AreaScene) -> Dots:
-        """(height, width) dots of a view in which there is a part of a patch, however small."""
+        """Dots (height, width) of a view with any part of a patch."""
         self._update(scene)
         u, v = view.to_dots(*self._points)
         seen = (u >= 0) & (u < view.width) & (v >= 0) & (v < view.height)
@@ -56,25 +56,25 @@ class MissedGround:
             self._planned = scene.plan_revision, scene.width_m
             self._last = last_segment(self._raster, scene)
         self._draw(scene)
-        looked = (self._planned, scene.at, scene.way_revision, len(scene.way) // LATE_POINTS)
+        looked = (self._planned, scene.at, scene.track_revision, len(scene.track) // LATE_POINTS)
         if looked != self._looked:
             self._looked, self._points = looked, self._patches(scene)
 
     def _draw(self, scene: AreaScene) -> None:
-        """Enter what is new of the tool's way; a cell counts as covered if its middle is."""
+        """Enter the new part of the tool's track; a cell counts as covered if its middle is."""
         revision, drawn, width_m = self._drawn
-        if revision != scene.way_revision or width_m != scene.width_m or drawn > len(scene.way):
+        if revision != scene.track_revision or width_m != scene.width_m or drawn > len(scene.track):
             drawn = 0
             self._covered, self._passed = np.zeros_like(self._inside), np.zeros_like(self._inside)
-        new = scene.way.since(drawn)
+        new = scene.track.since(drawn)
         narrow_m = scene.width_m - self._raster.dot_m
         for dots, width in ((self._covered, narrow_m), (self._passed, NEAR_WIDTHS * scene.width_m)):
             row, column = band(self._raster, new, width)
             dots[row, column] = True
-        self._drawn = scene.way_revision, len(scene.way), scene.width_m
+        self._drawn = scene.track_revision, len(scene.track), scene.width_m
 
     def _patches(self, scene: AreaScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Field points in the middles of all cells that belong to patches."""
+        """Middles of all cells of patches, in the field's frame."""
         from scipy import ndimage
 
         missed = self._inside & ~self._covered
@@ -94,7 +94,7 @@ class MissedGround:
 
 
 def _raster_of(scene: AreaScene) -> Viewport:
-    """The cells over the bounds of the areas."""
+    """Raster over the bounds of the areas."""
     corners = np.vstack([np.array(area.outline) for area in scene.areas])
     (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
     edge_m = max(scene.width_m / CELLS_A_WIDTH, math.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS))

@@ -1,4 +1,4 @@
-"""The map without colours: what is told by a colour elsewhere is told by a shape."""
+"""Map without colours: shapes replace them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from touchline.tui.map_raster import Cells, Ink
 from touchline.tui.raster import BRAILLE_BASE
 
 EVERY_OTHER_DOT: Final = 0x95
-"""Of the eight of a cell, as on a chessboard: a line of them is dotted, whichever way it goes."""
+"""Chessboard pattern of the eight dots of a cell: lines in all directions are dotted."""
 MARKS: Final = {Ink.PATH: "·", Ink.CURRENT_PATH: "•", Ink.LIMIT: "+"}
-"""What is driven, what is being driven now, and where the body must stay."""
+"""Marks of transitions, the current transition, and the limits of the body."""
 STYLES: Final = {Ink.CURRENT: (theme.YELLOW, "reverse"), Ink.CURRENT_PATH: (theme.SKY, "bold")}
 
 
 def in_shapes(cells: Cells) -> Cells:
-    """The same map: what is to be painted is dotted, what is painted is drawn through, the rest has marks."""
+    """Convert colours to shapes: unpainted lines are dotted, painted ones solid, others have marks."""
     codes = cells.codes.copy()
     dotted = (codes - BRAILLE_BASE) & EVERY_OTHER_DOT
     thin = (cells.inks == Ink.TEMPLATE) & (codes >= BRAILLE_BASE) & (dotted > 0)

@@ -1,4 +1,4 @@
-"""Health of processes: presence, last report and time since they were last heard."""
+"""Health of processes: presence, last report and silence."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from touchline.schemas.messages.standard import DiagnosticArray
 from touchline.schemas.plain_text import plain
 
 LIVE_S = 0.6
-"""A process says how it is five times a second: after three that did not come, it is doubtful whether it works."""
+"""Silence from which a process is doubtful: three missing reports of five a second."""
 NO_ANSWER_S = 3.0
-"""From here on it is said in stronger words."""
+"""Silence from which the wording is stronger."""
 STARTING = "starting: "
-"""How the report of a process begins that is busy with its start, and says nothing meanwhile."""
+"""Beginning of the report of a process that is starting, and is silent meanwhile."""
 
 
 class Freshness(Enum):
-    """What the silence of a process means."""
+    """Meaning of a process's silence."""
 
     LIVE = "live"
     STARTING = "starting"
-    """It is there, but has yet to say that it is ready."""
+    """Present, but not ready yet."""
     STALE = "stale"
-    """It is there, but says nothing any more."""
+    """Present, but silent."""
     GONE = "gone"
 
 
 @dataclass
 class Node:
-    """One process: whether its liveliness token is there, when it was last heard, and its last report."""
+    """Process: presence of its liveliness token, time of its last message, and its last report."""
 
     name: str
     alive: bool = False
@@ -43,7 +43,7 @@ class Node:
     _report_s: float | None = None
 
     def number(self, key: str) -> float | None:
-        """A reported value as a finite number."""
+        """Return a reported value as a finite number, or None."""
         try:
             value = float(self.values[key])
         except (KeyError, ValueError):
@@ -51,22 +51,22 @@ class Node:
         return value if math.isfinite(value) else None
 
     def heard(self, now_s: float) -> None:
-        """Note a message from its own loop."""
+        """Note a message from the process's loop."""
         self.heard_s, self.reported = now_s, True
 
     def appeared(self, alive: bool, now_s: float) -> None:
-        """Note that its token came or went; earlier reports no longer count."""
+        """Note that the token came or went; earlier reports no longer count."""
         self.alive, self.seen = alive, self.seen or alive
         self.heard_s, self.reported = now_s, False
         self.level, self.message, self._report_s = 0, "", None
         self.values.clear()
 
     def silence_s(self, now_s: float) -> float:
-        """How long nothing has been heard of it."""
+        """Time (s) since its last message."""
         return max(now_s - self.heard_s, 0.0)
 
     def freshness(self, now_s: float) -> Freshness:
-        """Whether what is known of it holds now."""
+        """Freshness of the last report."""
         if not self.alive:
             return Freshness.GONE
         if self.message.startswith(STARTING):
@@ -76,7 +76,7 @@ class Node:
         return Freshness.STALE if self.reported else Freshness.STARTING
 
     def take(self, level: int, message: str, values: dict[str, str], now_s: float) -> None:
-        """Note one of its statuses; of those that come together the worst counts."""
+        """Note a status; of several that come together the worst counts."""
         if self._report_s != now_s:
             self.level, self.message = 0, ""
         self._report_s = now_s
@@ -87,7 +87,7 @@ class Node:
 
 
 def take_report(nodes: dict[str, Node], report: DiagnosticArray, now_s: float) -> tuple[str, ...]:
-    """Note what processes say about themselves; a status is named for its process, or `process: component`.
+    """Note a diagnostics message; a status is named for its process, or `process: component`.
 
     Returns:
         Names of the processes.
@@ -103,5 +103,5 @@ def take_report(nodes: dict[str, Node], report: DiagnosticArray, now_s: float) -
 
 
 def silence(silent_s: float) -> str:
-    """A silence in words: STALE 1.2 s, NO ANSWER SINCE 3 s."""
+    """Format a silence: STALE 1.2 s, NO ANSWER SINCE 3 s."""
     return f"STALE {silent_s:.1f} s" if silent_s < NO_ANSWER_S else f"NO ANSWER SINCE {silent_s:.0f} s"

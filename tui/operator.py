@@ -1,4 +1,4 @@
-"""Sends the operator's orders and processes their outcomes, on state and dispatcher alone."""
+"""Operator: sends orders to a robot and processes their outcomes, using only state and dispatcher."""
 
 from __future__ import annotations
 
@@ -22,48 +22,48 @@ from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.goal_orders import GoalOrders
 from touchline.tui.job import NOTHING
-from touchline.tui.order_book import ESTOP_TRIES, Change, OrderLine, Phase
+from touchline.tui.order_registry import ESTOP_TRIES, Change, OrderLine, Phase
 from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.replay_orders import ReplayOrders
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import offered
 
 WITHDRAWN_AFTER_S = 0.5
-"""A reset that comes sooner after an emergency stop was typed before it and is late: it must not undo the stop."""
+"""Time after an emergency stop within which a reset is taken to be typed before it, and must not undo it."""
 START_WITHIN_S = 10.0
-"""How long the status may take to tell that the rest of a job is loaded; later nobody expects the robot to set off."""
-PAUSE_TOLD_S = 1.0
-"""How long the status may take to tell of a pause."""
+"""Maximum time for the status to report that the rest of a job is loaded; later nobody expects the robot to start."""
+PAUSE_REPORT_S = 1.0
+"""Maximum time for the status to report a pause."""
 
 
 class OrderSender(Protocol):
-    """Whatever sends an order."""
+    """Interface of senders of orders."""
 
     def send(self, order: Order) -> None:
-        """Send it without waiting; an emergency stop again and again."""
+        """Send an order without waiting; an emergency stop repeatedly."""
         ...
 
-    def tell(self, order: Order) -> None:
-        """Send it once, from this thread; nobody waits for its answer."""
+    def post(self, order: Order) -> None:
+        """Send an order once, from the calling thread, ignoring the answer."""
         ...
 
     def cease(self) -> None:
-        """Send the emergency stop no more."""
+        """Stop repeating the emergency stop."""
         ...
 
 
 class Operator:
-    """Every order to one robot is sent from here, and every outcome comes back here."""
+    """Sender of all orders to one robot, and receiver of their outcomes."""
 
     def __init__(self, state: ConsoleState, sender: OrderSender, say: Callable[[int, str], None], session: str) -> None:
-        """`say(severity, text)` tells the operator; `session` sets this console's request ids apart from all others.
+        """Show messages by `say(severity, text)`; `session` makes this console's request ids unique.
 
-        They must differ from those of an earlier console, whose answers the services still remember.
+        The ids must differ from those of an earlier console, whose answers the services still remember.
         """
         self.state = state
         self.options = PlanOptions()
         self._planned: tuple[Trajectory, PlanOptions] | None = None
-        """The last plan that was asked for here, and with which options."""
+        """Last requested plan, and its options."""
         self._sender, self._say, self._session = sender, say, session
         self._orders = count(1)
         self.goals = GoalOrders(state, sender.send, say, self._request_id)
@@ -72,14 +72,14 @@ class Operator:
         self._stopped_at_s = -math.inf
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
-        """Until the answer about the one asked for is here."""
+        """Requested speed factor, until the answer is here."""
         self._start_until_s = -math.inf
-        """Until when the rest of a job that was loaded here is to be started, once the robot says that it is ready."""
+        """Deadline for starting the rest of a job that was loaded here, once the robot reports that it is ready."""
 
     # -- orders ------------------------------------------------------------------------------------------------------
 
     def command(self, name: str) -> None:
-        """An order without arguments, by its name in `orders.COMMANDS`."""
+        """Send an order without arguments, by its name in `orders.COMMANDS`."""
         self._start_until_s = -math.inf
         if name == "estop":
             self.stop()
@@ -90,16 +90,16 @@ class Operator:
         else:
             self._send(orders.command(name, self._request_id()))
 
-    def tell_stop(self) -> None:
-        """Tell the robot to stop, from any thread, once; `stop` is to follow, when all others have been told, too."""
-        self._sender.tell(self._stop_order())
+    def post_stop(self) -> None:
+        """Send an emergency stop once, from any thread; `stop` follows when all robots have received one."""
+        self._sender.post(self._stop_order())
 
     def stop(self) -> None:
-        """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
+        """Stop the robot, from any thread: repeat the stop until the robot's status confirms it."""
         self._sender.send(self._stop_order())
 
     def _stop_order(self) -> Order:
-        """The stop in force, or a new one; see `StopLatch.press`."""
+        """Order of the stop in force, or of a new one; see `StopLatch.press`."""
         latch = self.state.orders.stop
         self._stopped_at_s, self._start_until_s = time.monotonic(), -math.inf
         with self._stopping:
@@ -109,7 +109,7 @@ class Operator:
         return orders.command("estop", request_id)
 
     def _withdraw(self) -> None:
-        """Give the emergency stop up; not by a reset so soon after it, which was meant before."""
+        """Withdraw the emergency stop, unless the reset comes too soon after it."""
         if time.monotonic() - self._stopped_at_s < WITHDRAWN_AFTER_S:
             self._say(WARN, "Reset: the emergency stop has only just been given; reset again to withdraw it")
             return
@@ -120,11 +120,13 @@ class Operator:
         self._say(WARN, "Emergency stop WITHDRAWN before the robot acknowledged it")
 
     def _pauses_already(self) -> bool:
-        """A space bar that is held down is one pause."""
-        return self.state.waits_for_person or self.state.orders.accepted_within("pause", PAUSE_TOLD_S, self.state.now_s)
+        """True if the robot pauses already, so that a space bar that is held down is one pause."""
+        return self.state.waits_for_person or self.state.orders.accepted_within(
+            "pause", PAUSE_REPORT_S, self.state.now_s
+        )
 
     def heed_status(self) -> None:
-        """Act on what the robot's status has said about the emergency stop."""
+        """Act on changes of the emergency stop in the robot's status."""
         latch = self.state.orders.stop
         if latch.phase is not Phase.OFF and self.state.replayed and not self.state.nodes[topics.ROBOT_SIM].seen:
             self._forget_stop()
@@ -142,14 +144,14 @@ class Operator:
                 self._sender.send(orders.command("estop", latch.request_id))
 
     def _forget_stop(self) -> None:
-        """It was given before it was known that there is no robot."""
+        """Drop a stop that was given before the replay was known."""
         with self._stopping:
             self._sender.cease()
             self.state.orders.stop.withdraw()
         self._say(WARN, f"Emergency stop: {self.state.why_replayed}")
 
     def choose(self, template: Template, text: str) -> None:
-        """Take a template into view."""
+        """Show a template."""
         self.state.choose_template(template, text)
         sizes = []
         if template.segments or not template.areas:
@@ -160,7 +162,7 @@ class Operator:
         self.state.note(INFO, "console", f"Template {plain(template.name)}: {', '.join(sizes)}")
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
-        """Whether a new job may be prepared now; says why not."""
+        """True if a new job may be prepared now; else shows the reason."""
         if self.state.replayed:
             self._say(WARN, f"{what}: {self.state.why_replayed}")
         elif self.state.busy:
@@ -181,9 +183,9 @@ class Operator:
             self.state.plan_request = order.request_id
 
     def go_on(self) -> None:
-        """Have the robot go on with the job that it did not finish: load the rest, and start once that is loaded.
+        """Continue the robot's unfinished job: load the rest, and start once it is loaded.
 
-        If its journal has lost the plan, the one in view may be that of the job.
+        If the robot's journal has lost the plan, the one in view may be that of the job.
         """
         trajectory, template_json = Trajectory(), ""
         if offered(self.state) is None and self.state.path is not None:
@@ -193,7 +195,7 @@ class Operator:
 
     @property
     def start_due(self) -> bool:
-        """Whether the rest of a job is loaded now and to be started; true once."""
+        """True, once, if the rest of a job has been loaded and is to be started."""
         state = self.state
         due = state.now_s < self._start_until_s and state.traversal == TraversalStatus.READY and not state.robot_stale
         if due:
@@ -201,7 +203,7 @@ class Operator:
         return due
 
     def load(self) -> None:
-        """Hand the plan to the robot."""
+        """Load the plan into the robot."""
         if self.state.path is None or self.state.template is None:
             self._say(WARN, "Load: plan a template first (p)")
             return
@@ -213,14 +215,14 @@ class Operator:
         self._send(orders.load(trajectory, template_json, self._request_id(), cause_json=cause_json))
 
     def set_speed(self, factor: float) -> None:
-        """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
+        """Set the speed factor of simulated time; queued while another one is being set."""
         if self._send(orders.set_speed(factor, self._request_id())):
             self._speed_asked = factor
         else:
             self._speed_wanted = factor
 
     def change_speed(self, steps: int) -> None:
-        """The next faster or slower factor than the one asked for last, so that no key press is lost."""
+        """Change the last requested speed factor by steps, so that no key press is lost."""
         latest = (self._speed_wanted, self._speed_asked, self.state.speed_factor)
         self.set_speed(orders.next_speed(next((speed for speed in latest if speed is not None), None), steps))
 
@@ -228,7 +230,7 @@ class Operator:
         return f"tui-{self._session}-{next(self._orders)}"  # next() is safe from every thread
 
     def _send(self, order: Order) -> bool:
-        """Send it; one of the same name that is under way stands for this one, too."""
+        """Send an order, unless one of the same name is under way."""
         if self.state.replayed and order.service.server in topics.REPLAYED:
             self._say(WARN, f"{order.title}: {self.state.why_replayed}")
             return False
@@ -241,7 +243,7 @@ class Operator:
     # -- outcomes ----------------------------------------------------------------------------------------------------
 
     def tried(self, tried: Tried) -> None:
-        """An order was sent once more."""
+        """Note that an order was sent again."""
         order = tried.order
         if order.name != "estop":
             self.state.orders.tried(order.name, tried.number)
@@ -254,7 +256,7 @@ class Operator:
             self.state.note(ERROR, "console", text)
 
     def done(self, outcome: OrderOutcome) -> bool:
-        """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
+        """Process and show the outcome of an order; false if it was not executed or its answer is not valid."""
         if outcome.order.name == "estop":
             return self._stop_answered(outcome)
         if outcome.order.service.server == topics.REPLAY:
@@ -267,7 +269,7 @@ class Operator:
         return done
 
     def _replay_answered(self, outcome: OrderOutcome) -> bool:
-        """Of a replay the row of the orders tells, not the log: that is of the time that is replayed."""
+        """Show outcomes of a replay's orders in the row of the orders, as the log is of the replayed time."""
         order = outcome.order
         fate = outcome.reason if outcome.ok else f"{'not answered' if outcome.failure else 'refused'}: {outcome.reason}"
         word = OrderLine(INFO if outcome.ok else ERROR, plain(f"{order.title}: {fate}"))
@@ -305,7 +307,7 @@ class Operator:
         return accepted
 
     def _stop_answered(self, outcome: OrderOutcome) -> bool:
-        """An answer is noted, but ends nothing: only the robot's status does."""
+        """Note an answer to the stop, which only the robot's status ends."""
         if outcome.failure:
             return False
         first = self.state.orders.stop.answered(outcome.order.request_id, outcome.reason or "done", self.state.now_s)
@@ -315,7 +317,7 @@ class Operator:
         return outcome.ok
 
     def _take_over(self, outcome: OrderOutcome) -> str:
-        """Change the state as the order did the world; what to say about it."""
+        """Update the state after an accepted order; return the message about it."""
         request, response = outcome.order.request, outcome.response
         if isinstance(request, PlanRequest):
             if request.goal:

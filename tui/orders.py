@@ -14,7 +14,7 @@ from touchline.schemas.plain_text import plain
 from touchline.schemas.topics import Service
 
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
-"""Speed factors on offer; a negative one is as fast as it goes."""
+"""Speed factors on offer; a negative one is as fast as possible."""
 
 COMMANDS = {
     "start": ("Start", topics.START),
@@ -26,7 +26,7 @@ COMMANDS = {
     "refill": ("Refill", topics.REFILL_TANK),
     "battery": ("Replace battery", topics.REPLACE_BATTERY),
 }
-"""Orders without arguments: title and service by name."""
+"""Title and service of orders without arguments, by name."""
 
 COMMAND_TIMEOUT_S = 3.0
 PLAN_TIMEOUT_S = 120.0
@@ -34,17 +34,17 @@ REFRESH_TIMEOUT_S = 3.0
 LOAD_TIMEOUT_S = 15.0
 STOP_TIMEOUT_S = 1.0
 STOP_ATTEMPTS = 3
-"""For orders that are to bring the robot to rest."""
+"""Attempts of orders that bring the robot to rest."""
 ESTOP_TIMEOUT_S = 0.4
 WITHOUT_END = 0
-"""As a number of attempts: until the robot's status says that it has it."""
+"""Number of attempts that means: until the robot's status confirms the order."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """A request on its way. It is sent up to `attempts` times with the same request id, which is harmless.
+    """Order as a service request, sent up to `attempts` times with the same request id, which is harmless.
 
-    An emergency stop is sent `WITHOUT_END`, until somebody calls it off.
+    An emergency stop is sent `WITHOUT_END`, until it is called off.
     """
 
     name: str
@@ -56,13 +56,13 @@ class Order:
 
     @property
     def request_id(self) -> str:
-        """What its repeats and its progress are known by."""
+        """Request id of its repeats and its progress."""
         return str(getattr(self.request, "request_id", ""))
 
 
 @dataclass(frozen=True)
 class Tried:
-    """An order is being sent for the `number`-th time."""
+    """Event: an order is being sent for the `number`-th time."""
 
     order: Order
     number: int
@@ -70,7 +70,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class OrderOutcome:
-    """What came of an order, or of one try of an emergency stop: the answer, or the reason why there is none."""
+    """Outcome of an order, or of one try of an emergency stop: the answer, or the reason why there is none."""
 
     order: Order
     response: Any = None
@@ -78,17 +78,17 @@ class OrderOutcome:
 
     @property
     def ok(self) -> bool:
-        """Whether it was carried out."""
+        """True if the order was executed."""
         return not self.failure and bool(self.response.success)
 
     @property
     def reason(self) -> str:
-        """Why it was not, or what the service says about it."""
+        """Reason of a failure, or the service's message."""
         return plain(self.failure or str(self.response.message))
 
 
 def command(name: str, request_id: str) -> Order:
-    """An order of `COMMANDS`; those that stop the robot are repeated, the emergency stop without end."""
+    """Create an order of `COMMANDS`; those that stop the robot are repeated, the emergency stop without end."""
     title, service = COMMANDS[name]
     request = CommandRequest(request_id=request_id)
     if name == "estop":
@@ -99,7 +99,7 @@ def command(name: str, request_id: str) -> Order:
 
 
 def plan(template_json: str, vehicle_json: str, options: PlanOptions, request_id: str) -> Order:
-    """Plan a template for a vehicle; "" is the planner's own."""
+    """Create an order to plan a template for a vehicle; "" is the planner's default."""
     request = PlanRequest(
         request_id=request_id, template_json=template_json, vehicle_json=vehicle_json, options=options
     )
@@ -107,7 +107,7 @@ def plan(template_json: str, vehicle_json: str, options: PlanOptions, request_id
 
 
 def load(trajectory: Trajectory, template_json: str, request_id: str, *, cause_json: str = "") -> Order:
-    """Load a plan into the robot."""
+    """Create an order to load a plan into the robot."""
     request = LoadRequest(
         request_id=request_id, trajectory=trajectory, template_json=template_json, cause_json=cause_json
     )
@@ -115,34 +115,34 @@ def load(trajectory: Trajectory, template_json: str, request_id: str, *, cause_j
 
 
 def go_on(trajectory: Trajectory, template_json: str, request_id: str) -> Order:
-    """Load the rest of the job that the robot did not finish; its own journal has the plan, if none is given."""
+    """Create an order to load the rest of an unfinished job, whose plan is in the robot's journal if none is given."""
     request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json, resume=True)
     return Order("load", "Go on", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 
 def preview(request: PlanRequest) -> Order:
-    """Plan a drive to a goal, to be looked at."""
+    """Create an order to preview a drive to a goal."""
     return Order("preview", "Preview", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 
 def refresh(request: PlanRequest) -> Order:
-    """Plan it once more, from where the robot has come to since."""
+    """Create an order to update a preview from the robot's present position."""
     return Order("refresh", "Preview", topics.PLAN_SERVICE, request, REFRESH_TIMEOUT_S)
 
 
 def drive(goal: PoseGoal, request_id: str) -> Order:
-    """Have the robot drive to a goal: it plans from where it is and sets off."""
+    """Create an order to drive to a goal: the robot plans from its position and sets off."""
     request = GotoRequest(request_id=request_id, goal=goal)
     return Order("drive", "Drive", topics.GOTO, request, PLAN_TIMEOUT_S)
 
 
 def set_speed(factor: float, request_id: str) -> Order:
-    """Set how fast simulated time passes."""
+    """Create an order to set the speed factor of simulated time."""
     return Order("speed", "Speed", topics.SET_SPEED, SetSpeedRequest(request_id=request_id, factor=factor))
 
 
 def next_speed(factor: float | None, steps: int) -> float:
-    """The speed factor so many steps faster (or slower, if negative) than `factor`."""
+    """Speed factor a number of steps faster (slower, if negative) than `factor`."""
     if factor is None:
         return SPEEDS[0] if steps < 0 else SPEEDS[1]
     return replay_steps.next_speed(SPEEDS, factor, steps)

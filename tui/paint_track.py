@@ -1,4 +1,4 @@
-"""Painted strokes as a polyline that grows without copying and detects missed batches."""
+"""Painted strokes as a polyline that grows without copying, and detection of missed batches."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from touchline.tui.raster import Polyline
 
 SAME_POINT_M = 1e-6
 THINNING = 10
-"""One point in so many is kept: the robot gives one each centimetre or so, the eye needs one each decimetre."""
+"""Ratio of received to kept points: the robot sends about one per centimetre, the eye needs one per decimetre."""
 
 
 class PaintTrack:
-    """Strokes of paint, put together from numbered batches.
+    """Strokes of paint, assembled from numbered batches.
 
-    A batch that does not follow on from the last one means that something was missed or that the robot started a new
-    session: from then on batches wait until the whole list of strokes has been fetched.
+    A batch that does not continue the last one means that something was missed or that the robot started a new session:
+    from then on batches wait until the whole list of strokes has been fetched.
     """
 
     def __init__(self) -> None:
-        """Start with nothing painted and the list of strokes yet to be fetched."""
+        """Create an empty track, with the list of strokes yet to be fetched."""
         self._x: NDArray[np.float64] = np.empty(1024)
         self._y: NDArray[np.float64] = np.empty(1024)
         self._joined: NDArray[np.bool_] = np.empty(1024, dtype=np.bool_)
@@ -39,12 +39,12 @@ class PaintTrack:
 
     @property
     def line(self) -> Polyline:
-        """All that is painted; views of the buffers, good until the next change."""
+        """Polyline of all paint; views of the buffers, valid until the next change."""
         n = self._count
         return Polyline(self._x[:n], self._y[:n], self._joined[:n])
 
     def clear(self) -> None:
-        """Forget all paint; an answer that is on its way is of that."""
+        """Drop all paint, also that of an answer under way."""
         self._void |= self._asked
         self._count = self._next_index = 0
         self._waiting.clear()
@@ -56,17 +56,17 @@ class PaintTrack:
         self.needs_fetch = True
 
     def fetch_asked(self) -> None:
-        """The list of strokes is on its way, until `fetched`."""
+        """Note that the list of strokes is being fetched."""
         self._asked = True
 
     def fetched(self, strokes: Sequence[PaintMarks] | None) -> None:
-        """The list of strokes has come, or None; one that was asked for before all was forgotten is of no use."""
+        """Take the list of strokes, or None; one that was requested before `clear` is ignored."""
         void, self._asked, self._void = self._void, False, False
         if strokes is not None and not void:
             self.restore(strokes)
 
     def add(self, marks: PaintMarks) -> None:
-        """Take a batch from the topic."""
+        """Add a batch from the topic."""
         if not self.needs_fetch and not self._follows(marks):
             self.needs_fetch = True
         if self.needs_fetch:
@@ -75,7 +75,7 @@ class PaintTrack:
             self._append(marks.first_index, marks.x_m, marks.y_m)
 
     def restore(self, strokes: Sequence[PaintMarks]) -> None:
-        """Replace everything by the fetched strokes, then take what is newer of the batches that came meanwhile."""
+        """Replace everything by the fetched strokes, then add the newer parts of the batches that came meanwhile."""
         waiting = self._waiting[:]
         self.clear()
         for stroke in strokes:
@@ -86,7 +86,7 @@ class PaintTrack:
                 self.add(marks.model_copy(update=_rest(marks, known)) if known else marks)
 
     def _follows(self, marks: PaintMarks) -> bool:
-        """Whether a batch begins a stroke right after the last point, or goes on from that point."""
+        """True if a batch begins a stroke right after the last point, or continues from that point."""
         if marks.first_index == self._next_index:
             return True
         if marks.first_index != self._next_index - 1 or not len(marks.x_m):
@@ -123,5 +123,5 @@ class PaintTrack:
 
 
 def _rest(marks: PaintMarks, known: int) -> dict[str, object]:
-    """The fields of a batch without its first points."""
+    """Fields of a batch without its first points."""
     return {"first_index": marks.first_index + known, "x_m": marks.x_m[known:], "y_m": marks.y_m[known:]}

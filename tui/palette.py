@@ -1,4 +1,4 @@
-"""The command palette: everything the console can do, by name."""
+"""Command palette: all commands of the console, by name."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -11,10 +11,10 @@ from touchline.tui.operator import Operator
 
 
 def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
-    """The entries: those of the keys, and each speed."""
+    """Create the entries of the keys and of each speed."""
     for key in TABLE:
         if key.about:
-            # Once the palette has gone, but for the stop: an order may open a dialog.
+            # Orders run after the palette has closed, as they may open a dialog; the stop runs at once.
             act = app.run_action if key.action == "estop" else partial(app.call_later, app.run_action)
             yield SystemCommand(key.name, f"{key.about} ({key.shown})", partial(act, key.action))
     for factor in orders.SPEEDS:

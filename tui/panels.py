@@ -18,7 +18,7 @@ from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, is_over, remedy
 from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines, guided_lines
 from touchline.tui.node_health import STARTING, Freshness, silence
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.panel_rows import bar as _bar
 from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
@@ -26,18 +26,18 @@ from touchline.tui.unfinished_job import name_of, next_step, offered, share_done
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
-"""Lateral error that still meets the accuracy that is promised."""
+"""Lateral error within the promised accuracy."""
 
 ROOMY = 38
-"""From this width on the less urgent figures are shown too."""
+"""Width from which less urgent figures are shown, too."""
 
 PEOPLE = (topics.CONSOLE, topics.OPERATOR, topics.OBSERVER)
-"""Nodes behind which somebody sits, this console among them."""
+"""Nodes of people, this console among them."""
 NODE_LABELS = {topics.ROBOT_SIM: "robot"}
 
 
 def badge(state: ConsoleState) -> theme.Badge:
-    """The traversal's state as it is shown; a robot that says nothing any more may be in another by now."""
+    """Badge of the traversal's state; a silent robot may be in another state by now."""
     if not state.robot_alive:
         return theme.NO_ROBOT
     if state.traversal is None:
@@ -49,11 +49,11 @@ def badge(state: ConsoleState) -> theme.Badge:
         known = replace(known, text=f"REPLAY {known.text}")
     if not state.robot_stale:
         return known
-    return theme.Badge(known.mark, f"{known.text}? no word for {state.robot_silence_s:.0f} s", theme.ORANGE)
+    return theme.Badge(known.mark, f"{known.text}? silent for {state.robot_silence_s:.0f} s", theme.ORANGE)
 
 
 def hint(state: ConsoleState) -> tuple[str, str]:
-    """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
+    """Next step: (key, effect); the key is empty if there is nothing to press."""
     traversal = state.traversal
     if state.replayed:
         return "space", "pause the replay" if state.replay.playing else "go on with the replay"
@@ -93,13 +93,13 @@ def hint(state: ConsoleState) -> tuple[str, str]:
 
 
 def _moves_off(state: ConsoleState, in_s: float) -> str:
-    """When the robot moves off by itself: at the earliest, as long as it does not warn of it."""
+    """Time until the robot moves off by itself: exact if it warns, else the earliest."""
     seconds = math.ceil(in_s)
     return f"moves off in {seconds} s" if state.robot.warning.active else f"goes on in ≥ {seconds} s"
 
 
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
-    """The status panel, line by line, `width` cells wide."""
+    """Lines of the status panel, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
     head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
     if shown is theme.REPLAY_PAUSED and state.traversal is not None:
@@ -123,13 +123,13 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
         started_again = supervisor is not None and supervisor.alive
         return [*head, *lines, *([] if started_again else [Content.styled("touchline up  starts one", theme.MUTED)])]
     lines += _robot_lines(state, width) + _report_lines(state)
-    if state.robot_stale:  # these figures are of a while ago
+    if state.robot_stale:  # these figures are old
         lines = [Content.styled(line.plain, theme.MUTED) for line in lines]
     return head + lines
 
 
 def _unfinished_lines(state: ConsoleState, width: int) -> list[Content]:
-    """The job that could be gone on with: which it is, why it ended, and what else there is to do about it."""
+    """Lines about an unfinished job: its name, the reason of its end, and the alternatives."""
     job = offered(state)
     if job is None or state.traversal == TraversalStatus.READY:
         return []
@@ -147,7 +147,7 @@ def _unfinished_lines(state: ConsoleState, width: int) -> list[Content]:
 
 
 def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> list[Content]:
-    """A key that can be pressed, and what it does, in as many lines as it takes: a key in the text is never cut off."""
+    """Lines about a key and its effect, as many as needed, so that a key in the text is never cut off."""
     mark = f" {key} " if key else ""
     first, *rest = wrap(text, width - len(mark) - 1)
     lines = [Content.assemble((mark, style), (f" {first}", theme.INK))]
@@ -155,7 +155,7 @@ def _step(key: str, text: str, width: int, style: str = f"bold {theme.SKY}") -> 
 
 
 def _starting(state: ConsoleState, width: int) -> list[str]:
-    """The progress of robot and planner while they start."""
+    """Progress of robot and planner while they start."""
     lines = []
     for name in (topics.ROBOT_SIM, topics.PLANNER):
         node = state.nodes.get(name)
@@ -167,7 +167,7 @@ def _starting(state: ConsoleState, width: int) -> list[str]:
 
 
 def _reasons(state: ConsoleState, width: int) -> list[str]:
-    """Why the robot is in its state, and why it stopped first, if that was something else."""
+    """Reason of the robot's state, and the reason of its first stop, if that differs."""
     status = state.robot.status if state.robot_alive else None
     if status is None or not status.reason:
         return []
@@ -196,7 +196,7 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
 
 
 def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
-    """(the line being painted or driven to, which of how many it is)."""
+    """Current line and its number: (label, number/count)."""
     path = state.path
     if path is None or status.segment_index >= len(path.goals):
         return plain(status.segment_id) or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
@@ -208,7 +208,7 @@ def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
 
 
 def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
-    """What only an emulator knows; the figures above are the robot's own."""
+    """Figures that only an emulator knows; those above are the robot's own."""
     truth, area = state.robot.truth, state.robot.area
     if state.covers and area is not None:
         twice = f", {format.number(area.overlap_m2, 0, 'm²')} twice" if width >= ROOMY else ""
@@ -228,7 +228,7 @@ def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
 
 
 def _steering_lines(state: ConsoleState) -> list[Content]:
-    """The angle of a steered wheel, if there is one."""
+    """Angle of a steered wheel, if there is one."""
     motion = state.robot.motion
     angle_rad = state.vehicle.drive.steering_rad(*motion) if motion is not None else None
     if angle_rad is None:
@@ -263,7 +263,7 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
         lines.append(_row("template", plain(state.template.template.name)))
     report = state.path.report if state.path else None
     if report:
-        # The plan's own figure is the axle's way, which on arcs is not the line's length.
+        # The plan's figure is the length of the axle's path, which on arcs differs from the line's.
         drawn = state.template.template if state.template else None
         painted_m = drawn.length_m if drawn and not drawn.areas else report.paint_length_m
         lines += [
@@ -279,7 +279,7 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
 
 
 def _needs_lines(state: ConsoleState) -> list[Content]:
-    """What the job needs, against what the robot has, and what that means."""
+    """Supplies that the job needs, compared with what the robot has."""
     needs, report = supply_check.of_job(state), state.path.report if state.path else None
     lines: list[Content] = []
     for supply, thing, unit, digits, verb in (
@@ -365,7 +365,7 @@ def _area_report_lines(area: AreaReport) -> list[Content]:
 
 
 def service_lines(state: ConsoleState, width: int) -> list[Content]:
-    """One line per process, and one for the bus."""
+    """Lines of the processes, and one of the bus."""
     lines = []
     for node in state.nodes.values():
         if node.name in PEOPLE:
@@ -375,7 +375,7 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
         if freshness is Freshness.STALE:
             text = silence(node.silence_s(state.now_s))
         elif freshness is Freshness.STARTING:
-            text = format.cut_end(node.message, width - 13) or f"no word yet for {node.silence_s(state.now_s):.0f} s"
+            text = format.cut_end(node.message, width - 13) or f"no report yet for {node.silence_s(state.now_s):.0f} s"
         elif freshness is Freshness.LIVE:
             message = "" if is_over(state, node.message) else node.message
             text, color = message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
@@ -390,38 +390,38 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
 
 
 class LinesPanel(Static):
-    """A panel of lines that is redrawn only when they changed."""
+    """Panel of lines that is redrawn only when they changed."""
 
     _shown: Content | None = None
 
     def __init__(self, title: str = "", *, id: str | None = None) -> None:
-        """An empty panel."""
+        """Create an empty panel."""
         super().__init__(id=id)
         self.border_title = title
         self._height = 0
 
     def show_lines(self, lines: list[Content]) -> None:
-        """Show these lines."""
+        """Show lines."""
         content = Content("\n").join(lines)
         if self._shown is None or not content.is_same(self._shown):
             self._shown = content
-            # No line is wrapped, so the layout stands as long as there are as many.
+            # No line is wrapped, so the layout depends only on their number.
             self.update(content, layout=len(lines) != self._height)
             self._height = len(lines)
 
 
 class StatusPanel(LinesPanel):
-    """How the job and the robot are."""
+    """Panel of the states of job and robot."""
 
     def show(self, state: ConsoleState) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         self.border_title = "Status" if state.alone else f"Status of {state.name}"
         self.show_lines(status_lines(state, max(self.content_size.width, 20)))
 
 
 class ServicesPanel(LinesPanel):
-    """Which processes are there."""
+    """Panel of the processes."""
 
     def show(self, state: ConsoleState) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         self.show_lines(service_lines(state, max(self.content_size.width, 20)))

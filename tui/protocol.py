@@ -13,12 +13,12 @@ from touchline.schemas.topics import Service
 
 
 class CallFailed(TouchlineError):
-    """A command that got no usable answer; the text says why."""
+    """Raised for a command without a usable answer; the text gives the reason."""
 
 
 @dataclass(frozen=True)
 class Received:
-    """A decoded message of a topic; `publisher` tells one run of a process from the next."""
+    """Decoded message of a topic; `publisher` identifies the run of a process."""
 
     topic: str
     message: Message
@@ -27,7 +27,7 @@ class Received:
 
 @dataclass(frozen=True)
 class Skimmed:
-    """A message of a topic came whose content is of no interest now."""
+    """Event: a message of a topic came whose content is not needed now."""
 
     topic: str
     publisher: str
@@ -35,7 +35,7 @@ class Skimmed:
 
 @dataclass(frozen=True)
 class NodeChanged:
-    """A process appeared on the bus or vanished from it."""
+    """Event: a process appeared on the bus or vanished from it."""
 
     node: str
     alive: bool
@@ -43,7 +43,7 @@ class NodeChanged:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A payload that could not be read; nothing of it was used."""
+    """Event: a payload could not be read, and was dropped."""
 
     topic: str
     reason: str
@@ -51,14 +51,14 @@ class Rejected:
 
 @dataclass(frozen=True)
 class PaintFetched:
-    """Everything painted in the session, as the robot tells it; None when it did not answer."""
+    """Event: everything painted in the session, as reported by the robot; None if it did not answer."""
 
     strokes: tuple[PaintMarks, ...] | None
 
 
 @dataclass(frozen=True)
 class Lost:
-    """Messages lost on the way to this console since it started."""
+    """Event: number of messages to this console that were lost since it started."""
 
     messages: int
 
@@ -67,42 +67,46 @@ Incoming = Received | Skimmed | NodeChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):
-    """The console's way to one robot. Only `call` blocks; it and `tell` may be called from any thread."""
+    """Link to one robot. Only `call` blocks; it and `post` may be called from any thread."""
 
     def poll(self) -> list[Incoming]:
-        """Everything that came in since the last poll, state topics thinned to their latest message.
+        """Return everything that came in since the last poll, state topics reduced to their last message.
 
-        Of the traversal's status each change of its state comes in, too.
+        The traversal's status comes at each change of its state, too.
         """
         ...
 
     def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
-        """Ask a service and wait for its answer. Raises CallFailed when there is none."""
+        """Call a service and wait for its answer.
+
+        Raises:
+            CallFailed: There is no usable answer.
+        """
         ...
 
-    def tell(self, service: Service[Any, Any], request: Message) -> None:
-        """Send a request at once, from this thread, without waiting for an answer or hearing of it. Never raises."""
+    def post(self, service: Service[Any, Any], request: Message) -> None:
+        """Send a request at once, from the calling thread, ignoring the answer. Never raises."""
         ...
 
     def attend(self, *, closely: bool) -> None:
-        """Listen to all that the robot says, or (as at first) only to what is shown of one among others."""
+        """Subscribe to all topics of the robot, or (initially) only to those shown of robots out of view."""
         ...
 
     def fetch_paint(self) -> None:
-        """Ask for everything painted so far; a PaintFetched follows. Does nothing while one is under way."""
+        """Request everything painted so far; a PaintFetched follows. Does nothing while a request is under way."""
         ...
 
 
 class Links(Protocol):
-    """The console's ways to the robots that there are."""
+    """Links to all robots."""
 
     def found(self) -> list[tuple[str, Link]]:
-        """Robots that have been found since the last call, by namespace; the first call has at least one. Never waits.
+        """Return robots found since the last call, by namespace; the first call returns at least one. Never waits.
 
-        One that has gone is no news: its link goes on, and says so.
+        The link of a robot that has gone stays, and reports that.
         """
         ...
 
     def team(self) -> TeamCells | None:
-        """What a team's coordinator has told since the last call, if there is one. Never waits."""
+        """Return the message of a team's coordinator since the last call, if any. Never waits."""
         ...

@@ -1,4 +1,4 @@
-"""Polylines in metres → braille bits per cell: a few vectorised NumPy passes and no loop over points."""
+"""Raster of polylines in metres as braille bits per cell, in vectorised NumPy passes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BIT = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """Points with pen-up marks: the line from point i-1 to point i is drawn where `joined[i]` (so joined[0] is False).
+    """Polyline with gaps: the line from point i-1 to point i is drawn where `joined[i]` (so joined[0] is False).
 
     A point with no line on either side is drawn as one dot.
     """
@@ -28,7 +28,7 @@ class Polyline:
 
     @classmethod
     def of(cls, strokes: list[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> Polyline:
-        """One polyline of several separate strokes, each (x (n,), y (n,))."""
+        """Create one polyline from separate strokes, each (x (n,), y (n,))."""
         strokes = [stroke for stroke in strokes if len(stroke[0])]
         if not strokes:
             return EMPTY
@@ -43,12 +43,12 @@ class Polyline:
         return len(self.x_m)
 
     def since(self, index: int) -> Polyline:
-        """The part drawn by points `index` and later, with the point before it to draw from."""
+        """Part drawn by points `index` and later, with the point before it."""
         first = max(index - 1, 0)
         return Polyline(self.x_m[first:], self.y_m[first:], self.joined[first:])
 
     def bounds(self) -> tuple[float, float, float, float] | None:
-        """(x_min, y_min, x_max, y_max) in metres of the finite points, None without any."""
+        """Bounds (x_min, y_min, x_max, y_max) in metres of the finite points, None without any."""
         ok = np.isfinite(self.x_m) & np.isfinite(self.y_m)
         if not ok.any():
             return None
@@ -60,7 +60,7 @@ EMPTY = Polyline(np.empty(0), np.empty(0), np.empty(0, dtype=np.bool_))
 
 
 def dashed(line: Polyline, dash_m: float) -> Polyline:
-    """The line in dashes of a length, with gaps as long; as it is if a point of it is not finite."""
+    """Divide a line into dashes and gaps of a length; unchanged if a point is not finite."""
     if not len(line):
         return line
     at_m = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(line.x_m), np.diff(line.y_m)))))
@@ -97,7 +97,7 @@ def clip(
     width: int,
     height: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Liang-Barsky on all segments at once: the parts inside the window, so that zooming in far stays cheap."""
+    """Clip all segments to the window by Liang and Barsky's algorithm, so that zooming in far stays cheap."""
     near = (
         (np.maximum(u0, u1) >= 0)
         & (np.minimum(u0, u1) < width)
@@ -130,7 +130,7 @@ def clip(
 def _sample(
     u0: NDArray[np.float64], v0: NDArray[np.float64], u1: NDArray[np.float64], v1: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points along every segment, both ends included, at most one dot apart along its longer axis."""
+    """Sample every segment, both ends included, at most one dot apart along its longer axis."""
     if not len(u0):
         return u0, v0
     steps = np.ceil(np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))).astype(np.int64)
@@ -151,7 +151,7 @@ def _set_dots(bits: NDArray[np.uint8], view: Viewport, u: NDArray[np.float64], v
 
 
 def to_bits(view: Viewport, dots: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Dots (height, width) as bits of cells (rows, columns)."""
+    """Convert dots (height, width) to bits of cells (rows, columns)."""
     cells = dots.reshape(view.rows, DOTS_Y, view.columns, DOTS_X)
     bits = np.zeros((view.rows, view.columns), dtype=np.uint8)
     for row in range(DOTS_Y):
@@ -162,7 +162,7 @@ def to_bits(view: Viewport, dots: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 @dataclass
 class GrowingLayer:
-    """Braille bits of a polyline that only grows: each update draws only the points that are new in this view."""
+    """Braille bits of a polyline that only grows: each update draws only the new points."""
 
     bits: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), dtype=np.uint8))
     view: Viewport | None = None
@@ -170,7 +170,7 @@ class GrowingLayer:
     revision: int = -1
 
     def update(self, view: Viewport, line: Polyline, revision: int) -> bool:
-        """Draw what is missing; a new view or another `revision` (not mere growth) starts afresh. True if it drew."""
+        """Draw new points; another view or `revision` starts again. True if anything was drawn."""
         if view != self.view or revision != self.revision or len(line) < self.drawn:
             self.bits = np.zeros((view.rows, view.columns), dtype=np.uint8)
             self.view, self.revision, self.drawn = view, revision, 0

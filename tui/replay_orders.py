@@ -1,4 +1,4 @@
-"""Orders to a replay: pause, resume, seek, step and speed; keys that come faster than answers add up."""
+"""Orders to a replay: pause, resume, seek, step and speed; keys faster than answers accumulate."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from touchline.tui.orders import Order
 from touchline.tui.state import ConsoleState
 
 SEEK_TIMEOUT_S = 30.0
-"""A recording without an index is read from its beginning."""
+"""Long enough for a recording without an index, which is read from its beginning."""
 _PLAY, _STEP, _SPEED, _SEEK = "replay", "replay-step", "replay-speed", "replay-seek"
 
 
 class WantedValue:
-    """A value of the replay that is being changed: what was asked for last, until the replay's status has it."""
+    """Requested value of the replay, until its status has it."""
 
     def __init__(self) -> None:
-        """Nothing was asked for."""
+        """Create a value without a request."""
         self._asked: float | None = None
         self._next: float | None = None
-        """To be asked for when there is an answer."""
+        """Next request, after the answer."""
         self._reached: tuple[float, ReplayStatus | None] | None = None
-        """What was answered, and the status then: that does not tell of it yet."""
+        """Answered value, and the last status without it."""
 
-    def latest(self, status: ReplayStatus, told: float) -> float:
-        """The newest value; `told` is that of the status."""
+    def latest(self, status: ReplayStatus, reported: float) -> float:
+        """Newest value; `reported` is that of the status."""
         reached = self._reached[0] if self._reached is not None and self._reached[1] is status else None
-        return next((value for value in (self._next, self._asked, reached) if value is not None), told)
+        return next((value for value in (self._next, self._asked, reached) if value is not None), reported)
 
     def ask(self, value: float, *, sent: bool) -> None:
-        """It was asked for, or is to be when the order under way is answered."""
+        """Note a request, which is `sent` or waits for the answer to the order under way."""
         if sent:
             self._asked = value
         else:
             self._next = value
 
     def answered(self, status: ReplayStatus | None, *, ok: bool) -> float | None:
-        """The order under way was answered; returns what to ask for now."""
+        """Note the answer to the order under way; return the next request."""
         reached, following = self._asked, self._next
         self._asked = self._next = None
         self._reached = (reached, status) if ok and reached is not None else None
@@ -52,37 +52,37 @@ class WantedValue:
 
 
 class ReplayOrders:
-    """What is ordered of the replay of one robot."""
+    """Orders to the replay of one robot."""
 
     def __init__(self, state: ConsoleState, send: Callable[[Order], bool], request_id: Callable[[], str]) -> None:
-        """`send` does not wait, and says whether an order was sent: none is while one of its name is under way."""
+        """Use `send`, which does not wait, and is false while an order of the same name is under way."""
         self._state, self._send, self._request_id = state, send, request_id
         self._playing, self._speed, self._time = WantedValue(), WantedValue(), WantedValue()
         self._steps_s = 0.0
-        """To be made when the step under way is."""
+        """Steps to make after the one under way."""
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Toggle between pause and play."""
         status = self._state.replay.status
         playing = status is not None and self._playing.latest(status, float(status.playing)) > 0.0
         self._play(not playing)
 
     def resume(self) -> None:
-        """Go on."""
+        """Resume the replay."""
         self._play(True)
 
     def step(self) -> None:
-        """A tenth of a second further."""
+        """Advance by a tenth of a second."""
         self._step(STEP_S)
 
     def change_speed(self, steps: int) -> None:
-        """Faster or slower than what was asked for last."""
+        """Change the last requested speed by steps."""
         status = self._state.replay.status
         if status is not None:
             self._set_speed(next_speed(REPLAY_SPEEDS, self._speed.latest(status, status.speed), steps))
 
     def seek_by(self, seconds: float) -> None:
-        """Back or on, from where the last seek goes."""
+        """Seek by a time (s), relative to the last requested position."""
         status = self._state.replay.status
         if status is None:
             return
@@ -90,7 +90,7 @@ class ReplayOrders:
         self._seek(min(max(self._time.latest(status, status.now_s) + seconds, status.begin_s), end_s))
 
     def answered(self, name: str, *, ok: bool) -> None:
-        """An order has come back: send what was wanted meanwhile."""
+        """Process an outcome, and send what was requested meanwhile."""
         status = self._state.replay.status
         if name == _SEEK and (time_s := self._time.answered(status, ok=ok)) is not None:
             self._seek(time_s)

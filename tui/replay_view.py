@@ -1,4 +1,4 @@
-"""What is known of a replay: where it is, and which of its messages still count."""
+"""State of a replay: position, and validity of its messages."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from touchline.tui import format
 
 @dataclass
 class ReplayView:
-    """A replay as one of its robots' messages show it."""
+    """Replay as seen through the messages of one of its robots."""
 
     followed: ReplayFollower = field(default_factory=ReplayFollower)
     status: ReplayStatus | None = None
 
     @property
     def run(self) -> ReplayRun | None:
-        """What the messages that are known belong to."""
+        """Run of the replay that the present messages belong to."""
         return self.followed.run
 
     def hear(self, publisher: str) -> Belonging:
-        """A message has come whose publisher has this id, in hexadecimal digits."""
+        """Classify a message by the id of its publisher, in hexadecimal digits."""
         try:
             return self.followed.hear(bytes.fromhex(publisher))
-        except ValueError:  # whoever made it up
+        except ValueError:  # an invalid id
             return Belonging.LIVE
 
     @property
     def playing(self) -> bool:
-        """Whether it goes on by itself."""
+        """True if the replay plays."""
         return self.status is not None and self.status.playing
 
     @property
     def paused(self) -> bool:
-        """Whether it says that it stands still."""
+        """True if the replay reports a pause."""
         return self.status is not None and not self.status.playing
 
     @property
     def mark(self) -> str:
-        """The mark that every screen bears."""
+        """Mark on every screen."""
         status = self.status
         if status is None:
             return "REPLAY"

@@ -28,16 +28,16 @@ from touchline.schemas.plain_text import plain
 from touchline.tui.spread import Spread
 
 MOVING_MPS = 0.05
-"""Below that the motion does not tell how the wheels are steered."""
+"""Speed below which the motion does not show the steering angle."""
 
 BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 HALTED_STATES = (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
-"""In these a job waits, or was given up, for a reason."""
+"""States in which a job waits, or was aborted, for a reason."""
 
 
 @dataclass(frozen=True)
 class ShownPose:
-    """The robot's axle centre in the map frame: metres, radians."""
+    """Pose of the robot's axle centre in the map frame: metres, radians."""
 
     x_m: float
     y_m: float
@@ -46,38 +46,38 @@ class ShownPose:
 
 @dataclass
 class Robot:
-    """The latest of everything; a restarted robot begins with an empty one."""
+    """Last messages of a robot; a restarted robot begins with an empty one."""
 
     sim_time_s: float | None = None
     pose: ShownPose | None = None
     spread: Spread | None = None
-    """How far off its pose it may be."""
+    """Uncertainty of its position."""
     status: TraversalStatus | None = None
     truth: TrueCoverage | None = None
-    """What is really painted; only an emulated robot tells it."""
+    """True paint, reported by emulated robots only."""
     report: TraversalReport | None = None
     area: AreaProgress | None = None
-    """What a covering tool has really been over; only an emulated robot tells it."""
+    """True coverage, reported by emulated robots only."""
     area_report: AreaReport | None = None
     motion: tuple[float, float] | None = None
-    """Speed (m/s) and yaw rate (rad/s), the last ones at which it really moved."""
+    """Speed (m/s) and yaw rate (rad/s) of the last true motion."""
     gnss: GnssStatus | None = None
     battery: BatteryState | None = None
     sprayer: SprayerState | None = None
     claimed: NDArray[np.float64] | None = None
-    """(n, 2) along the stretch of its path that others keep off, in metres of the map frame."""
+    """Points (n, 2) along the stretch of its path that others keep off, in metres of the map frame."""
     pause: PauseStatus = field(default_factory=PauseStatus)
-    """Why it pauses and what ends that; its cause is NONE if it does not, or has not reported it."""
+    """Cause and end of a pause; the cause is NONE without a pause or a report."""
     warning: AboutToMove = field(default_factory=AboutToMove)
-    """That it gives before it moves off."""
+    """Warning before it moves off."""
     unfinished: UnfinishedJob | None = None
-    """The job that it could go on with; without a length, none."""
+    """Job that it could continue; without a length, there is none."""
     stopped_by: str = ""
-    """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
+    """Reason of the job's first stop; a later emergency stop and reset have changed the status's reason."""
 
     @property
     def fractions(self) -> dict[str, float]:
-        """Painted share 0…1 by segment id, as the robot believes."""
+        """Painted share 0…1 by segment id, as estimated by the robot."""
         if not self.status:
             return {}
         shares = zip(self.status.painted_ids, self.status.painted_fraction.tolist(), strict=False)
@@ -163,11 +163,11 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.BATTERY.name: Robot._battery,
     topics.SPRAYER.name: Robot._sprayer,
 }
-"""How the robot takes the topics that are about itself alone."""
+"""Handlers of the topics about the robot itself."""
 
 
 def take(robot: Robot, topic: str, message: Message) -> bool:
-    """Note a message; False if its topic is not about the robot alone."""
+    """Note a message; false if its topic is not about the robot itself."""
     handler = ROBOT_TOPICS.get(topic)
     if handler is not None:
         handler(robot, message)
@@ -175,5 +175,5 @@ def take(robot: Robot, topic: str, message: Message) -> bool:
 
 
 def seconds(time: Time) -> float:
-    """A time stamp in seconds."""
+    """Convert a time stamp to seconds."""
     return time.sec + time.nanosec * 1e-9

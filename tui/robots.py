@@ -9,34 +9,34 @@ from touchline.schemas import topics
 from touchline.tui.event_log import INFO
 from touchline.tui.fleet_layer import NO_LAYER, FleetLayer
 from touchline.tui.job import NOTHING
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.roll_call import RollCall, RollReply, over, replies
 from touchline.tui.state import ConsoleState
 
 
 @dataclass
 class Robots:
-    """What the console knows of each robot, by namespace, in the order of their coming."""
+    """States of all robots, by namespace, in the order of their appearance."""
 
     states: dict[str, ConsoleState] = field(default_factory=dict)
     selected_name: str = ""
     roll: RollCall | None = None
-    """The last order that went to several of them."""
+    """Last order to several robots."""
     layer: FleetLayer = NO_LAYER
-    """What was told of them as a team."""
+    """Last report of the team."""
 
     @property
     def selected(self) -> ConsoleState:
-        """Of the robot that is in view."""
+        """State of the robot in view."""
         return self.states[self.selected_name]
 
     @property
     def others(self) -> Mapping[str, ConsoleState]:
-        """The robots that are not."""
+        """States of the other robots."""
         return {name: state for name, state in self.states.items() if name != self.selected_name}
 
     def add(self, name: str) -> ConsoleState:
-        """A robot has been found; the first one is selected."""
+        """Add a robot; the first one is selected."""
         state = self.states[name] = ConsoleState(name=name, closely=False)
         state.now_s = max(known.now_s for known in self.states.values())
         if not self.selected_name:
@@ -45,7 +45,7 @@ class Robots:
         return state
 
     def remove(self, name: str) -> None:
-        """A robot is of no interest any more; another one takes its place in view."""
+        """Remove a robot; if it was in view, another one is selected."""
         del self.states[name]
         if name == self.selected_name:
             self.selected_name = next(iter(self.states))
@@ -56,27 +56,27 @@ class Robots:
             state.alone = len(self.states) == 1
 
     def select_next(self) -> None:
-        """Bring the next robot into view."""
+        """Select the next robot."""
         names = list(self.states)
         self.selected_name = names[(names.index(self.selected_name) + 1) % len(names)]
         if len(names) > 1:
             self.selected.orders.say(INFO, f"{self.selected_name} selected", self.selected.now_s)
 
     def select(self, name: str) -> None:
-        """Bring a robot into view, if it is known."""
+        """Select a robot, if it is known."""
         if name in self.states:
             self.selected_name = name
 
     def call_roll(self, order: str, title: str, names: Iterable[str]) -> None:
-        """An order goes to these robots now."""
+        """Begin a roll call for an order to these robots."""
         self.roll = RollCall(order, title, tuple(names), self.selected.now_s)
 
     def end_roll(self) -> None:
-        """Nobody wants to see any more who has answered."""
+        """Close the roll call."""
         self.roll = None
 
     def answers(self) -> Mapping[str, RollReply]:
-        """What became of the last order to several, by robot; nothing once all is well for a while."""
+        """Replies to the last order to several robots; empty once all have acknowledged it for a while."""
         roll = self.roll
         if roll is None:
             return {}
@@ -84,26 +84,26 @@ class Robots:
         return {} if over(roll, heard, self.selected.now_s) else heard
 
     def to_stop(self) -> tuple[str, ...]:
-        """Robots that an emergency stop is for: the selected one, whether or not it is there, and all that are.
+        """Robots that an emergency stop goes to: the selected one, present or not, and all present ones.
 
-        A replay has no robot.
+        Replays are left out.
         """
         there = (name for name, state in self.others.items() if state.robot_alive and not state.replayed)
         return (*(() if self.selected.replayed else (self.selected_name,)), *there)
 
     @property
     def stopping(self) -> bool:
-        """Whether an emergency stop has been given that a robot has not acknowledged."""
+        """True if a robot has not acknowledged an emergency stop."""
         return any(state.orders.stop.phase is Phase.SENT for state in self.states.values())
 
     @property
     def busy(self) -> tuple[str, ...]:
-        """Those that are on a job."""
+        """Robots on a job."""
         return tuple(name for name, state in self.states.items() if state.busy and not state.replayed)
 
 
 def never_there(state: ConsoleState) -> bool:
-    """Whether nothing was ever heard of a robot, nor is a job prepared for it: its name was only a guess."""
+    """True if a robot never reported and no job is prepared for it: its name was only a guess."""
     known = (state.nodes.get(name) for name in (*topics.SERVING, topics.REPLAY))
     seen = any(node is not None and node.seen for node in known)
     return not seen and state.draft is NOTHING and state.orders.stop.phase is Phase.OFF

@@ -1,4 +1,4 @@
-"""Row of robots, if there are several: state of each, and whether it has acknowledged a stop."""
+"""Row of robots, if there are several: state and acknowledgement of a stop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from textual.content import Content
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import format, theme
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.panels import LinesPanel, badge
 from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
@@ -19,9 +19,9 @@ _WORKING = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
 
 def robots_line(robots: Robots, width: int) -> list[tuple[str, Content]]:
-    """(name, what is shown) of each robot that has room in `width` cells; "" for the count of the others.
+    """Return (name, content) of each robot that fits into `width` cells; the name "" counts the others.
 
-    Those with a stop that is not acknowledged, and the selected one, come first where there is no room for all.
+    Robots with an unacknowledged stop, and the selected one, come first.
     """
     shown = {name: _robot(name, state, name == robots.selected_name) for name, state in robots.states.items()}
     urgent = [name for name, state in robots.states.items() if state.orders.stop.phase is Phase.SENT]
@@ -57,12 +57,12 @@ def _robot(name: str, state: ConsoleState, selected: bool) -> Content:
 
 
 class RobotsBar(LinesPanel):
-    """The row as a widget; a click selects a robot."""
+    """Widget of the row; a click selects a robot."""
 
     _spans: tuple[tuple[str, int, int], ...] = ()
 
     def show(self, robots: Robots) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         self.display = len(robots.states) > 1
         if not self.display:
             return

@@ -1,4 +1,4 @@
-"""Roll call after an order to several robots: who has acknowledged it, who refuses and why, and who is silent."""
+"""Roll call after an order to several robots: acknowledgements, refusals with reasons, and silent robots."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from textual.content import Content
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import format, theme
-from touchline.tui.order_book import DOUBT_S, STOPPING, Phase
+from touchline.tui.order_registry import DOUBT_S, STOPPING, Phase
 from touchline.tui.robot import BUSY_STATES
 from touchline.tui.state import ConsoleState
 
 SILENT_S = 1.0
-"""Who has not answered for so long is silent; an answer that comes later still counts."""
+"""Time without an answer from which a robot counts as silent; a later answer still counts."""
 SHOWN_S = 20.0
-"""So long a roll call of which all is well is shown."""
+"""Time for which a roll call is shown after all have acknowledged."""
 _LABEL = 16
 
 
 class Heard(IntEnum):
-    """What was heard of a robot, the worst first."""
+    """Reply of a robot, the worst first."""
 
     SILENT = 0
     REFUSED = 1
     WAITING = 2
-    """Its answer may still be on its way."""
+    """The answer may still come."""
     ACKNOWLEDGED = 3
     AT_REST = 4
-    """It refuses to stop, as it does not drive."""
+    """The robot refuses to stop, as it is at rest."""
 
 
 MARKS = {
@@ -44,7 +44,7 @@ MARKS = {
 
 @dataclass(frozen=True)
 class RollCall:
-    """An order that was given to these robots at one time (s, of the console)."""
+    """Order that was sent to several robots at one time (s, of the console)."""
 
     order: str
     title: str
@@ -54,14 +54,14 @@ class RollCall:
 
 @dataclass(frozen=True)
 class RollReply:
-    """What one robot has made of it, and its reason."""
+    """Reply of one robot, with its reason."""
 
     heard: Heard
     reason: str = ""
 
 
 def reply(roll: RollCall, state: ConsoleState) -> RollReply:
-    """What this robot has made of the order."""
+    """Evaluate the reply of a robot to the order."""
     if roll.order == "estop":
         return _stop_reply(roll, state)
     if roll.order == "pause" and state.paused_by_hand:
@@ -81,7 +81,7 @@ def reply(roll: RollCall, state: ConsoleState) -> RollReply:
 
 
 def _stop_reply(roll: RollCall, state: ConsoleState) -> RollReply:
-    """Only its status acknowledges an emergency stop."""
+    """Evaluate the reply to an emergency stop, which only the status acknowledges."""
     stop = state.orders.stop
     if stop.phase is Phase.HELD:
         return RollReply(Heard.ACKNOWLEDGED)
@@ -105,18 +105,18 @@ def _unanswered(roll: RollCall, state: ConsoleState) -> RollReply:
 
 
 def replies(roll: RollCall, states: Mapping[str, ConsoleState]) -> dict[str, RollReply]:
-    """By robot, in the order in which they were asked."""
+    """Replies by robot, in the order of the roll call."""
     return {name: reply(roll, states[name]) for name in roll.robots if name in states}
 
 
 def over(roll: RollCall, heard: Mapping[str, RollReply], now_s: float) -> bool:
-    """Whether everybody has acknowledged, and long enough ago not to be of interest any more."""
+    """True if all robots acknowledged the order some time ago."""
     well = all(each.heard >= Heard.ACKNOWLEDGED for each in heard.values())
     return well and now_s - roll.at_s > SHOWN_S
 
 
 def roll_lines(roll: RollCall, heard: Mapping[str, RollReply], width: int, height: int) -> list[Content]:
-    """The count, then whoever has not acknowledged, by reason, the worst first, in at most `height` lines."""
+    """Lines with the counts, then robots without acknowledgement by reason, the worst first, at most `height`."""
     groups: dict[RollReply, list[str]] = {}
     for name, each in heard.items():
         groups.setdefault(each, []).append(name)
@@ -139,7 +139,7 @@ def roll_lines(roll: RollCall, heard: Mapping[str, RollReply], width: int, heigh
 
 
 def _group_line(reason: str, names: str, color: str, width: int) -> Content:
-    """A reason, cut where it leaves the names no room, and the names."""
+    """Line with a reason, cut to leave room for the names, and the names."""
     head = format.cut(reason, max(width - min(len(names), width // 2) - 3, _LABEL))
     names = names if len(head) + 2 + len(names) <= width else names[: max(width - len(head) - 3, 0)] + "…"
     line = Content.assemble((head, color), (": ", theme.MUTED), (names, f"bold {theme.INK}"))

@@ -1,4 +1,4 @@
-"""Row below the header, at every screen size: orders on the left, alerts on the right."""
+"""Row below the header: orders on the left, alerts on the right."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
 from touchline.tui.alerts import alerts
 from touchline.tui.event_log import INFO
-from touchline.tui.order_book import OrderLine
+from touchline.tui.order_registry import OrderLine
 from touchline.tui.panels import LinesPanel
 from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
@@ -20,9 +20,9 @@ from touchline.tui.state import ConsoleState
 def signal_line(
     state: ConsoleState, width: int, others: Mapping[str, ConsoleState] | None = None, name: str = ""
 ) -> Content:
-    """The row about a robot, `width` cells wide; of the `others` emergency stops that they have not acknowledged.
+    """Render the row about a robot, `width` cells wide, with unacknowledged emergency stops of the `others`.
 
-    `name` stands before what is said of the robot, where several are in view.
+    `name` precedes the orders, where several robots are in view.
     """
     right = _alerts(state, width)
     if state.replayed:
@@ -64,7 +64,7 @@ def _shown(line: OrderLine | None, width: int) -> Content:
     if line is None:
         return Content(" " * width)
     text = f" {_mark(line)} {line.text}"
-    if len(text) > width:  # what comes first counts most
+    if len(text) > width:  # the beginning is the most important part
         text = text[: max(width - 1, 0)] + "…"
     return Content.styled(text.ljust(width), _style(line))
 
@@ -80,7 +80,7 @@ def _style(line: OrderLine) -> str:
 
 
 def _alerts(state: ConsoleState, width: int) -> Content:
-    """At most half of the row; those that stop the robot come first."""
+    """Render the alerts in at most half of the row, those that stop the robot first."""
     found = alerts(state)
     parts = [Content.styled(f" ▲ {alert.text} ", _alert_style(stops=alert.stops)) for alert in found]
     while parts and sum(part.cell_length for part in parts) > max(width // 2, 20):
@@ -95,14 +95,14 @@ def _alert_style(*, stops: bool) -> str:
 
 
 class SignalBar(LinesPanel):
-    """The row as a widget; every dialog has one, too, in the same place."""
+    """Widget of the row; every dialog has one, too, in the same place."""
 
     def __init__(self, *, named: bool = False) -> None:
-        """With the name of the robot in view, if it is `named`."""
+        """Create the row, with the name of the robot in view if `named`."""
         super().__init__()
         self._named = named
 
     def show(self, robots: Robots) -> None:
-        """Redraw what changed."""
+        """Redraw the parts that changed."""
         name = f"{robots.selected_name}: " if self._named else ""
         self.show_lines([signal_line(robots.selected, max(self.size.width, 40), robots.others, name)])

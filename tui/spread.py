@@ -1,4 +1,4 @@
-"""Ellipse in which a position lies by its covariance."""
+"""Ellipse of a position's uncertainty."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Spread:
 
     @classmethod
     def of(cls, covariance: NDArray[np.float64]) -> Spread | None:
-        """That of a pose; the semi-axes are 3 √λ of the eigenvalues λ of the covariance of x and y.
+        """Compute the ellipse of a pose; the semi-axes are 3 √λ of the eigenvalues λ of the covariance of x and y.
 
         Args:
             covariance: (36,) row-major over x, y, z (m) and the rotations about them (rad), in the map frame.
 
         Returns:
-            None where it is not told: all 0, not finite, or none of a covariance.
+            The ellipse; None if the covariance is unknown: all 0, not finite, or not valid.
         """
         xx, xy, yy = float(covariance[0]), float(covariance[1]), float(covariance[7])
         mean, half = (xx + yy) / 2, math.hypot((xx - yy) / 2, xy)
@@ -40,7 +40,7 @@ class Spread:
         return cls(SIGMAS * math.sqrt(mean + half), SIGMAS * math.sqrt(max(mean - half, 0.0)), angle)
 
     def outline(self, x_m: float, y_m: float) -> Polyline:
-        """The ellipse round a point."""
+        """Outline of the ellipse about a point."""
         turn = np.linspace(0.0, 2 * math.pi, _CORNERS + 1)
         along, across = self.long_m * np.cos(turn), self.short_m * np.sin(turn)
         cos, sin = math.cos(self.angle_rad), math.sin(self.angle_rad)

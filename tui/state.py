@@ -1,4 +1,4 @@
-"""Console state: a pure reduction of a link's events."""
+"""Console state, a pure reduction of a link's events."""
 
 from __future__ import annotations
 
@@ -34,135 +34,134 @@ from touchline.tui.event_log import ERROR, INFO, WARN, OperatorLog
 from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView
 from touchline.tui.node_health import Freshness, Node, take_report
-from touchline.tui.order_book import OrderBook
+from touchline.tui.order_registry import OrderRegistry
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected, Skimmed
 from touchline.tui.replay_view import ReplayView
 from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, ShownPose, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
-"""Processes that are listed even before they have ever been seen."""
+"""Processes that are listed even before they appear."""
 _MOST_SPEAKERS = 256
-SPEED_TOLD_S = 2.5
-"""How long the robot may take to tell a new speed factor; until then it may still tell the old one."""
+SPEED_REPORT_S = 2.5
+"""Maximum time until the robot reports a new speed factor; until then it may still report the old one."""
 
 
 @dataclass
 class ConsoleState:
-    """Everything the console shows of one robot.
+    """State of one robot as the console shows it.
 
-    Messages come in by `apply`; what came of the operator's orders by its own methods.
+    Messages come in by `apply`, outcomes of the operator's orders by separate methods.
 
-    `draft` is the job that is being prepared here, `loaded` the one that the robot has. The robot's is in view while
-    it is busy, and whenever nothing is being prepared. `vehicle` is the robot's,
-    once it has told.
+    `draft` is the job that is being prepared here, `loaded` the robot's, which is in view while the robot is busy, and
+    whenever nothing is being prepared. `vehicle` is the robot's, once it has reported it.
     """
 
     name: str = ""
-    """The robot's namespace."""
+    """Namespace of the robot."""
     alone: bool = True
     """Whether the console knows no other robot."""
     closely: bool = True
-    """Whether plan, paint and truth of the robot come in, or only what is shown of one among others."""
+    """Whether plan, paint and truth of the robot come in, not only what is shown of robots out of view."""
     robot: Robot = field(default_factory=Robot)
     last_pose: ShownPose | None = None
-    """Where a robot that has gone was when it was heard last."""
+    """Last known pose of a robot that has gone."""
     lost_job: bool = False
-    """Whether the robot's process ended while it was on a job, and it has not been given another since."""
+    """Whether the robot's process ended while it was on a job, without another job since."""
     origin: Origin | None = None
-    """Of its map frame, once it has told."""
+    """Origin of its map frame, once it has reported it."""
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
     paint: PaintTrack = field(default_factory=PaintTrack)
     log: OperatorLog = field(default_factory=OperatorLog)
-    orders: OrderBook = field(default_factory=OrderBook)
+    orders: OrderRegistry = field(default_factory=OrderRegistry)
     draft: JobView = NOTHING
     loaded: JobView = NOTHING
     drive: GoalDraft = field(default_factory=GoalDraft)
-    """Beside the job that is being prepared."""
+    """Draft of a drive, besides the job that is being prepared."""
     replay: ReplayView = field(default_factory=ReplayView)
     progress: Progress | None = None
     plan_request: str = ""
     lost: int = 0
     rejected: int = 0
     now_s: float = 0.0
-    """The console's own time: it stands still while the console does, so that nobody else seems silent for that."""
+    """Time of the console, which stands still while the console does, so that nobody seems silent meanwhile."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     vehicle_json: str = ""
-    """The same as text, for the planner; "" as long as the robot has not told."""
+    """The vehicle as text, for the planner; "" until the robot has reported it."""
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
     _speakers: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """Which processes a publisher of diagnostics tells of."""
+    """Processes in the diagnostics of each publisher."""
     _rejected_topics: set[str] = field(default_factory=set)
     _known_job: JobView = NOTHING
-    """What was loaded before a replay jumped: most likely it still is, and need not be laid out again."""
+    """Job that was loaded before a replay jumped: most likely it still is, and need not be laid out again."""
 
     # -- what is shown -----------------------------------------------------------------------------------------------
 
     @property
     def replayed(self) -> bool:
-        """Whether it is a replay that speaks for the robot, which itself is not there."""
+        """True if a replay stands in for the robot."""
         replay = self.nodes.get(topics.REPLAY)
         return replay is not None and replay.alive and not self.nodes[topics.ROBOT_SIM].alive
 
     @property
     def why_replayed(self) -> str:
-        """Why the robot takes no orders, if it is replayed; "" if it may."""
+        """Reason why a replayed robot takes no orders; "" for a real one."""
         return f"{self.name or 'the robot'} is a replay: there is no robot that could do it" if self.replayed else ""
 
     @property
     def robot_node(self) -> Node:
-        """The process that speaks for the robot."""
+        """Process of the robot or its replay."""
         return self.nodes[topics.REPLAY if self.replayed else topics.ROBOT_SIM]
 
     @property
     def robot_alive(self) -> bool:
-        """Whether the robot is on the bus, or a replay of it."""
+        """True if the robot is on the bus, or a replay of it."""
         return self.robot_node.alive
 
     @property
     def traversal(self) -> int | None:
-        """The traversal's state; None while no living robot has told it."""
+        """State of the traversal; None until a living robot reports it."""
         status = self.robot.status
         return status.state if status and self.robot_alive else None
 
     @property
     def publisher(self) -> str:
-        """The run of the robot's process that tells its status; "" if none has."""
+        """Run of the robot's process that reports its status; "" if none has."""
         return self._publisher
 
     @property
     def robot_freshness(self) -> Freshness:
-        """Whether what the robot has said holds now."""
+        """Freshness of the robot's messages."""
         return self.robot_node.freshness(self.now_s)
 
     @property
     def robot_silence_s(self) -> float:
-        """How long nothing has been heard of the robot."""
+        """Time (s) since the robot's last message."""
         return self.robot_node.silence_s(self.now_s)
 
     @property
     def robot_stale(self) -> bool:
-        """Whether the robot is there, but says nothing any more."""
+        """True if the robot is present, but silent."""
         return self.robot_freshness is Freshness.STALE
 
     @property
     def paused_by_hand(self) -> bool:
-        """Whether the robot reports, and reports now, that a person has paused it."""
+        """True if the robot currently reports that a person has paused it."""
         return self.waits_for_person and self.robot.pause.cause == PauseStatus.OPERATOR
 
     @property
     def waits_for_person(self) -> bool:
-        """Whether the robot reports, and reports now, a pause that only a person ends."""
+        """True if the robot currently reports a pause that only a person ends."""
         pause = self.robot.pause
         known = pause.cause != PauseStatus.NONE and not pause.ends_by_itself
         return known and self.traversal == TraversalStatus.PAUSED and not self.robot_stale
 
     @property
     def moves_off_in_s(self) -> float | None:
-        """Time until the standing robot moves off by itself at the earliest; None if it waits for a person.
+        """Earliest time until the standing robot moves off by itself; None if it waits for a person.
 
-        In seconds of wall-clock time, as long as the robot's time passes at its present pace.
+        In seconds of wall-clock time, at the present pace of the robot's time.
         """
         robot, now_s = self.robot, self.robot.sim_time_s
         if self.traversal == TraversalStatus.PAUSED and robot.pause.ends_by_itself:
@@ -178,19 +177,19 @@ class ConsoleState:
 
     @property
     def busy(self) -> bool:
-        """Whether the robot is on a job, so that another cannot be prepared in its view."""
+        """True if the robot is on a job, so that another cannot be prepared in its view."""
         return self.traversal in BUSY_STATES
 
     @property
     def claimed(self) -> NDArray[np.float64] | None:
-        """(n, 2) along the stretch of its path that others keep off, if it has one and who leads the job is there."""
+        """Points (n, 2) along the stretch of its path that others keep off, if any and if the job's leader is there."""
         leader = self.nodes.get(topics.OPERATOR)
         told_now = self.replayed or (leader is not None and leader.alive)
         return self.robot.claimed if told_now else None
 
     @property
     def share_done(self) -> float | None:
-        """Covered share 0…1 of the job under way, or driven share of a drive; None of neither."""
+        """Covered share 0…1 of the job under way, or driven share of a drive; None without either."""
         status = self.robot.status
         if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
             return None
@@ -199,7 +198,7 @@ class ConsoleState:
 
     @property
     def guided(self) -> bool:
-        """Whether a team's coordinator guides the robot, which then drives no path."""
+        """True if a team's coordinator guides the robot, which then drives no path."""
         return self.busy and self.robot.status is not None and self.robot.status.segment_count == 0
 
     @property
@@ -209,15 +208,15 @@ class ConsoleState:
 
     @property
     def speed_factor(self) -> float | None:
-        """The speed factor asked for: what this console has just set, or else what the robot tells once a second."""
+        """Requested speed factor: the one that this console has just set, or else the robot's report."""
         if not self.robot_alive:
             return None
         factor, set_s = self._speed_set
-        return factor if self.now_s - set_s < SPEED_TOLD_S else self.robot_node.number("speed_factor")
+        return factor if self.now_s - set_s < SPEED_REPORT_S else self.robot_node.number("speed_factor")
 
     @property
     def pace(self) -> float:
-        """Sim time per wall time, as far as is known: the factor asked for, or what comes of as fast as it goes."""
+        """Sim time per wall time: the requested factor, or the measured one at maximum speed."""
         factor = self.speed_factor
         if factor is None or factor < 0.0:
             factor = self.real_time_factor
@@ -225,45 +224,45 @@ class ConsoleState:
 
     @property
     def job(self) -> JobView:
-        """The job in view."""
+        """Job in view."""
         return self.loaded if self.busy or self.draft is NOTHING else self.draft
 
     @property
     def template(self) -> TemplateView | None:
-        """The template in view."""
+        """Template in view."""
         return self.job.template
 
     @property
     def path(self) -> PathView | None:
-        """The path in view."""
+        """Path in view."""
         return self.job.path
 
     @property
     def path_loaded(self) -> bool:
-        """Whether the robot has the path in view, so that it can be started."""
+        """True if the robot has the path in view, so that it can be started."""
         idle = self.traversal in (None, TraversalStatus.IDLE)
         return self.job is self.loaded and self.loaded.path is not None and not idle
 
     @property
     def worked_along(self) -> str:
-        """What the robot works along, for people, in the plural."""
+        """Plural noun for what the robot works along."""
         return "swaths" if self.covers else "lines"
 
     @property
     def covers(self) -> bool:
-        """Whether it is the areas of the template in view that the robot works on, with a tool that covers them."""
+        """True if the robot covers the areas of the template in view."""
         return bool(self.template and self.template.template.areas and self.vehicle.tool.covers)
 
     @property
     def rows(self) -> tuple[LineRow, ...]:
-        """The segments to paint, in path order if there is a path."""
+        """Segments to paint, in path order if there is a path."""
         if self.path:
             return self.path.rows
         return self.template.rows if self.template else ()
 
     @property
     def goal(self) -> str:
-        """Id of the line being painted or driven to, empty when the robot is on no job."""
+        """Id of the current line, "" without a job."""
         status = self.robot.status
         if not self.busy or status is None:
             return ""
@@ -275,7 +274,7 @@ class ConsoleState:
     # -- what comes in -----------------------------------------------------------------------------------------------
 
     def apply(self, event: Incoming, now_s: float) -> None:
-        """Take one event; `now_s` is the console's own time, used to notice silence only."""
+        """Process one event; `now_s` is the console's time, which only measures silence."""
         self.now_s = now_s
         match event:
             case Received(topic, message, publisher):
@@ -293,13 +292,13 @@ class ConsoleState:
                 self._reject(topic, reason)
 
     def attend(self, *, closely: bool) -> None:
-        """Plan, paint and truth come in from now on, or no longer; what was painted meanwhile is asked for."""
+        """Note whether plan, paint and truth come in from now on; the paint so far is then requested."""
         self.closely = closely
         if closely:
             self.paint.request_fetch()
 
     def note(self, severity: int, source: str, text: str) -> None:
-        """Write to the log at the robot's present time; the log makes it plain."""
+        """Write to the log at the robot's present time."""
         self.log.add(self.robot.sim_time_s, severity, source, text)
 
     def _receive(self, topic: str, message: Message, publisher: str) -> None:
@@ -309,7 +308,7 @@ class ConsoleState:
         if heard is Belonging.JUMP:
             self._replay_jumped()
         if heard is Belonging.LIVE and topic == topics.STATUS.name and isinstance(message, TraversalStatus):
-            self._robot_told(message, publisher)
+            self._robot_reported(message, publisher)
         try:
             if robot_model.take(self.robot, topic, message):
                 self.robot_node.heard(self.now_s)
@@ -320,8 +319,8 @@ class ConsoleState:
         except (TouchlineError, ValueError, AttributeError, TypeError, ArithmeticError) as error:
             self._reject(topic, str(error))
 
-    def _robot_told(self, message: TraversalStatus, publisher: str) -> None:
-        """The robot itself, and no replay, has told its state."""
+    def _robot_reported(self, message: TraversalStatus, publisher: str) -> None:
+        """Process the status of a real robot."""
         if publisher and publisher != self._publisher:
             if self._publisher:
                 self._robot_restarted()
@@ -330,7 +329,7 @@ class ConsoleState:
         self.lost_job &= message.state in (TraversalStatus.IDLE, TraversalStatus.ESTOPPED)
 
     def _replay_jumped(self) -> None:
-        """Nothing holds that was replayed before; what holds at the new time comes now."""
+        """Drop all state of the replay before a jump; the state at the new time follows."""
         self._known_job = self.loaded if self.loaded is not NOTHING else self._known_job
         self.robot, self.loaded = Robot(), NOTHING
         self.paint.clear()
@@ -357,7 +356,7 @@ class ConsoleState:
             self.progress = None
 
     def _replay_changed(self, alive: bool) -> None:
-        """A replay has begun, or has ended: of that nothing is left but what was said."""
+        """Process the beginning or end of a replay, after which only log entries remain."""
         if alive:
             self.paint.request_fetch()
         elif not self.nodes[topics.ROBOT_SIM].alive:
@@ -393,24 +392,28 @@ class ConsoleState:
     # -- outcomes of the operator's own orders -----------------------------------------------------------------------
 
     def choose_template(self, template: Template, text: str) -> None:
-        """Begin to prepare a job."""
+        """Begin to prepare a job for a template."""
         self.draft = JobView(TemplateView.of(template, text))
 
     def plan_done(self, request_id: str) -> None:
-        """A request to plan is answered: what is still on its way of its progress comes too late."""
+        """Note the answer to a plan request; later progress of it is ignored."""
         if request_id == self.plan_request:
             self.plan_request, self.progress = "", None
 
     def planned(self, trajectory: Trajectory, report: PlanReport) -> None:
-        """Take a plan for the template in view. Raises ValueError when it makes no sense."""
+        """Take a plan for the template in view.
+
+        Raises:
+            ValueError: The plan is not valid.
+        """
         self.draft = JobView(self.template, PathView.of(trajectory, self.template, report))
 
     def handed_over(self) -> None:
-        """The robot has taken the job in view."""
+        """Note that the robot has taken the job in view."""
         self.loaded, self.draft = self.job, NOTHING
 
     def speed_set(self, factor: float) -> None:
-        """The robot has taken a speed factor; it will say so itself in a while."""
+        """Note that the robot has taken a speed factor, which it will report later."""
         self._speed_set = (factor, self.now_s)
 
     # -- one handler per topic ---------------------------------------------------------------------------------------
@@ -462,7 +465,7 @@ class ConsoleState:
 
 
 def missed_patches(state: ConsoleState) -> tuple[MissedPatch, ...]:
-    """The patches that a covering tool has left out by the report of the job's end, the largest first."""
+    """Missed patches of a covering tool by the final report, the largest first."""
     report = state.robot.area_report
     return report.missed if report is not None and state.covers and state.job is state.loaded else ()
 
@@ -482,4 +485,4 @@ _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
 CONSOLE_TOPICS: tuple[Topic, ...] = tuple(
     topics.TOPIC_BY_NAME[name] for name in (*ROBOT_TOPICS, *_HANDLERS, topics.DIAGNOSTICS.name)
 )
-"""What a link has to listen to."""
+"""Topics that a link has to subscribe to."""

@@ -18,21 +18,21 @@ from touchline.tui.signal_bar import SignalBar
 
 
 class Console(Protocol):
-    """The part of the console that such a screen needs."""
+    """Part of the console that these screens need."""
 
     robots: Robots
 
 
 class NoteBar(Static):
-    """Keys of a dialog beside the emergency stop; one that does not fit is left out whole."""
+    """Keys of a dialog beside the emergency stop; keys that do not fit are left out."""
 
     def __init__(self, keys: Sequence[tuple[str, str]]) -> None:
-        """These keys and what they do, the ones that count most first."""
+        """Create the bar for keys and their effects, the most important first."""
         super().__init__()
         self._keys = keys
 
     def on_resize(self) -> None:
-        """Show what fits."""
+        """Show the keys that fit."""
         room, parts = self.size.width, list[Content]()
         for key, text in self._keys:
             part = Content.assemble((f"  {key} ", f"bold {theme.SKY}"), (text, theme.INK))
@@ -44,10 +44,10 @@ class NoteBar(Static):
 
 
 class StopKey(Static):
-    """The emergency stop, where the key bar has it."""
+    """Button of the emergency stop, at its place in the key bar."""
 
     def __init__(self) -> None:
-        """With the key that works everywhere."""
+        """Create the button, with the key that works everywhere."""
         super().__init__(Content.styled(" ctrl+e E-STOP ", theme.STOP_LABEL))
 
     async def on_click(self, event: events.Click) -> None:
@@ -70,9 +70,9 @@ def add_stop(screen: Screen[Any], keys: Sequence[tuple[str, str]] = ()) -> None:
 
 
 class Palette(CommandPalette):
-    """The command palette, with the emergency stop."""
+    """Command palette with the emergency stop."""
 
     def on_mount(self) -> None:
-        """Add it; the list of commands, which lies on top of everything, leaves its row free."""
+        """Add the stop; the list of commands, which lies on top of everything, leaves its row free."""
         add_stop(self, (("enter", "choose"), ("esc", "close"), ("type", "to find")))
         self.query_one(CommandList).styles.max_height = "55vh"

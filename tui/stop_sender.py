@@ -1,4 +1,4 @@
-"""Repeats an emergency stop, ahead of all else, until the robot has acknowledged it."""
+"""Repetition of an emergency stop until the robot has acknowledged it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.protocol import CallFailed, Link
 
 EVERY_S = 0.5
-"""From one try to the next."""
+"""Period of the tries."""
 SAME_PRESS_S = 0.1
-"""A try that is this young stands for another press of the key, too: a key that is held down costs nothing."""
+"""Age up to which a try serves another press of the key, too, so that a key that is held down costs nothing."""
 
 
 @dataclass
@@ -25,16 +25,16 @@ class _Stop:
 
 
 class StopSender:
-    """Sends every try from a thread of its own, so that a pending answer never delays the next try."""
+    """Sender with a thread per try, so that a pending answer never delays the next try."""
 
     def __init__(self, link: Link, deliver: Callable[[Tried | OrderOutcome], object]) -> None:
-        """`deliver` is called from the tries' threads."""
+        """Call `deliver` from the tries' threads."""
         self._link, self._deliver = link, deliver
         self._lock = threading.Lock()
         self._stop: _Stop | None = None
 
     def send(self, order: Order) -> None:
-        """Send it at once, and again and again; one with another request id takes the place of the last."""
+        """Send a stop at once and repeatedly; one with another request id replaces the last."""
         with self._lock:
             stop = self._stop
             if stop is None or stop.order.request_id != order.request_id:
@@ -42,7 +42,7 @@ class StopSender:
                     stop.called_off.set()
                 stop = self._stop = _Stop(order, tried_s=time.monotonic())
                 # From here, as the machine may be so busy that handing over to another thread takes long.
-                self._link.tell(order.service, order.request)
+                self._link.post(order.service, order.request)
                 # A daemon, because leaving the console must not wait for an answer that may never come.
                 threading.Thread(target=self._repeat, args=(stop,), name="estop", daemon=True).start()
                 return
@@ -51,14 +51,14 @@ class StopSender:
         threading.Thread(target=self._try, args=(stop,), name="estop-again", daemon=True).start()
 
     def cease(self) -> None:
-        """The robot has it, or the operator wants it no longer."""
+        """Stop repeating, as the robot has the stop or the operator withdrew it."""
         with self._lock:
             if self._stop is not None:
                 self._stop.called_off.set()
                 self._stop = None
 
     def _repeat(self, stop: _Stop) -> None:
-        """It is sent once in any case: what calls it off may have been said before the key was pressed."""
+        """Send at least once: the reason for calling it off may be older than the key press."""
         while True:
             due_s = time.monotonic() + EVERY_S
             self._try(stop)

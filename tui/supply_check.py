@@ -1,4 +1,4 @@
-"""Compares the needs of the job in view with the reported levels of tank and battery."""
+"""Comparison of the needs of the job in view with the reported levels of tank and battery."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from touchline.tui.state import ConsoleState
 
 
 def of_job(state: ConsoleState) -> Supplies:
-    """Needs and levels for what is left of the job in view, as far as they are known."""
+    """Needs and levels for the remaining part of the job in view, as far as they are known."""
     robot, report = state.robot, _report(state)
     if report is not None and state.path_loaded and robot.status is not None:  # of a job that goes on, the rest
         paint_l = report.paint_l * (1.0 - robot.status.coverage_pct / 100.0)
@@ -21,7 +21,7 @@ def of_job(state: ConsoleState) -> Supplies:
 
 
 def _report(state: ConsoleState) -> PlanReport | None:
-    """The plan's own figures; of another console's plan the paint that lines and areas take."""
+    """Report of the plan; for another console's plan, the paint that lines and areas take."""
     if state.path is None:
         return None
     if state.path.report is not None:

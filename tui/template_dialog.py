@@ -20,18 +20,22 @@ from touchline.tui import format
 from touchline.tui.dialogs import Dialog, DialogBox
 
 Chosen = tuple[Template, str]
-"""A template and the text it was read from."""
+"""Template and its text."""
 _STOP_KEY = "e"
 
 
 def read_template(name_or_path: str) -> Chosen:
-    """A shipped template by name, or a file. Raises SpecError."""
+    """Read a shipped template by name, or a file.
+
+    Raises:
+        SpecError: There is no such template or file, or it is not valid.
+    """
     text, source = template_text(_home(name_or_path))
     return parse_template(text, source), text
 
 
 def _home(path: str) -> str:
-    """A path with `~` and `~user` written out, as a shell would have done; other paths and names as they are."""
+    """Expand `~` and `~user` in a path, as a shell would; other paths and names are unchanged."""
     if not path.startswith("~"):
         return path
     try:
@@ -41,20 +45,20 @@ def _home(path: str) -> str:
 
 
 class Shipped(NamedTuple):
-    """A template as the list shows it."""
+    """Shipped template as a row of the list."""
 
     name: str
     title: str
     size: str
 
     def matches(self, words: str) -> bool:
-        """Whether all words are in its name or title."""
+        """True if all words are in the name or title."""
         text = f"{self.name} {self.title}".casefold()
         return all(word in text for word in words.casefold().split())
 
 
 def size_of(template: Template) -> str:
-    """What there is to do: lines and their length, areas and their size."""
+    """Size of a template: lines and their length, areas and their size."""
     parts = []
     if template.segments or not template.areas:
         lines = "1 line" if len(template.segments) == 1 else f"{len(template.segments)} lines"
@@ -70,7 +74,7 @@ def size_of(template: Template) -> str:
 class TemplateDialog(Dialog[Chosen | None]):
     """Choose a shipped template, by arrows or by typing a part of its name, or give a file.
 
-    Until something has been typed `e` is the emergency stop, as everywhere; in the field it is a letter.
+    Until something has been typed, `e` is the emergency stop, as everywhere; in the field it is a letter.
     """
 
     NOTE = (("enter", "choose"), ("esc", "cancel"), ("type", "to find"), ("tab", "list, field"))
@@ -82,7 +86,7 @@ class TemplateDialog(Dialog[Chosen | None]):
     ]
 
     def __init__(self) -> None:
-        """Read what is shipped."""
+        """List the shipped templates."""
         super().__init__()
         self._shipped: list[Shipped] = []
         for name in shipped_templates():
@@ -93,7 +97,7 @@ class TemplateDialog(Dialog[Chosen | None]):
             self._shipped.append(Shipped(name, template.title, size_of(template)))
 
     def compose(self) -> ComposeResult:
-        """The list, the field, and room for what is wrong with what is in it."""
+        """Lay out the list, the field, and room for its error."""
         with DialogBox(id="dialog"):
             yield Label("Choose a template", classes="title")
             yield OptionList(id="templates")
@@ -102,12 +106,12 @@ class TemplateDialog(Dialog[Chosen | None]):
             yield Static("", id="problem")
 
     def on_mount(self) -> None:
-        """List all."""
+        """Show all templates."""
         self._list("")
         self.query_one(OptionList).focus()
 
     def _list(self, words: str) -> None:
-        """Show those that match; titles are in a column of their own, and give way to names and sizes."""
+        """Show matching templates; titles have a separate column, and yield to names and sizes."""
         found = [each for each in self._shipped if each.matches(words)]
         name_width, size_width = (max((len(each[column]) for each in self._shipped), default=0) for column in (0, 2))
         options = self.query_one(OptionList)
@@ -118,7 +122,7 @@ class TemplateDialog(Dialog[Chosen | None]):
         options.highlighted = 0 if found else None
 
     def on_key(self, event: events.Key) -> None:
-        """What is typed in the list goes to the field, also what comes before the field has the focus."""
+        """Pass keys typed in the list to the field, also before it has the focus."""
         field = self.query_one(Input)
         if field.has_focus or event.character is None or not event.is_printable:
             return
@@ -131,7 +135,7 @@ class TemplateDialog(Dialog[Chosen | None]):
         field.focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Show what matches; a path matches nothing."""
+        """Show matching templates; a path matches none."""
         self._list(event.value)
         self.query_one("#problem", Static).update("")
 
@@ -142,11 +146,11 @@ class TemplateDialog(Dialog[Chosen | None]):
             options.highlighted = min(max((options.highlighted or 0) + steps, 0), options.option_count - 1)
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take a shipped one."""
+        """Choose a shipped template."""
         self._take(str(event.option.id))
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take the highlighted one, or else a file."""
+        """Choose the highlighted template, or else a file."""
         options = self.query_one(OptionList)
         if options.highlighted is not None:
             self._take(str(options.get_option_at_index(options.highlighted).id))

@@ -1,4 +1,4 @@
-"""Colours and marks. The hues are Okabe and Ito's, which colour-blind eyes tell apart; every meaning has a mark too.
+"""Colours and marks. The hues are Okabe and Ito's, which colour-blind eyes distinguish; every meaning has a mark, too.
 
 Text has a contrast of at least 4.5 to 1 and marks of 3 to 1 (WCAG 2), with all colours, 256 and 16 (`colors.py`); lines
 of the map can be told apart with each, and without colours by their shapes (`mono_cells.py`).
@@ -32,13 +32,13 @@ STOPPED_PANEL = "#4a1505"
 STOP_LABEL = f"bold reverse {STOP} on {WHITE}"
 """White on red; reversed, so that it stands out without colours, too."""
 NEXT_LABEL = f"bold underline {BLACK} on {YELLOW}"
-"""The key that comes next; underlined for the same reason."""
+"""Style of the next key; underlined for the same reason."""
 
 TURF = "#13261c"
 TURF_STRIPE = "#152b20"
 TURF_GRID = "#2b4a39"
 TO_PAINT = "#5fa37c"
-WAY = "#4b86c8"
+PATH = "#4b86c8"
 LABEL = "#9db5a7"
 
 THEME = Theme(
@@ -66,7 +66,7 @@ THEME = Theme(
 
 @dataclass(frozen=True)
 class Badge:
-    """How a state is shown: its mark, its name, and its colours."""
+    """Badge of a state: mark, name, and colours."""
 
     mark: str
     text: str

@@ -1,4 +1,4 @@
-"""The job that the robot could go on with, in words."""
+"""Descriptions of the unfinished job that the robot could continue."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OFFERED_STATES = (TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.D
 
 
 def offered(state: ConsoleState) -> UnfinishedJob | None:
-    """The unfinished job that the robot can be told now to go on with; None if there is none."""
+    """Unfinished job that the robot can continue now; None if there is none."""
     job = state.robot.unfinished
     if job is None or job.total_length_m == 0.0 or state.replayed or state.robot_stale:
         return None
@@ -21,7 +21,7 @@ def offered(state: ConsoleState) -> UnfinishedJob | None:
 
 
 def next_step(state: ConsoleState) -> UnfinishedJob | None:
-    """That job, if to go on with it is what comes next: no plan is loaded and no other one is being prepared."""
+    """Unfinished job, if continuing it is the next step: no plan is loaded and no other job is being prepared."""
     job = offered(state)
     if job is None or state.traversal == TraversalStatus.READY:
         return None
@@ -30,7 +30,7 @@ def next_step(state: ConsoleState) -> UnfinishedJob | None:
 
 
 def share_done(state: ConsoleState, job: UnfinishedJob) -> str:
-    """The share of a job that is done: `14 % painted`."""
+    """Format the share of a job that is done: `14 % painted`."""
     share = job.done_pct / 100.0
     if not math.isfinite(share):
         return "begun"
@@ -40,5 +40,5 @@ def share_done(state: ConsoleState, job: UnfinishedJob) -> str:
 
 
 def name_of(job: UnfinishedJob) -> str:
-    """A name for people."""
+    """Name of a job for people."""
     return plain(job.name) or "a plan without a name"

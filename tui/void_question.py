@@ -1,4 +1,4 @@
-"""Why a question about a robot's motion no longer stands: an answer that comes late must not move it."""
+"""Void questions about a robot's motion: a late answer must not move it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.robot import BUSY_STATES
 from touchline.tui.state import ConsoleState
 from touchline.tui.unfinished_job import OFFERED_STATES
@@ -17,12 +17,11 @@ TO_ABORT: Collection[int] = (TraversalStatus.READY, *BUSY_STATES)
 
 
 def why_void(state: ConsoleState, during: Collection[int]) -> Callable[[], str]:
-    """A function that says why a question, asked now, is void; "" as long as it stands.
+    """Create a function that returns why a question, asked now, is void; "" while it is not.
 
     Args:
-        state: Of the robot in question.
-        during: States of the traversal in which it can be asked; one in another state when it is asked is left to
-            refuse the order itself.
+        state: State of the robot in question.
+        during: States of the traversal in which the question makes sense; in others the robot refuses the order itself.
     """
     publisher, asked_in = state.publisher, state.traversal
 

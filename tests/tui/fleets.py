@@ -94,4 +94,4 @@ async def fleet_console(
 
 def asked(link: FakeLink) -> list[str]:
     """The services that were asked, each once."""
-    return list(dict.fromkeys(name for name, _ in (*link.told, *link.asked)))
+    return list(dict.fromkeys(name for name, _ in (*link.posted, *link.asked)))

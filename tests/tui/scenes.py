@@ -30,7 +30,7 @@ class FakeLink:
 
     incoming: list[Incoming] = field(default_factory=list)
     asked: list[tuple[str, Any]] = field(default_factory=list)
-    told: list[tuple[str, Any]] = field(default_factory=list)
+    posted: list[tuple[str, Any]] = field(default_factory=list)
     answers: dict[str, Answer] = field(default_factory=dict)
     fetches: int = 0
     held: threading.Event | None = None
@@ -64,8 +64,8 @@ class FakeLink:
             self.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)))
         return answer or service.response(success=True)
 
-    def tell(self, service: Service[Any, Any], request: Message) -> None:
-        self.told.append((service.name, request))
+    def post(self, service: Service[Any, Any], request: Message) -> None:
+        self.posted.append((service.name, request))
 
     def attend(self, *, closely: bool) -> None:
         self.closely = closely
@@ -83,15 +83,15 @@ class FakeLinks:
     """Links by name; those that a test adds later are found later."""
 
     links: dict[str, FakeLink]
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
     team_says: list[m.TeamCells] = field(default_factory=list)
 
     def team(self) -> m.TeamCells | None:
         return self.team_says.pop() if self.team_says else None
 
     def found(self) -> list[tuple[str, Link]]:
-        new = [(name, link) for name, link in self.links.items() if name not in self.told]
-        self.told |= {name for name, _ in new}
+        new = [(name, link) for name, link in self.links.items() if name not in self.reported]
+        self.reported |= {name for name, _ in new}
         return list(new)
 
 

@@ -16,7 +16,7 @@ from touchline.tui.fleet_list import FleetList
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.panels import LinesPanel, StatusPanel
 from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.roll_call import Heard

@@ -33,7 +33,7 @@ def test_a_frozen_robot_is_seen_within_a_second(template: Template) -> None:
     state.now_s += 0.7
     assert panels.badge(state).color == theme.ORANGE
     state.now_s += 1.3
-    assert panels.badge(state).text == "RUNNING? no word for 2 s"
+    assert panels.badge(state).text == "RUNNING? silent for 2 s"
     for width in (80, 120, 200):
         header = header_line(state, width)
         assert "▲ robot 2 s?" in header.plain
@@ -81,7 +81,7 @@ def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
     state = reduced([NodeChanged(topics.ROBOT_SIM, True)])
     state.now_s += 5.0
     assert state.robot_freshness is Freshness.STARTING
-    assert panels.service_lines(state, 40)[1].plain == "◔ robot      no word yet for 5 s"
+    assert panels.service_lines(state, 40)[1].plain == "◔ robot      no report yet for 5 s"
     compiling = scenes.diagnostics(topics.ROBOT_SIM, "starting: compiling kernels")
     state.apply(received(topics.DIAGNOSTICS, compiling), state.now_s)
     state.now_s += 30.0
@@ -135,6 +135,6 @@ async def test_silence_is_on_the_screen_at_every_size(template: Template) -> Non
             app.state.now_s += 2.0
             app.tick()
             await pilot.pause()
-            assert "RUNNING? no word for 2 s" in plain(app, StatusPanel)
+            assert "RUNNING? silent for 2 s" in plain(app, StatusPanel)
             assert "▲ robot 2 s?" in plain(app, HeaderBar)
             assert "heard last" in str(app.query_one(MapView).border_title)

@@ -76,7 +76,7 @@ def test_whatever_changes_the_goal_makes_its_plan_void():
         draft.ask(PlanAsked("a"))
         draft.planned(answer.trajectory, answer.report, answer.message)
         change(draft)
-        assert (draft.path, draft.said, draft.asked) == (None, "", None)
+        assert (draft.path, draft.message, draft.asked) == (None, "", None)
 
 
 def test_where_a_path_leads_to():
@@ -183,7 +183,7 @@ async def test_a_refusal_is_shown_as_it_is_and_the_goal_stays():
     async with console(*scenes.standing(), size=(80, 24)) as (app, link, pilot):
         link.answers[topics.PLAN_SERVICE.name] = m.PlanResponse(success=False, message=why)
         await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.said)
+        await until(pilot, lambda: app.state.drive.message)
         app.tick()
         assert " ".join(plain(app, StatusPanel).split()).count(why) == 1
         assert last(app)[1] == f"Preview refused: {why}"
@@ -263,7 +263,7 @@ async def test_a_robot_that_does_not_know_yet_where_it_is_drives_without_a_previ
         await pilot.press("d", "right", "enter")
         app.tick()
         panel = " ".join(plain(app, StatusPanel).split())
-        assert "no preview: the robot finds out where it stands only when it is to drive" in panel
+        assert "no preview: the robot finds its position only when it is to drive" in panel
         assert "drive there unseen" in panel
         assert not link.asked
         await pilot.press("enter")
@@ -332,7 +332,7 @@ async def test_the_emergency_stop_works_while_aiming_and_in_the_dialog():
     for keys in (("d", "e"), ("d", "m", "ctrl+e")):
         async with console(*scenes.standing(), size=(80, 24)) as (_app, link, pilot):
             await pilot.press(*keys)
-            await until(pilot, lambda link=link: topics.ESTOP.name in [name for name, _ in (*link.told, *link.asked)])
+            await until(pilot, lambda link=link: topics.ESTOP.name in [name for name, _ in (*link.posted, *link.asked)])
 
 
 async def test_the_plan_that_is_prepared_stays_while_the_robot_drives(template: Template):

@@ -157,7 +157,7 @@ def test_calls_are_answered_or_fail_with_a_reason(link: BusLink, robot: Robot) -
 def test_a_request_that_nobody_waits_for_arrives_at_once(link: BusLink, robot: Robot) -> None:
     served = robot.bus.serve(topics.ESTOP)
     caught_up(link._bus, robot.bus)
-    link.tell(topics.ESTOP, m.CommandRequest(request_id="1"))
+    link.post(topics.ESTOP, m.CommandRequest(request_id="1"))
     call = served.wait(60.0)
     assert call is not None
     assert call.request_id == "1"
@@ -166,7 +166,7 @@ def test_a_request_that_nobody_waits_for_arrives_at_once(link: BusLink, robot: R
 def test_telling_on_a_bus_that_was_left_is_no_error(bus_config: BusConfig) -> None:
     with open_link(bus_config, topics.CONSOLE) as link:
         pass
-    link.tell(topics.ESTOP, m.CommandRequest(request_id="1"))
+    link.post(topics.ESTOP, m.CommandRequest(request_id="1"))
 
 
 def test_leaving_while_a_call_is_under_way(bus_config: BusConfig) -> None:

@@ -225,13 +225,13 @@ async def test_the_screen_has_the_mark_and_keys_move_the_replay() -> None:
             await until(pilot, lambda service=service: service.name in link.names())
         sought = next(request for name, request in link.asked if name == topics.REPLAY_SEEK.name)
         assert sought.time_s == 2.0
-        before = len(link.asked) + len(link.told)
+        before = len(link.asked) + len(link.posted)
         for key, said in (("s", "Start: tt2 is a replay"), ("t", "is a replay"), ("e", "cannot be stopped")):
             await pilot.press(key)
             app.tick()
             await pilot.pause()
             assert said in app.state.log.entries[-1].text
-        assert len(link.asked) + len(link.told) == before
+        assert len(link.asked) + len(link.posted) == before
 
 
 def replaying(*, playing: bool = True) -> list[Incoming]:

@@ -51,7 +51,7 @@ async def three(
 
 def asked(link: FakeLink) -> list[str]:
     """The services that were asked, each once."""
-    return list(dict.fromkeys(name for name, _ in (*link.told, *link.asked)))
+    return list(dict.fromkeys(name for name, _ in (*link.posted, *link.asked)))
 
 
 def shown_map(app: ConsoleApp) -> str:

@@ -9,7 +9,7 @@ from touchline.schemas import topics
 from touchline.tui.event_log import ERROR, INFO
 from touchline.tui.fleet_orders import FLEET_ORDERS, census, concerned
 from touchline.tui.node_health import LIVE_S
-from touchline.tui.order_book import OrderLine
+from touchline.tui.order_registry import OrderLine
 from touchline.tui.protocol import NodeChanged
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import SHOWN_S, SILENT_S, Heard, roll_lines

@@ -17,7 +17,7 @@ from touchline.tui import orders
 from touchline.tui.dialogs import ConfirmDialog, PlanDialog
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.keys_dialog import KeysDialog
-from touchline.tui.order_book import Phase
+from touchline.tui.order_registry import Phase
 from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.stop_screen import StopKey
@@ -171,7 +171,7 @@ def test_it_is_on_its_way_before_another_thread_gets_its_turn(monkeypatch: pytes
     sender = StopSender(link, lambda _outcome: None)
     for _ in range(2):
         sender.send(orders.command("estop", "1"))
-    assert [(name, request.request_id) for name, request in link.told] == [(topics.ESTOP.name, "1")]
+    assert [(name, request.request_id) for name, request in link.posted] == [(topics.ESTOP.name, "1")]
     assert started == ["estop"], "the second press comes so soon that it is the same"
     assert not link.asked
 
@@ -184,7 +184,7 @@ async def test_the_key_is_heard_before_what_was_typed_earlier_which_is_then_left
         earlier, stop, later = (events.Key(name, None) for name in ("r", "ctrl+e", "space"))
         earlier.time, stop.time, later.time = 1.0, 2.0, 3.0
         driver.process_message(stop)  # in the thread that reads the keys; the console has not seen `earlier` yet
-        assert link.told[0][0] == topics.ESTOP.name
+        assert link.posted[0][0] == topics.ESTOP.name
         assert sent == []
         await until(pilot, lambda: sent == [stop])
         app.post_message(earlier)

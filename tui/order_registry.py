@@ -1,7 +1,7 @@
-"""State of the operator's orders and the latch of the emergency stop, without screen, bus or clock.
+"""Registry of the operator's orders and latch of the emergency stop, without screen, bus or clock.
 
-An order is sent, then accepted, refused or unanswered. An emergency stop is more: it stays in force here until the
-robot's own status says that it is stopped, for an answer may be anybody's and may come from a robot that dies next.
+An order is sent, then accepted, refused or unanswered. An emergency stop stays in force until the robot's status
+confirms it, since an answer may come from anybody, or from a robot process that dies next.
 """
 
 from __future__ import annotations
@@ -14,37 +14,37 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui.event_log import ERROR, INFO, WARN
 
 ESTOP_TRIES = 6
-"""After so many the console says that the stop is not acknowledged; it goes on sending it."""
+"""Tries after which the console shows that the stop is not acknowledged; it continues to send it."""
 DOUBT_S = 0.5
-"""So long the status may go on saying something else than the answer to an order."""
+"""Time for which the status may contradict the answer to an order."""
 SHOWN_S = {INFO: 6.0, WARN: 10.0, ERROR: 20.0}
-"""How long the last word on an order stays, if no other comes."""
+"""Time for which the outcome of an order is shown."""
 STOPPING = ("pause", "abort")
-"""Orders after which the robot must no longer say that it runs."""
+"""Orders after which the robot must not report RUNNING any more."""
 
 
 class Phase(Enum):
-    """How far an emergency stop is."""
+    """Phase of an emergency stop."""
 
     OFF = "off"
     SENT = "sent"
-    """Given, and repeated until the robot says that it is stopped."""
+    """Sent, and repeated until the robot reports that it is stopped."""
     HELD = "held"
-    """The robot has said so, and has not been reset since."""
+    """Confirmed by the robot, and not reset since."""
 
 
 class Change(Enum):
-    """What a status means for the emergency stop."""
+    """Change of the emergency stop by a status."""
 
     ACKNOWLEDGED = "acknowledged"
     RELEASED = "released"
     RESTARTED = "restarted"
-    """Another robot process is there, which knows nothing of the stop: it has to be given anew."""
+    """Another robot process is there, without the stop, which has to be sent again."""
 
 
 @dataclass(frozen=True)
 class OrderLine:
-    """What is shown of the orders: how grave it is, and whether it is about an emergency stop still to be heard."""
+    """Line about orders: severity, text, and whether it is about an unacknowledged emergency stop."""
 
     severity: int
     text: str
@@ -53,24 +53,23 @@ class OrderLine:
 
 @dataclass
 class StopLatch:
-    """The emergency stop given here; only the robot's status or the operator ends it."""
+    """Latch of the emergency stop, which only the robot's status or the operator ends."""
 
     phase: Phase = Phase.OFF
     request_id: str = ""
     tries: int = 0
     answer: str = ""
     changes: list[Change] = field(default_factory=list)
-    """What the operator's hand has yet to act on."""
+    """Changes that the operator has yet to process."""
     _answered_s: float = 0.0
     _robot: str = ""
 
     def press(self, request_id: str, robot: str) -> str:
-        """Give a stop; returns the request id to send it with, the old one while nobody has answered it.
+        """Begin a stop; return its request id, the old one while nobody has answered it.
 
-        The robot does what is asked with one request id once. If that was answered and the robot does not say that it
-        is stopped, it may have stopped and been reset by somebody else: another press is another stop.
-
-        `robot` is the run of the robot's process that tells its status now, "" if none does.
+        The robot executes each request id once. If it was answered and the robot does not report a stop, the robot may
+        have stopped and been reset by somebody else: another press is another stop. `robot` identifies the run of the
+        robot's process that reports its status now, "" if none does.
         """
         if self.phase is not Phase.SENT or self.answer:
             self.begin(request_id)
@@ -78,23 +77,23 @@ class StopLatch:
         return self.request_id
 
     def begin(self, request_id: str) -> None:
-        """It is sent from now on with this request id."""
+        """Send the stop with this request id from now on."""
         self.phase, self.request_id, self.tries, self.answer = Phase.SENT, request_id, 0, ""
 
     def tried(self, request_id: str, tries: int) -> None:
-        """It was sent once more."""
+        """Note another try."""
         if request_id == self.request_id:
             self.tries = max(self.tries, tries)
 
     def answered(self, request_id: str, answer: str, now_s: float) -> bool:
-        """Somebody has answered it; whether this is the first answer."""
+        """Note an answer; true if it is the first one."""
         if request_id != self.request_id or self.answer:
             return False
         self.answer, self._answered_s = answer, now_s
         return True
 
     def status(self, state: int, robot: str) -> None:
-        """The robot has told its state; `robot` tells one run of its process from the next."""
+        """Process a status; `robot` identifies the run of the robot's process."""
         if self.phase is Phase.OFF:
             return
         another, self._robot = self._robot not in ("", robot), robot
@@ -110,12 +109,12 @@ class StopLatch:
             self.changes.append(Change.RELEASED)
 
     def withdraw(self) -> None:
-        """The operator no longer wants it."""
+        """Withdraw the stop."""
         self.phase = Phase.OFF
         self.changes.clear()
 
     def line(self, now_s: float, state: str) -> OrderLine | None:
-        """How it stands; `state` is the robot's as shown, "" when none is there."""
+        """Line about the stop; `state` is the robot's as shown, "" if there is none."""
         if self.phase is Phase.HELD:
             return OrderLine(ERROR, "E-STOP ACCEPTED")
         if self.phase is Phase.OFF:
@@ -129,7 +128,7 @@ class StopLatch:
 
 @dataclass
 class Placed:
-    """An order other than the emergency stop: sent `tries` times of `most`, and what came of it once that is known."""
+    """Order other than the emergency stop: sent `tries` times of `most`, with its outcome once it is known."""
 
     name: str
     title: str
@@ -141,7 +140,7 @@ class Placed:
     answered: bool = False
 
     def line(self, now_s: float) -> OrderLine:
-        """How it stands."""
+        """Line about the order."""
         if self.word is not None:
             return self.word
         if self.most > 1:
@@ -151,47 +150,47 @@ class Placed:
 
 
 @dataclass
-class OrderBook:
-    """Every order given here, the last of each name."""
+class OrderRegistry:
+    """Registry of the last order of each name."""
 
     stop: StopLatch = field(default_factory=StopLatch)
     _orders: dict[str, Placed] = field(default_factory=dict)
     _said: tuple[OrderLine, float] | None = None
 
     def place(self, name: str, title: str, most: int, now_s: float) -> None:
-        """An order goes out; it is sent up to `most` times."""
+        """Register an order that is sent up to `most` times."""
         self._orders[name] = Placed(name, title, most, now_s)
 
     def under_way(self, name: str) -> bool:
-        """Whether the last order of this name is still without an answer."""
+        """True if the last order of this name is still unanswered."""
         return name in self._orders and self._orders[name].word is None
 
     def tried(self, name: str, tries: int) -> None:
-        """It was sent for the n-th time."""
+        """Note the n-th try."""
         if name in self._orders:
             self._orders[name].tries = tries
 
     def done(self, name: str, word: OrderLine, *, accepted: bool, answered: bool, now_s: float) -> None:
-        """The last word on an order; `answered` tells a refusal from silence."""
+        """Note the outcome of an order; `answered` distinguishes a refusal from silence."""
         order = self._orders.get(name)
         if order is not None:
             order.word, order.accepted, order.answered, order.at_s = word, accepted, answered, now_s
 
     def latest(self, name: str) -> Placed | None:
-        """The last order of this name."""
+        """Return the last order of this name."""
         return self._orders.get(name)
 
     def say(self, severity: int, text: str, now_s: float) -> None:
-        """Something about an order that was not sent."""
+        """Show a message about an order that was not sent."""
         self._said = OrderLine(severity, text), now_s
 
     def accepted_within(self, name: str, seconds: float, now_s: float) -> bool:
-        """Whether the last order of this name was accepted so recently that the status may not tell of it yet."""
+        """True if the last order of this name was accepted so recently that the status may not show it yet."""
         order = self._orders.get(name)
         return order is not None and order.accepted and now_s - order.at_s <= seconds
 
     def line(self, now_s: float, state: str, *, running: bool) -> OrderLine | None:
-        """The one line on the orders: the emergency stop first, then a stop under way, then the latest."""
+        """Line about the orders: the emergency stop first, then a pause or abort under way, then the last one."""
         stop, other = self.stop.line(now_s, state), self._other(now_s, running)
         if stop is None or stop.loud or other is None:
             return stop or other

@@ -4,7 +4,7 @@ import pytest
 
 from touchline.schemas.messages import TraversalStatus
 from touchline.tui.event_log import ERROR, INFO
-from touchline.tui.order_book import Change, OrderBook, OrderLine, Phase, StopLatch
+from touchline.tui.order_registry import Change, OrderLine, OrderRegistry, Phase, StopLatch
 
 RUNNING, IDLE, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.IDLE, TraversalStatus.ESTOPPED
 
@@ -84,21 +84,21 @@ def test_a_reset_by_anybody_releases_what_was_acknowledged() -> None:
 
 @pytest.mark.parametrize("tries", [1, 2])
 def test_an_order_is_sent_then_answered(tries: int) -> None:
-    book = OrderBook()
-    book.place("pause", "Pause", 3, now_s=0.0)
-    book.tried("pause", tries)
-    assert book.line(0.1, "RUNNING", running=True) is not None
-    assert str(book.line(0.1, "RUNNING", running=True)).count(f"Pause sent {tries}/3") == 1
-    book.done("pause", OrderLine(INFO, "Pause: done"), accepted=True, answered=True, now_s=0.2)
-    assert "Pause: done" in str(book.line(0.3, "PAUSED", running=False))
-    assert "BUT THE ROBOT SAYS RUNNING" in str(book.line(2.0, "RUNNING", running=True))
-    assert book.line(60.0, "PAUSED", running=False) is None
+    registry = OrderRegistry()
+    registry.place("pause", "Pause", 3, now_s=0.0)
+    registry.tried("pause", tries)
+    assert registry.line(0.1, "RUNNING", running=True) is not None
+    assert str(registry.line(0.1, "RUNNING", running=True)).count(f"Pause sent {tries}/3") == 1
+    registry.done("pause", OrderLine(INFO, "Pause: done"), accepted=True, answered=True, now_s=0.2)
+    assert "Pause: done" in str(registry.line(0.3, "PAUSED", running=False))
+    assert "BUT THE ROBOT SAYS RUNNING" in str(registry.line(2.0, "RUNNING", running=True))
+    assert registry.line(60.0, "PAUSED", running=False) is None
 
 
 def test_a_pause_that_is_under_way_is_shown_before_anything_else_but_an_emergency_stop() -> None:
-    book = OrderBook()
-    book.place("pause", "Pause", 3, now_s=0.0)
-    book.say(ERROR, "something else", now_s=1.0)
-    assert "Pause sent 1/3" in str(book.line(1.0, "RUNNING", running=True))
-    book.stop.press("a", "one")
-    assert "E-STOP SENT" in str(book.line(1.0, "RUNNING", running=True))
+    registry = OrderRegistry()
+    registry.place("pause", "Pause", 3, now_s=0.0)
+    registry.say(ERROR, "something else", now_s=1.0)
+    assert "Pause sent 1/3" in str(registry.line(1.0, "RUNNING", running=True))
+    registry.stop.press("a", "one")
+    assert "E-STOP SENT" in str(registry.line(1.0, "RUNNING", running=True))
