@@ -1,4 +1,4 @@
-"""The cells of robots that all tell where they are at once, without a hub."""
+"""Cells of robots that all report their positions at the same time, without a hub."""
 
 from collections.abc import Sequence
 
@@ -12,30 +12,30 @@ Floats = NDArray[np.float64]
 
 
 def stopping_segments(poses: Floats, deceleration_mps2: float) -> Floats:
-    """From where robots are to where they would stand if they braked straight ahead: v²/(2a) on.
+    """Stopping segments of robots: from their positions v²/(2a) straight ahead.
 
     Args:
         poses: (n, 4) x, y (m), heading (rad) and speed (m/s, negative backward).
-        deceleration_mps2: a.
+        deceleration_mps2: Deceleration a.
 
     Returns:
         (n, 4) x₁ y₁ x₂ y₂ (m).
     """
     here, heading, speed = poses[:, :2], poses[:, 2], poses[:, 3]
-    way = speed * np.abs(speed) / (2.0 * deceleration_mps2)
-    return np.column_stack((here, here + way[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))))
+    braking_m = speed * np.abs(speed) / (2.0 * deceleration_mps2)
+    return np.column_stack((here, here + braking_m[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))))
 
 
 def buffered_cells(
     segments: Floats, area: FreeArea, radius_m: float = ROBOT_RADIUS_M, names: Sequence[str] = ()
 ) -> list[BufferedCell]:
-    """The buffered cells of robots.
+    """Compute the buffered cells of robots.
 
     Args:
-        segments: (n, 4) x₁ y₁ x₂ y₂ of each one's stopping segment (m); a segment may be a point.
-        area: Where they drive.
-        radius_m: r_s.
-        names: Of the robots, for errors; else their numbers.
+        segments: (n, 4) x₁ y₁ x₂ y₂ of the stopping segments (m); a segment may be a point.
+        area: Area of the team.
+        radius_m: Safety radius r_s.
+        names: Names of the robots for errors; by default their numbers.
 
     Raises:
         SegmentsMeet: Two segments touch or cross, or one touches a wall.

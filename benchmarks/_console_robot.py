@@ -1,4 +1,4 @@
-"""A robot that only talks: it tells of a pitch that is half painted, and notes when an emergency stop reaches it."""
+"""Fake robot that reports a half-painted pitch, and records when an emergency stop reaches it."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ TOLD = (
 
 
 class TalkingRobot:
-    """Ten times a second it tells its state, a stretch of paint and the same event; call `turn` in a loop."""
+    """Fake robot that reports its state, some paint and the same event ten times a second; call `turn` in a loop."""
 
     def __init__(self, bus: Bus, log_entries: int) -> None:
-        """Begin with so many entries in the event log."""
+        """Create the robot with a number of entries in the event log."""
         self._template = load_template("soccer-11")
         self._strokes = self._painted()
         self._health = HealthReporter(bus)
@@ -45,12 +45,12 @@ class TalkingRobot:
         self._log_entries = log_entries
         self._stopped_until_s = 0.0
         self.repeats = False
-        """True if an event repeats in every tenth of a second."""
+        """Whether an event repeats every tenth of a second."""
         self.stopped: Callable[[str, float], Any] = lambda _request_id, _at_s: None
         """Called with the request id and the time of every emergency stop that comes in."""
 
-    def tell_all(self) -> None:
-        """What a newcomer has to know, and the log."""
+    def publish_all(self) -> None:
+        """Publish the latched topics and the log."""
         self._say(topics.TEMPLATE, m.String(data=self._template.model_dump_json()))
         for number in range(self._log_entries):
             self._say(topics.EVENTS, self._event(f"entry {number} of a long day on the pitch, such as there are many"))
@@ -58,7 +58,7 @@ class TalkingRobot:
                 time.sleep(0.05)
 
     def turn(self) -> None:
-        """Serve what waits, and tell what is due."""
+        """Serve pending requests, and publish due messages."""
         while (call := self._estop.poll()) is not None:
             now_s = time.monotonic()
             self._stopped_until_s = now_s + 0.4
@@ -133,7 +133,7 @@ class TalkingRobot:
 
 
 def serve(robot: TalkingRobot, stop: threading.Event) -> None:
-    """Be the robot until told to stop."""
+    """Run the robot until `stop` is set."""
     while not stop.is_set():
         robot.turn()
         time.sleep(0.0005)

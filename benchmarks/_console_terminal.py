@@ -1,4 +1,4 @@
-"""The operator's console as a process, in a pseudo-terminal of its own that counts what is drawn."""
+"""Operator's console as a process in a pseudo-terminal that counts its redraws."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from touchline.bus.config import NAMESPACE_VARIABLE
 ASKED_WHETHER_IT_SYNCHRONIZES = b"\x1b[?2026$p"
 IT_DOES = b"\x1b[?2026;1$y"
 REDRAW = b"\x1b[?2026h"
-"""Begins all that changes on the screen at one time."""
+"""Beginning of a synchronised update of the screen."""
 
 
 class Terminal:
@@ -43,7 +43,7 @@ class Terminal:
 
     @property
     def pid(self) -> int:
-        """Of the console's process."""
+        """Process id of the console."""
         return self._process.pid
 
     def _read(self) -> None:
@@ -63,15 +63,15 @@ class Terminal:
             rest = text[-len(REDRAW) + 1 :] if not text.endswith(REDRAW) else b""
 
     def press(self, key: str) -> None:
-        """One key."""
+        """Press one key."""
         os.write(self._ours, key.encode())
 
     def cpu_s(self) -> float:
-        """What the console's process has taken of a core so far."""
+        """Processor time of the console so far (s)."""
         return cpu_s(self.pid)
 
     def leave(self) -> None:
-        """End the console."""
+        """End the console's process."""
         self._process.kill()
         self._process.wait()
         self._left.set()

@@ -1,4 +1,4 @@
-"""Data sheets that say what a scenario's sensors are like: a robot that knows its world."""
+"""Data sheets that match a scenario's sensors."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ _SHEETS: dict[str, type[Spec]] = {
 
 
 def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
-    """The configuration whose data sheets are the figures that the scenario has; `others` are its other fields."""
+    """Create the configuration whose data sheets match the scenario; `others` are its other fields."""
     groups = {
         name: getattr(scenario, name).model_dump(include=set(kind.model_fields)) for name, kind in _SHEETS.items()
     }

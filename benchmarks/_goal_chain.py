@@ -1,4 +1,4 @@
-"""An emulated robot that drives to random goals, and is given others on its way."""
+"""Emulated robot that drives to random goals, some of which replace others under way."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from touchline.services.robot_sim.tick_log import COLUMNS, COMMANDED
 
 FIELD_M = 5.0
 HEARD_TICKS = 20
-"""So long after the plan was asked for the robot hears of it."""
+"""Delay from the request of a plan until the robot receives it."""
 TRIES = 40
 MILLISECOND = 1e-3
 KEPT_TICKS = 1000
-"""So many are run, and kept, at once."""
+"""Ticks that are run, and kept, at once."""
 
 
 @dataclass
 class GoalChain:
-    """One robot on its own ground, with its own data sheet, and what became of its goals.
+    """Robot on its own ground, with a matching data sheet, and the outcomes of its goals.
 
     Attributes:
-        taken, refused: How often a goal took over under way; what was said where none did.
-        jumps: (n, 3) by how much the reference jumped then: m, rad, m/s.
+        taken, refused: Number of goals that took over under way; reasons where none did.
+        jumps: (n, 3) jumps of the reference then: m, rad, m/s.
         ends: (n, 3) of every goal that was driven to: distance (m) and turn (rad) off it in truth, and seconds late.
-        believed: (n, 2) of the same: distance (m) and turn (rad) off it as the robot believes.
-        wheel_share: Largest planned wheel speed at any millisecond, as a share of the most.
-        commanded_share: Largest commanded one; commands are held for a tick.
+        believed: (n, 2) estimated distance (m) and turn (rad) off it.
+        wheel_share: Maximum planned wheel speed at any millisecond, as a fraction of the limit.
+        commanded_share: Maximum commanded one; commands are held for a tick.
     """
 
     vehicle_name: str
@@ -56,7 +56,7 @@ class GoalChain:
     commanded_share: float = 0.0
 
     def __post_init__(self) -> None:
-        """Let it find out where it stands."""
+        """Let the robot localise itself."""
         self.vehicle = SHIPPED[self.vehicle_name].vehicle
         start = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
         scenario = Scenario(noise=self.noise, seed=int(self.rng.integers(1, 1000)), start=start)
@@ -70,7 +70,7 @@ class GoalChain:
             self.emulator.tick()
 
     def drive(self, others: int) -> None:
-        """Set off to a random goal, be given `others` every 2 to 5 s, and drive to the last one."""
+        """Drive to a random goal, replaced by `others` every 2 to 5 s, up to the last one."""
         goal = self._goal()
         try:
             plan = plan_to_goal(goal, self.vehicle, PlanOptions(start=self.emulator.onboard.estimate[:3]))
@@ -102,8 +102,8 @@ class GoalChain:
                 self.commanded_share = max(self.commanded_share, float(fastest / drive.max_wheel_speed_radps))
 
     def _other(self, goal: PoseGoal, plan: Plan) -> tuple[PoseGoal, Plan]:
-        """Another goal, asked for again while the robot turns or stands; or the same if it cannot be had."""
-        other, said = self._goal(), "it arrived first"
+        """Plan to another goal, repeatedly while the robot turns or stands; returns the same goal if that fails."""
+        other, reason = self._goal(), "it arrived first"
         for _ in range(TRIES):
             if self.emulator.onboard.state != TraversalStatus.RUNNING:
                 break
@@ -118,14 +118,14 @@ class GoalChain:
                 self._run(HEARD_TICKS)
                 self._take_over(new)
             except NotYet as error:
-                said = str(error)
+                reason = str(error)
                 continue
             except (CommandRefused, PlanningError) as error:
-                said = str(error)
+                reason = str(error)
                 break
             self._check_wheels(new)
             return other, new
-        self.refused.append(said)
+        self.refused.append(reason)
         return goal, plan
 
     def _take_over(self, plan: Plan) -> None:
@@ -144,7 +144,7 @@ class GoalChain:
         return PlanPlace(job.plan, job.driver.leg_index, job.driver.arc_length_m)
 
     def _check_wheels(self, plan: Plan) -> None:
-        """Of a differential drive, both wheels at every millisecond of what is sent."""
+        """Check both wheels of a differential drive at every millisecond of what is sent."""
         drive = self.vehicle.drive
         if drive.kind != "differential":
             return
@@ -174,7 +174,7 @@ class GoalChain:
 
 
 def _off(goal: PoseGoal, pose: tuple[float, float, float]) -> tuple[float, float]:
-    """How far a pose (x m, y m, heading rad) is from a goal: m, and rad without a sign."""
+    """Distance (m) and absolute turn (rad) of a pose (x m, y m, heading rad) from a goal."""
     x_m, y_m, heading_rad = pose
     turned = abs(math.remainder(heading_rad - goal.heading_rad, math.tau))
     return math.hypot(x_m - goal.x_m, y_m - goal.y_m), turned

@@ -32,7 +32,7 @@ FENCE_TICKS: Final = 21
 CLOSING_TICKS: Final = 4
 """The valve's delay."""
 SLACK_M: Final = 0.025
-"""A tick's way, and where the valve's delays put the command."""
+"""Distance driven in a tick, and displacement of the command by the valve's delays."""
 POSITION_FAULTS: Final = frozenset(("gnss-wrong-fix", "clock-skew", "gnss-degraded", "corrections-lost", "gnss-noisy"))
 
 _CHOICES: Final[dict[str, dict[str, tuple[Any, ...]]]] = {
@@ -84,7 +84,7 @@ def timeline(seed: int) -> tuple[Fault, ...]:
 
 
 def orders(seed: int) -> dict[int, str]:
-    """What an operator does without need, by tick."""
+    """Unprovoked orders of the operator, by tick."""
     draw = random.Random(-1 - seed)
     return {draw.randint(50, 2200): draw.choice(("pause", "estop", "link_lost")) for _ in range(draw.randint(0, 2))}
 
@@ -136,7 +136,7 @@ class Guarded:
         fence: FenceLimits | None = None,
         look_ticks: int = 1,
     ) -> None:
-        """Loaded and started."""
+        """Load and start the plan."""
         fence = fence or FenceLimits()
         scenario = Scenario(seed=seed, faults=faults)
         self.emulator = Emulator(Vehicle(), scenario, OnboardConfig(follower=follower, fence=fence))
@@ -261,7 +261,7 @@ class Guarded:
 
 
 def _longer(count: int, ticks: int) -> int:
-    """What has been so for `count` ticks and still is, after so many more; what was not so before may just be."""
+    """Ticks for which a present condition has held, `ticks` after it had held for `count`; 1 if it had not."""
     return count + ticks if count else 1
 
 

@@ -1,4 +1,4 @@
-"""Interrupts a painting robot in a stated way and measures the joints that are left on the ground."""
+"""Interruptions of a painting robot, and the joints of its lines on the ground."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ LIMIT_TICKS: Final = 20000
 
 
 class Joint(NamedTuple):
-    """What lies where one stroke ends and the next begins [m]; one of them is 0."""
+    """Gap or doubled paint where one stroke ends and the next begins [m]; one of them is 0."""
 
     gap_m: float
     double_m: float
@@ -82,7 +82,7 @@ def joints(*ledgers: PaintLedger) -> list[Joint]:
 
 
 def _station(point: NDArray[np.float64], curves: Sequence[Curve]) -> float:
-    """How far along the curves, laid end to end, the place next to a point is [m]."""
+    """Arc length along the concatenated curves of the point nearest to a point [m]."""
     best, nearest, begin = 0.0, math.inf, 0.0
     for curve in curves:
         row = np.array((curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m))

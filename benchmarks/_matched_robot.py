@@ -1,4 +1,4 @@
-"""A robot whose noise is exactly what the 12-state filter assumes: what consistency is to be judged on."""
+"""Robot whose noise is exactly what the 12-state filter assumes, for tests of consistency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done to a system while somebody stops it: strangers on the bus, and services frozen, killed, restarting."""
+"""Disturbances of a system during a stop: strangers on the bus, and services frozen, killed or restarting."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ LOADS: Final = (
 
 @dataclass
 class Mishap:
-    """Something done to a system.
+    """Disturbance of a system.
 
     Attributes:
-        load: Its name, of `LOADS`.
-        node: The service that is frozen, killed or restarted; empty for strangers.
-        pid: Its process.
-        thaw_s: When a frozen one is to go on (monotonic); infinite until that is known.
-        thawed_s: When it did.
+        load: Name, of `LOADS`.
+        node: Service that is frozen, killed or restarted; empty for strangers.
+        pid: Process id of the service.
+        thaw_s: Time at which a frozen one is to continue (monotonic); infinite until that is known.
+        thawed_s: Time at which it did.
     """
 
     load: str
@@ -49,21 +49,21 @@ class Mishap:
 
     @property
     def frozen(self) -> bool:
-        """True if a service stands still."""
+        """True if a service is frozen."""
         return self.load.startswith("freeze-") and self.thawed_s is None
 
     @property
     def ended(self) -> bool:
-        """True if the service's process was told to end."""
+        """True if the service's process was ended by a signal."""
         return self.load.startswith(("kill-", "restart-"))
 
     def poll(self) -> None:
-        """Let a frozen service go on when it is time."""
+        """Continue a frozen service when it is time."""
         if self.frozen and time.monotonic() >= self.thaw_s:
             self.thaw()
 
     def thaw(self) -> None:
-        """Let it go on now."""
+        """Continue a frozen service now."""
         if not self.frozen:
             return
         with suppress(ProcessLookupError):
@@ -72,7 +72,7 @@ class Mishap:
 
     @property
     def gone(self) -> bool:
-        """True if its process has ended."""
+        """True if the service's process has ended."""
         try:
             return Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
         except OSError:
@@ -81,7 +81,7 @@ class Mishap:
 
 @contextmanager
 def mishap(load: str, system: System, chance: random.Random, speed: float) -> Iterator[Mishap]:
-    """Do it to `system` until the context is left; at the beginning it has begun."""
+    """Disturb `system` until the context is left; the disturbance has begun on entry."""
     with ExitStack() as stack:
         if load in KINDS:
             peers = chance.randint(1, KINDS[load].most)
@@ -107,7 +107,7 @@ def mishap(load: str, system: System, chance: random.Random, speed: float) -> It
 
 @contextmanager
 def _few_descriptors(system: System) -> Iterator[None]:
-    """As if the robot had been started under `ulimit -n 64`."""
+    """Limit the robot's open files as `ulimit -n 64` would."""
     pid = system.processes()[topics.ROBOT_SIM]
     before = limit_descriptors(pid, _FEW_DESCRIPTORS)
     try:

@@ -1,4 +1,4 @@
-"""An independent listener: what the robot does, as heard by somebody who takes no part."""
+"""Independent listener to the robot's messages."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ ESTOPPED: Final = TraversalStatus.ESTOPPED
 
 
 class Observer:
-    """Hears status, wheel commands and diagnostics, with the wall time at which they came.
+    """Listener to status, wheel commands and diagnostics, with the wall time of their arrival.
 
     Attributes:
-        state: The robot's, as last heard.
-        reason: The status's.
-        estopped_s: Since when it says that it is stopped (monotonic); `None` while it is not. Its status and its
-            diagnostics come by ways of their own: what is older by sim time is no news.
-        braked_s: Since when no wheel is commanded to turn.
-        robot: Id of the status's publisher: another one is another process.
-        robot_since_s: When that was first heard.
-        serving_s: When each process of the robot, by its id, first told a state in its diagnostics.
-        heard_s: When each node last told how it is.
+        state: Last state of the robot.
+        reason: Reason in the last status.
+        estopped_s: Time since which it reports an emergency stop (monotonic); `None` while it does not. Status and
+            diagnostics come by separate routes: what is older by sim time is ignored.
+        braked_s: Time since which no wheel is commanded to turn.
+        robot: Id of the status's publisher, one per process.
+        robot_since_s: Time of its first message.
+        serving_s: Time at which each process of the robot, by its id, first reported a state in its diagnostics.
+        heard_s: Time of the last diagnostics of each node.
     """
 
     def __init__(self, bus: Bus) -> None:
-        """Listen."""
+        """Subscribe to the topics."""
         self._inbox = bus.inbox([topics.STATUS, topics.ACTUATOR_COMMAND, topics.DIAGNOSTICS], keep="recent")
         self.state = -1
         self.reason = ""
@@ -39,11 +39,11 @@ class Observer:
         self.robot = b""
         self.robot_since_s = 0.0
         self.serving_s: dict[str, float] = {}
-        self._told_at = -math.inf
+        self._reported_at = -math.inf
         self.heard_s: dict[str, float] = {}
 
     def poll(self) -> None:
-        """Take in what came."""
+        """Process pending messages."""
         samples = self._inbox.drain()
         now_s = time.monotonic()
         for sample in samples:
@@ -62,10 +62,10 @@ class Observer:
         elif isinstance(message, TraversalStatus):
             if sample.publisher != self.robot:
                 self.robot, self.robot_since_s = sample.publisher, now_s
-                self.braked_s = self.braked_s or now_s  # what the process before it commanded ended with it
-                self._told_at = -math.inf
+                self.braked_s = self.braked_s or now_s  # commands of the previous process ended with it
+                self._reported_at = -math.inf
             stamp = message.header.stamp
-            if message.state != ESTOPPED and stamp.sec + 1e-9 * stamp.nanosec <= self._told_at:
+            if message.state != ESTOPPED and stamp.sec + 1e-9 * stamp.nanosec <= self._reported_at:
                 return
             self.state, self.reason = message.state, message.reason
             if message.state != ESTOPPED:
@@ -77,14 +77,14 @@ class Observer:
             self._take_state(message, now_s)
 
     def _take_state(self, message: DiagnosticArray, now_s: float) -> None:
-        """The robot's diagnostics tell its state, too, by a way of their own."""
+        """Process the robot's state in its diagnostics, which come by a separate route."""
         for status in message.status:
-            told = {pair.key: pair.value for pair in status.values}
-            if status.name != topics.ROBOT_SIM or "state" not in told:
+            values = {pair.key: pair.value for pair in status.values}
+            if status.name != topics.ROBOT_SIM or "state" not in values:
                 continue
-            self.serving_s.setdefault(told.get("pid", ""), now_s)
-            if told["state"] == str(ESTOPPED) and self.estopped_s is None:
-                self.estopped_s, self._told_at = now_s, float(told["sim_time_s"])
+            self.serving_s.setdefault(values.get("pid", ""), now_s)
+            if values["state"] == str(ESTOPPED) and self.estopped_s is None:
+                self.estopped_s, self._reported_at = now_s, float(values["sim_time_s"])
 
     def watch(self, duration_s: float) -> None:
         """Listen for a while."""

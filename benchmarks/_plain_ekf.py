@@ -1,4 +1,4 @@
-"""The EKF of the textbooks, as a measure for the other one: pose only, every measurement taken as new and white."""
+"""Textbook EKF for comparison: pose only, every measurement taken as new and white."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class PlainEkf:
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """Not started yet."""
+        """Create the filter, which starts at the first fix."""
         self._radius_m = vehicle.drive.wheel_radius_m
         self.state = np.zeros(3)
         self.covariance = np.zeros((3, 3))

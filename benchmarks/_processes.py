@@ -1,4 +1,4 @@
-"""What the operating system knows of the processes of a system: its tree, memory, threads and descriptors."""
+"""Process tree, memory, threads and descriptors of a system, from the operating system."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PAGE_BYTES: Final = resource.getpagesize()
 
 
 class Figures(NamedTuple):
-    """What a process holds at present."""
+    """Present resources of a process."""
 
     memory_mb: float
     threads: int
@@ -25,7 +25,7 @@ class Figures(NamedTuple):
 
 
 def figures(pid: int) -> Figures | None:
-    """Of a process; `None` if there is none, or none any more."""
+    """Read the resources of a process; `None` if it does not exist."""
     try:
         pages = int((_PROC / str(pid) / "statm").read_text().split()[1])
         threads = len(list((_PROC / str(pid) / "task").iterdir()))
@@ -36,7 +36,7 @@ def figures(pid: int) -> Figures | None:
 
 
 def cpu_s(pid: int) -> float:
-    """Processor time that a process has taken."""
+    """Processor time of a process (s)."""
     fields = (_PROC / str(pid) / "stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
@@ -82,7 +82,7 @@ def _command(pid: int) -> list[str]:
 
 
 def limit_descriptors(pid: int, most: int) -> int:
-    """Allow a process so many descriptors; returns how many it was allowed before."""
+    """Limit the descriptors of a process; return the previous limit."""
     soft, hard = resource.prlimit(pid, resource.RLIMIT_NOFILE)
     resource.prlimit(pid, resource.RLIMIT_NOFILE, (most, hard))
     return soft

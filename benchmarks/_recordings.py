@@ -1,4 +1,4 @@
-"""What a recording proves of the stops in it: no paint unless the robot drives, and no wheel after an e-stop."""
+"""Checks of the stops in a recording: no paint unless the robot drives, and no wheel command after an e-stop."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from touchline.schemas.messages.base import Message
 
 _WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.ACTUATOR_COMMAND)
 _CLOSING_NS: Final = 150_000_000
-"""The valve's delay, and the tick that it is told in."""
+"""Delay of the valve, and the tick of its report."""
 _TELLING_NS: Final = 250_000_000
-"""Paint is told ten times a second, and what was on its way out of the nozzle with it."""
+"""Period of paint reports, which include paint on its way out of the nozzle."""
 ESTOPPED: Final = TraversalStatus.ESTOPPED
 _FLOW: Final = ("valve open though", "paint though")
 
 
 class _Heard(NamedTuple):
-    """A message, by the process that said it (there may have been several after each other) and its sim time."""
+    """Message with its sim time and the number of its process (there may have been several in succession)."""
 
     process: int
     time_ns: int
@@ -33,10 +33,10 @@ class _Heard(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What a recording holds.
+    """Result of the check of a recording.
 
     Attributes:
-        problems: What is wrong in it.
+        problems: Problems found in it.
         complete: Whether it was finished.
         last_ns: Latest sim time in it.
     """
@@ -52,7 +52,7 @@ class Verdict(NamedTuple):
 
 
 def verdict(path: Path) -> Verdict:
-    """Read a recording through."""
+    """Check a whole recording."""
     heard: list[_Heard] = []
     found: set[str] = set()
     last_ns = 0
@@ -71,7 +71,7 @@ def verdict(path: Path) -> Verdict:
 
 
 def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
-    """What is watched, and what cannot be one of ours."""
+    """Generate the messages of the watched topics, and problems of messages that cannot be ours."""
     process, of_topic, numbers = 0, defaultdict[str, int](int), dict[str, int]()
     paths: set[str] = set()
     for recorded in reader.messages():
@@ -95,7 +95,7 @@ def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
 
 
 def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
-    """What went on though the robot did not drive."""
+    """Generate the problems of activity while the robot did not drive."""
     process, state, since_ns = -1, TraversalStatus.RUNNING, 0
     for said_by, time_ns, message in heard:
         if said_by != process:
@@ -110,7 +110,7 @@ def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
             if time_ns - since_ns > _CLOSING_NS:
                 yield "valve open though the robot does not drive"
         elif state == TraversalStatus.READY:
-            continue  # a job that is to go on: its paint so far is told anew
+            continue  # a resumed job, whose paint so far is reported again
         elif isinstance(message, PaintMarks) and time_ns - since_ns > _TELLING_NS:
             yield "paint though the robot does not drive"
         elif state == ESTOPPED and isinstance(message, ActuatorCommand) and _turns(message, time_ns - since_ns):
@@ -118,5 +118,5 @@ def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
 
 
 def _turns(command: ActuatorCommand, age_ns: int) -> bool:
-    """True if a command of this age after the stop still turns a wheel; that of its own tick may."""
+    """True if a command of this age after the stop still turns a wheel; one of the same tick may."""
     return age_ns > 0 and bool(command.values.any())

@@ -1,4 +1,4 @@
-"""The channels by which a person gives an emergency stop, each repeated until it is acknowledged, as a person would."""
+"""Channels of emergency stops by a person, who repeats each until it is acknowledged."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _ORDER_S: Final = 15.0
 _POLL_S: Final = 0.001
 
 
-class Saying(NamedTuple):
-    """What somebody who gave a stop was told.
+class StopAnswer(NamedTuple):
+    """Answer to a stop.
 
     Attributes:
-        at_s: When (monotonic).
-        done: Whether that it was carried out.
-        text: The words.
+        at_s: Time of the answer (monotonic).
+        done: Whether it reports success.
+        text: Text of the answer.
     """
 
     at_s: float
@@ -49,21 +49,21 @@ class Saying(NamedTuple):
 
 
 class StopChannel(ABC):
-    """A channel by which to give an emergency stop.
+    """Channel of emergency stops.
 
     Attributes:
-        said: What it was answered, in order.
-        sent_s: When the stop was given (monotonic).
+        answers: Answers, in order.
+        sent_s: Time at which the stop was given (monotonic).
     """
 
     def __init__(self) -> None:
-        """Nothing has been sent."""
-        self.said: list[Saying] = []
+        """Create the channel, without a stop."""
+        self.answers: list[StopAnswer] = []
         self.sent_s = 0.0
 
     def send(self, chance: random.Random) -> None:
-        """Give the stop; does not wait."""
-        self.said = []
+        """Give the stop, without waiting."""
+        self.answers = []
         self._send(chance)
 
     @abstractmethod
@@ -71,26 +71,26 @@ class StopChannel(ABC):
 
     @abstractmethod
     def poll(self) -> None:
-        """Call often until it is acknowledged: takes answers in, and repeats what was not."""
+        """Process answers, and repeat a stop without one; to be called often until the stop is acknowledged."""
 
     @abstractmethod
     def rest(self) -> None:
-        """The trial is over: nothing more is sent."""
+        """End the trial: nothing more is sent."""
 
     @property
-    def acknowledged(self) -> Saying | None:
-        """The first answer that says it was carried out."""
-        return next((saying for saying in self.said if saying.done), None)
+    def acknowledged(self) -> StopAnswer | None:
+        """First answer that reports success."""
+        return next((saying for saying in self.answers if saying.done), None)
 
     def _tell(self, done: bool, text: str) -> None:
-        self.said.append(Saying(time.monotonic(), done, text))
+        self.answers.append(StopAnswer(time.monotonic(), done, text))
 
 
 class ByCall(StopChannel):
-    """Calls of a process that is on the bus already."""
+    """Channel of calls by a process that is on the bus already."""
 
     def __init__(self, bus: Bus) -> None:
-        """Over `bus`."""
+        """Create the channel over `bus`."""
         super().__init__()
         self._bus = bus
         self._resting = threading.Event()
@@ -114,11 +114,11 @@ class ByCall(StopChannel):
                 return
 
     def poll(self) -> None:
-        """The thread does it."""
+        """Do nothing, as a thread processes answers."""
         time.sleep(_POLL_S)
 
     def rest(self) -> None:
-        """End the repeating."""
+        """Stop repeating the call."""
         self._resting.set()
         if self._thread is not None:
             self._thread.join()
@@ -149,7 +149,7 @@ cli.main()
     """The command, which writes the time at which it begins to ask."""
 
     def __init__(self, system: System) -> None:
-        """Have one ready."""
+        """Start a command that is ready to be triggered."""
         super().__init__()
         self._environment = {**os.environ, **system.environment}
         self._waiting = self._prepared()
@@ -181,7 +181,7 @@ cli.main()
         self._reader.start()
 
     def _listen(self, running: subprocess.Popen[str], first: bool) -> None:
-        """Take what it says, as it is said."""
+        """Process the command's output as it comes."""
         assert running.stdout is not None
         begun = running.stdout.readline()
         if first:
@@ -191,7 +191,7 @@ cli.main()
             self._tell(line.startswith("estop: ") and "NOT ACKNOWLEDGED" not in line, line.strip())
 
     def poll(self) -> None:
-        """See whether it has ended; if in vain, run it again."""
+        """Run the command again if it has ended without success."""
         time.sleep(_POLL_S)
         if self._running is None:
             return
@@ -204,7 +204,7 @@ cli.main()
             self._run(first=False)
 
     def _end(self) -> None:
-        """Hear the one that has ended out."""
+        """Process the remaining output of the ended command."""
         assert self._running is not None
         assert self._reader is not None
         self._running.wait()
@@ -213,13 +213,13 @@ cli.main()
         self._running = None
 
     def rest(self) -> None:
-        """End the one that runs."""
+        """End the running command."""
         if self._running is not None:
             self._running.kill()
             self._end()
 
     def close(self) -> None:
-        """End all."""
+        """End all commands."""
         self.rest()
         self._waiting.kill()
         self._waiting.wait()
@@ -233,10 +233,10 @@ cli.main()
 
 
 class ByRos2(StopChannel):
-    """A ROS 2 client of rmw_zenoh's format, through the gateway."""
+    """Channel of a ROS 2 client in rmw_zenoh's format, through the gateway."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        """Over a session among ROS 2 nodes."""
+        """Create the channel over a session among ROS 2 nodes."""
         super().__init__()
         self._session = session
         name = f"{topics.DEFAULT_NAMESPACE}/{topics.ESTOP.name}"
@@ -260,7 +260,7 @@ class ByRos2(StopChannel):
         )
 
     def poll(self) -> None:
-        """Take the answer; ask again if it was none."""
+        """Process the answer; ask again if there was none."""
         time.sleep(_POLL_S)
         if self._replies is None:
             return
@@ -283,17 +283,17 @@ class ByRos2(StopChannel):
             self._ask()
 
     def rest(self) -> None:
-        """Ask no more."""
+        """Stop asking."""
         self._replies = None
 
 
 class ByConsole(StopChannel):
-    """Keys of `touchline tui` on a terminal; its answers are what it shows."""
+    """Channel of keys of `touchline tui` on a terminal, whose screen holds the answers."""
 
     _ESCAPES = re.compile(rb"\x1b(\[[0-9;?<>=]*[a-zA-Z]|\][^\a\x1b]*(\a|\x1b\\)|[=>()][0-9A-Za-z]?)")
     _UNACKNOWLEDGED = re.compile(r"NOT\s*ACKNOWLEDGED|E-STOP\s*SENT", re.IGNORECASE)
     _ESCAPED_S = 0.2
-    """After which a terminal takes an escape for the key of that name."""
+    """Time after which a terminal takes an escape for the key of that name."""
     _MASHED = (
         "\x1b[A",
         "\x1b[B",
@@ -315,7 +315,7 @@ class ByConsole(StopChannel):
     )
 
     def __init__(self, system: System) -> None:
-        """Open it."""
+        """Open the console."""
         super().__init__()
         self._main, other = pty.openpty()
         fcntl.ioctl(other, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 140, 0, 0))
@@ -342,7 +342,7 @@ class ByConsole(StopChannel):
         return self._process.poll() is None
 
     def wait_until_open(self, timeout_s: float = 30.0) -> bool:
-        """Wait until it has shown itself; False if it has ended."""
+        """Wait until the console has drawn its screen; false if it has ended."""
         deadline = time.monotonic() + timeout_s
         while not self._open and self.alive and time.monotonic() < deadline:
             self._open = "IDLE" in self.screen().upper() or "RUNNING" in self.screen().upper()
@@ -350,7 +350,7 @@ class ByConsole(StopChannel):
         return self._open and self.alive
 
     def screen(self) -> str:
-        """What it has shown since the stop was given, without the terminal's sequences."""
+        """Output of the console since the stop, without the terminal's sequences."""
         with self._lock:
             shown = bytes(self._shown)
         return self._ESCAPES.sub(b"", shown).decode(errors="replace")
@@ -383,21 +383,21 @@ class ByConsole(StopChannel):
         self._press("\x05")  # Ctrl-E works everywhere in the console, also in a field of text
 
     def poll(self) -> None:
-        """Look at the screen."""
+        """Read answers from the screen."""
         time.sleep(_POLL_S)
-        if self.said:
+        if self.answers:
             return
         if self._UNACKNOWLEDGED.search(self.screen()):
             self._tell(False, "shown as not acknowledged")
 
     def rest(self) -> None:
-        """Close whatever dialog the keys have opened."""
+        """Close any dialog that the keys have opened."""
         for _ in range(2):
             self._press("\x1b")
             time.sleep(self._ESCAPED_S)
 
     def close(self) -> None:
-        """End it."""
+        """End the console."""
         self._ended.set()
         self._process.kill()
         self._process.wait()
@@ -407,7 +407,7 @@ class ByConsole(StopChannel):
 
 @contextmanager
 def stop_channels(system: System, bus: Bus, names: frozenset[str]) -> Iterator[dict[str, StopChannel]]:
-    """The channels of these names into a running system."""
+    """Open the channels of these names into a running system."""
     with ExitStack() as stack:
         makers: Mapping[str, Callable[[], StopChannel]] = {
             "call": lambda: ByCall(bus),

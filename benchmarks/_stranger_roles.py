@@ -1,4 +1,4 @@
-"""What strangers do, one role a process: `python -m benchmarks._stranger_roles ROLE`; says `begun` when it has.
+"""Roles of strangers, one per process: `python -m benchmarks._stranger_roles ROLE`; prints `begun` when ready.
 
 Everything here is spelled for the wire: a stranger does not use the bus's own classes. Only payloads are made with
 Touchline's encoder, so that they get as far as possible.

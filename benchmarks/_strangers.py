@@ -1,6 +1,6 @@
-"""Peers that misbehave, each a process of its own: slow readers, floods, impostors.
+"""Misbehaving peers, each a separate process: slow readers, floods, impostors.
 
-They know the wire but nothing of Touchline's bus, as a stranger on the same machine would: raw Zenoh and raw sockets.
+Like strangers on the same machine, they use raw Zenoh and raw sockets, not Touchline's bus.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _READY_S: Final = 240.0
 
 @dataclass(frozen=True)
 class Kind:
-    """A way to misbehave.
+    """Kind of misbehaviour.
 
     Attributes:
-        role: Of `_stranger_roles.ROLES`.
-        most: Up to how many such peers there are at once.
+        role: Role, of `_stranger_roles.ROLES`.
+        most: Maximum number of such peers at once.
         stopped: Whether the process is stopped (SIGSTOP) once it has joined.
     """
 
@@ -60,12 +60,12 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 @contextmanager
 def stranger(kind: str, environment: Mapping[str, str], peers: int = 1) -> Iterator[list[int]]:
-    """Let so many peers misbehave until the context is left; yields their process ids once all have begun.
+    """Run misbehaving peers until the context is left; yields their process ids once all have begun.
 
     Args:
-        kind: Of `KINDS`.
-        environment: Where the bus is, as `BusConfig.environment` gives it.
-        peers: How many.
+        kind: Kind, of `KINDS`.
+        environment: Bus configuration from `BusConfig.environment`.
+        peers: Number of peers.
     """
     chosen = KINDS[kind]
     with ExitStack() as stack:
@@ -94,7 +94,7 @@ def _process(role: str, environment: Mapping[str, str]) -> Iterator[subprocess.P
 
 
 def _await_word(process: subprocess.Popen[bytes], kind: str) -> None:
-    """Wait until the stranger says that it has begun."""
+    """Wait until the stranger reports that it has begun."""
     assert process.stdout is not None
     begun = time.monotonic()
     if not select.select([process.stdout], [], [], _READY_S)[0] or not process.stdout.readline():

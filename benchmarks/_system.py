@@ -1,4 +1,4 @@
-"""A whole system of its own for measurements: `touchline up` in a temporary folder, and a hand that drives it."""
+"""Separate system for measurements: `touchline up` in a temporary folder, and an operator of its robot."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ _PLAN_S: Final = 300.0
 
 
 class SystemLost(TouchlineError):
-    """The system cannot be used any more; the text is why."""
+    """Raised when the system cannot be used any more; the text gives the reason."""
 
 
 @dataclass
 class System:
-    """A running `touchline up`.
+    """Running `touchline up`.
 
     Attributes:
-        folder: Its temporary folder; what it records goes to `recordings` there, where it was started.
-        config: Where its bus is.
-        ros2_port: Where ROS 2 nodes meet it, if they do.
-        supervisor: The process.
-        environment: What its processes and its peers are started with.
+        folder: Temporary folder; recordings go to its subfolder `recordings`, the working folder.
+        config: Configuration of its bus.
+        ros2_port: Port for ROS 2 nodes, if any.
+        supervisor: Process of the supervisor.
+        environment: Environment of its processes and its peers.
     """
 
     folder: Path
@@ -63,16 +63,16 @@ class System:
 
     @property
     def recordings(self) -> Path:
-        """Where it may record to."""
+        """Folder of its recordings."""
         return self.folder / "recordings"
 
     @property
     def log(self) -> Path:
-        """What `touchline up` says."""
+        """Log of `touchline up`."""
         return self.folder / "up.log"
 
     def processes(self) -> dict[str, int]:
-        """Process ids by name, as of now."""
+        """Present process ids by name."""
         return processes(self.supervisor.pid)
 
     def check(self) -> None:
@@ -81,7 +81,7 @@ class System:
             raise SystemLost(f"touchline up ended with exit code {code}: {self.last_words()}")
 
     def last_words(self) -> str:
-        """The last line of what `touchline up` said."""
+        """Last line of the log of `touchline up`."""
         return (self.log.read_text(errors="replace").strip().splitlines() or [""])[-1]
 
 
@@ -89,13 +89,13 @@ class System:
 def running_system(
     speed: float = 1.0, *, ros2: bool = False, keep: Path | None = None, options: Sequence[str] = ()
 ) -> Iterator[System]:
-    """Start a system with a bus and folders of its own, wait until it is ready, and end it.
+    """Start a system with a separate bus and folders, wait until it is ready, and end it.
 
     Args:
-        speed: Times real time.
-        ros2: Whether it shows itself to ROS 2.
-        keep: Folder of what strangers need long to make.
-        options: Further ones of `touchline up`.
+        speed: Speed factor.
+        ros2: Whether it is visible to ROS 2.
+        keep: Folder for strangers' payloads that take long to make.
+        options: Further options of `touchline up`.
     """
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as name:
         folder = Path(name)
@@ -128,7 +128,7 @@ def running_system(
 
 
 def _end(system: System) -> None:
-    """Ask it to stop, and end whatever of it does not."""
+    """Ask the system to stop, and end processes that do not."""
     known = system.processes() if system.supervisor.poll() is None else {}
     for pid in known.values():
         with suppress(ProcessLookupError):
@@ -145,7 +145,7 @@ def _end(system: System) -> None:
 
 
 def _is_service(pid: int) -> bool:
-    """True if this process, which was one of the system's, still is: ids are given anew."""
+    """True if a process id still belongs to the system: ids are reused."""
     try:
         return b"-m\0touchline\0" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
@@ -153,13 +153,13 @@ def _is_service(pid: int) -> bool:
 
 
 def new_id() -> str:
-    """A request id."""
+    """Create a unique request id."""
     return uuid.uuid4().hex
 
 
 @dataclass
 class Hand:
-    """Drives the robot of a system: plans, loads, starts, goes on after stops, refills."""
+    """Operator of a system's robot: plans, loads, starts, resumes after stops, refills."""
 
     system: System
     bus: Bus
@@ -168,11 +168,11 @@ class Hand:
     plans: dict[str, tuple[str, Trajectory]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Listen to the robot."""
+        """Subscribe to the robot's status."""
         self.listen_anew()
 
     def listen_anew(self) -> None:
-        """Forget what a stranger may have done to this listener's count of messages."""
+        """Renew the subscription, whose message count a stranger may have spoilt."""
         self._inbox = self.bus.inbox([topics.STATUS], keep="latest")
 
     def ready(self, patience_s: float = _START_S) -> None:
@@ -188,13 +188,13 @@ class Hand:
                     raise SystemLost(f"{node} does not answer within {patience_s:.0f} s")
 
     def listen(self) -> None:
-        """Take in the robot's latest status."""
+        """Process the robot's last status."""
         for _, message in self._inbox.messages():
             if isinstance(message, TraversalStatus):
                 self.state, self.reason = message.state, message.reason
 
     def plan(self, template: str) -> tuple[str, Trajectory]:
-        """(Template text, trajectory); planned once."""
+        """Plan a template once; return its text and trajectory."""
         if template not in self.plans:
             text, _ = template_text(template)
             request = m.PlanRequest(request_id=new_id(), template_json=text)
@@ -205,7 +205,7 @@ class Hand:
         return self.plans[template]
 
     def order(self, service: Service[m.CommandRequest, m.CommandResponse], timeout_s: float = _ANSWER_S) -> str:
-        """Give an order; returns why it was not carried out, empty if it was."""
+        """Send an order; return the reason of a failure, "" on success."""
         try:
             answer = self.bus.call(service, m.CommandRequest(request_id=new_id()), timeout_s, self.system.check)
         except SystemLost:
@@ -215,7 +215,7 @@ class Hand:
         return "" if answer.success else answer.message or "refused without a reason"
 
     def load(self, template: str, *, resume: bool = False) -> str:
-        """Load a template's plan; returns why not, empty if it was taken."""
+        """Load a template's plan; return the reason of a refusal, "" on success."""
         text, trajectory = self.plan(template)
         request = m.LoadRequest(request_id=new_id(), trajectory=trajectory, template_json=text, resume=resume)
         try:
@@ -227,7 +227,7 @@ class Hand:
         return "" if answer.success else answer.message or "refused without a reason"
 
     def pace(self, factor: float) -> str:
-        """Set the speed of sim time; returns why not."""
+        """Set the speed of sim time; return the reason of a refusal, "" on success."""
         try:
             answer = self.bus.call(topics.SET_SPEED, m.SetSpeedRequest(request_id=new_id(), factor=factor), _ANSWER_S)
         except TouchlineError as error:
@@ -235,10 +235,10 @@ class Hand:
         return "" if answer.success else answer.message
 
     def drive(self, template: str, patience_s: float = 40.0, *, resume: bool = False) -> None:
-        """Bring the robot to drive, from whatever state it is in: reset, load, start, resume, refill.
+        """Make the robot drive, from any state: reset, load, start, resume, refill.
 
         Raises:
-            SystemLost: It does not, within `patience_s`.
+            SystemLost: The robot does not drive within `patience_s`.
         """
         self.plan(template)
         deadline = time.monotonic() + patience_s
@@ -272,12 +272,12 @@ class Hand:
         return problem
 
     def replenish(self) -> list[str]:
-        """Refill the tank and replace the battery; returns what was refused, or is not served."""
+        """Refill the tank and replace the battery; return the refusals."""
         refusals = [self.order(service) for service in (topics.REFILL_TANK, topics.REPLACE_BATTERY)]
         return [refusal for refusal in refusals if refusal]
 
     def record(self, path: Path) -> str:
-        """Begin to record; returns why not."""
+        """Begin to record; return the reason of a refusal, "" on success."""
         request = m.RecordRequest(request_id=new_id(), path=str(path))
         try:
             answer = self.bus.call(topics.RECORD, request, _ANSWER_S)
@@ -286,10 +286,10 @@ class Hand:
         return "" if answer.success else answer.message
 
     def record_job(self, path: Path, template: str) -> None:
-        """Begin to record, and bring the robot to work on a template.
+        """Begin to record, and make the robot work on a template.
 
         Raises:
-            SystemLost: It cannot be recorded, or does not drive.
+            SystemLost: The recording is refused, or the robot does not drive.
         """
         self.ready()
         self.plan(template)

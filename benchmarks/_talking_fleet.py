@@ -33,9 +33,9 @@ RATES_HZ = {
     topics.SPRAYER: 1,
 }
 SPEAKERS = (topics.ROBOT_SIM, topics.TELEMETRY, topics.PLANNER, topics.BRIDGE)
-"""Who tells diagnostics under the name of a robot."""
+"""Nodes that publish diagnostics under the name of a robot."""
 ROUND = 200
-"""So many places does a robot come through, again and again."""
+"""Number of positions on a robot's circle."""
 ORDERS = (topics.ESTOP, topics.PAUSE, topics.RESUME, topics.ABORT, topics.RESET)
 
 
@@ -50,7 +50,7 @@ class Talker:
     stopped: bool = False
 
     def answer(self, statuses: dict[bool, bytes]) -> None:
-        """Do what it is told."""
+        """Answer all pending orders."""
         for server in self.servers:
             while (call := server.poll()) is not None:
                 self.stopped = server.service in (topics.ESTOP, topics.PAUSE) or self.stopped
@@ -63,26 +63,28 @@ class Talker:
 def talk(config: BusConfig) -> None:
     """Talk until the process is ended."""
     with Bus.open_all(topics.ROBOT_SIM, config) as buses:
-        told = (*RATES_HZ, topics.SETUP)
+        outgoing = (*RATES_HZ, topics.SETUP)
         talkers = [
-            Talker(bus, {topic: bus.publisher(topic) for topic in told}, [bus.serve(each) for each in ORDERS], number)
+            Talker(
+                bus, {topic: bus.publisher(topic) for topic in outgoing}, [bus.serve(each) for each in ORDERS], number
+            )
             for number, bus in enumerate(buses)
         ]
         setup = encode(m.String(data=Setup().model_dump_json()))
         for talker in talkers:
             talker.publishers[topics.SETUP].send_bytes(setup)
         status = {stopped: encode(_status(stopped=stopped)) for stopped in (False, True)}
-        said = {topic: [encode(message)] for topic, message in _messages().items()}
-        said[topics.DIAGNOSTICS] = [encode(_diagnostics(name)) for name in SPEAKERS]
+        payloads = {topic: [encode(message)] for topic, message in _messages().items()}
+        payloads[topics.DIAGNOSTICS] = [encode(_diagnostics(name)) for name in SPEAKERS]
         rounds = [[encode(_odometry(talker.number, tick)) for tick in range(ROUND)] for talker in talkers]
         due_s, tick = time.monotonic(), 0
         while True:
             for talker in talkers:
                 talker.answer(status)
-                _tell(
+                _publish(
                     talker,
                     tick,
-                    said
+                    payloads
                     | {
                         topics.STATUS: [status[talker.stopped]],
                         topics.ODOMETRY: rounds[talker.number][tick % ROUND :][:1],
@@ -94,16 +96,16 @@ def talk(config: BusConfig) -> None:
                 time.sleep(left_s)
 
 
-def _tell(talker: Talker, tick: int, said: dict[topics.Topic, list[bytes]]) -> None:
-    """What is due in this turn; robots talk at different times."""
+def _publish(talker: Talker, tick: int, payloads: dict[topics.Topic, list[bytes]]) -> None:
+    """Publish the messages due in this turn; robots publish at different times."""
     for topic, rate_hz in RATES_HZ.items():
         if (tick + talker.number) % round(1.0 / TURN_S / rate_hz) == 0:
-            for payload in said[topic]:
+            for payload in payloads[topic]:
                 talker.publishers[topic].send_bytes(payload)
 
 
 def _odometry(number: int, tick: int) -> m.Odometry:
-    """On a circle of its own, in rows of ten."""
+    """Pose on a separate circle for each robot, in rows of ten."""
     angle = 2 * math.pi * tick / ROUND + number
     turn = m.Quaternion(z=math.sin(angle / 2), w=math.cos(angle / 2))
     position = m.Point(x=12.0 * (number % 10) + 3 * math.sin(angle), y=9.0 * (number // 10) - 3 * math.cos(angle))

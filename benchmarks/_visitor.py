@@ -1,6 +1,6 @@
-"""An operator who comes, asks how the robot is, and leaves.
+"""Visitor that joins the bus, asks for the robot's diagnostics, and leaves.
 
-`python -m benchmarks._visitor TIMES` says how often in vain.
+`python -m benchmarks._visitor TIMES` prints the number of failures.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from touchline.schemas.messages import GetDiagnosticsRequest
 
 
 def main() -> None:
-    """Visit as often as asked."""
+    """Visit the given number of times."""
     print(sum(not _visit() for _ in range(int(sys.argv[1]))))
 
 
 def _visit() -> bool:
-    """True if there was an answer, and leaving was possible."""
+    """Visit once; true if there was an answer, and leaving succeeded."""
     try:
         with Bus.open(topics.OPERATOR) as bus:
             bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(request_id=new_id()))

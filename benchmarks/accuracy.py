@@ -1,4 +1,4 @@
-"""How closely the nozzle follows the lines of a soccer pitch: noise and followers compared, pooled over seeds.
+"""Accuracy of the nozzle on the lines of a soccer pitch, by noise and follower, pooled over seeds.
 
 `python -m benchmarks accuracy`; `runs` is the number of seeds of the noisy cases.
 """
@@ -59,7 +59,7 @@ class Timed:
 def drive(
     trajectory: Trajectory, template: Template, scenario: Scenario, config: OnboardConfig
 ) -> tuple[Emulator, list[float], Timed]:
-    """A whole session; also the nozzle's distance from its line by the estimate, and the follower's times."""
+    """Run a session; return also the nozzle's estimated distances from its line, and the follower's times."""
     emulator = Emulator(VEHICLE, scenario, config)
     onboard = emulator.onboard
     timed = Timed(onboard._traversal._follower)  # type: ignore[attr-defined]
@@ -94,7 +94,7 @@ def _case(name: str, follower: Follower, trajectory: Trajectory, template: Templ
 
 
 def main(runs: int = 20, template: str = "soccer-11") -> None:
-    """Print the figures."""
+    """Run all cases, and print their figures."""
     seeds = range(1, runs + 1)
     lines = load_template(template)
     trajectory = plan(lines, VEHICLE).trajectory

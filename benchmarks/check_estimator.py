@@ -42,7 +42,7 @@ SMALL = Small(
 
 
 def main(session: str = "", template: str = "soccer-11", repeats: int = 3) -> None:
-    """Print the figures."""
+    """Run the benchmark, and print its figures."""
     if session:
         measure(Path(session), repeats)
         return

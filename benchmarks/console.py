@@ -1,4 +1,4 @@
-"""How long from a key to the bus: the operator's console in a terminal of its own, idle and under key-mashing.
+"""Time from a key press to the bus: the operator's console in a separate terminal, idle and under key-mashing.
 
 The console is `touchline tui` in a pseudo-terminal of 120 by 40. It has 1,000 entries in its log and a whole pitch of
 paint on its map; the robot that it shows only talks, so nothing else takes the machine's time.
@@ -48,7 +48,7 @@ def main(stops: int = 20, mashed: int = 8, mash_s: float = 6.0) -> None:
             if bus.wait_for({topics.CONSOLE}, START_S):
                 sys.exit("the console did not come up")
             _wait_until_it_hears(terminal, heard)
-            robot.tell_all()
+            robot.publish_all()
             time.sleep(3.0)
             print(f"{'':12} {'median':>8} {'worst':>8}   key to bus")
             _print("idle", [_stop_s(terminal, heard) for _ in range(stops)])

@@ -1,4 +1,4 @@
-"""Covering twenty fields by a roller: how much of what it can reach, how long it takes, and whether it keeps inside.
+"""Coverage of twenty fields by a roller: share of the reachable area, duration, and body inside the field.
 
 The machine is that of the shipped vehicle; every field is planned by the default method with default options. Of the
 salt pan, the first one, the figures of Fields2Cover 2.1 are known for the same width and turning circle: 2,434.8 m at

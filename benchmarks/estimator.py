@@ -47,7 +47,7 @@ SMALL = Small(
 
 
 class Robot(Protocol):
-    """Something that moves and senses."""
+    """Interface of robots that move and sense."""
 
     silent: bool
 
@@ -98,7 +98,7 @@ def error(pose: tuple[float, float, float], x: NDArray[np.float64]) -> NDArray[n
 
 
 class Figures(NamedTuple):
-    """Of many runs; NEES and NIS as (runs, checks)."""
+    """Figures of many runs; NEES and NIS as (runs, checks)."""
 
     nees: NDArray[np.float64]
     nis: NDArray[np.float64]
@@ -172,7 +172,7 @@ class Check(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """True if it is within."""
+        """True if the figure is within its bounds."""
         return self.low <= self.figure <= self.high
 
     def __str__(self) -> str:
@@ -183,13 +183,13 @@ class Check(NamedTuple):
 
 
 def _bounds(degrees: int, runs: int) -> tuple[float, float]:
-    """Of the mean over `runs` of a χ² with that many degrees of freedom, 95 %."""
+    """95 % bounds of the mean over `runs` of a χ² with `degrees` of freedom."""
     low, high = (float(chi2.ppf(share, degrees * runs)) / runs for share in (0.025, 0.975))
     return low, high
 
 
 def checks(figures: Figures, runs: int, *, matched: bool) -> list[Check]:
-    """What is asked of a case. Noise that is not the filter's own may leave it cautious, but not over-confident."""
+    """Checks of a case. With noise that differs from its model the filter may be cautious, but not over-confident."""
     pose, fixes = _bounds(3, runs), _bounds(2, runs)
     nees, nis = figures.nees.mean(axis=0), figures.nis.mean(axis=0)
     if not matched:

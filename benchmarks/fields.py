@@ -4,7 +4,7 @@ Fields have 5 to 60 corners, every third a hole, some a needle (a corner drawn f
 centimetres wide), 0.05 to 5 ha for rollers and up to 0.2 ha for the mower, evenly over the logarithm.
 
 `python -m benchmarks fields`; `runs` is the number of fields, `hectares` the area of each instead. A plan that takes
-more than PATIENCE_S is given up. Ends with exit code 1 if one ends with anything but a plan or a reason.
+more than PATIENCE_S is aborted. Ends with exit code 1 if one ends with anything but a plan or a reason.
 """
 
 import math
@@ -39,12 +39,12 @@ SMALL = Small(
 )
 
 
-class GivenUpError(Exception):
-    """A plan takes too long."""
+class PlanTimeoutError(Exception):
+    """Raised when a plan takes too long."""
 
 
 class FieldPlan(NamedTuple):
-    """What came of planning a field: how it ended, the share of the reachable that is covered (%), and seconds."""
+    """Outcome of planning a field: ending, coverage of the reachable area (%), and seconds."""
 
     number: int
     vehicle: str
@@ -74,7 +74,7 @@ def mower() -> Vehicle:
 
 
 def awkward_field(rng: np.random.Generator, area_m2: float, *, holed: bool) -> shapely.Polygon:
-    """A polygon about a middle, with corners at random bearings and distances; see the module."""
+    """Create a polygon about a centre, with corners at random bearings and distances, needles and slits."""
     corners = int(rng.integers(5, 61))
     bearings = np.sort(rng.uniform(0.0, math.tau, corners))
     distances = rng.uniform(0.35, 1.0, corners)
@@ -99,7 +99,7 @@ def awkward_field(rng: np.random.Generator, area_m2: float, *, holed: bool) -> s
 
 
 def planned_fields(numbers: Sequence[int], seed: int, hectares: tuple[float, float] | None = None) -> list[FieldPlan]:
-    """Plan some fields; each depends on the seed and its number alone."""
+    """Plan fields; each depends only on the seed and its number."""
     roller = load_vehicle("clay-roller")
     vehicles = [(roller, HECTARES), (half_size(roller), HECTARES), (mower(), MOWER_HECTARES)]
     found = []
@@ -117,19 +117,19 @@ def planned_fields(numbers: Sequence[int], seed: int, hectares: tuple[float, flo
 def _planned(number: int, vehicle: Vehicle, kind: str, field: shapely.Polygon) -> FieldPlan:
     begun, ending, pct, outside_m = time.process_time(), "planned", math.nan, math.nan
 
-    def tell(stage: str, fraction: float) -> None:
+    def check_patience(stage: str, fraction: float) -> None:
         if time.process_time() - begun > PATIENCE_S:
-            raise GivenUpError
+            raise PlanTimeoutError
 
     try:
-        figures = plan(template_of("field", field), vehicle, None, tell).report.coverage[0]
+        figures = plan(template_of("field", field), vehicle, None, check_patience).report.coverage[0]
         pct, outside_m = figures.reachable_pct, figures.body_outside_m
     except PlanningError as error:
         ending = f"refused: {error.problem}"
     except ValidationError:  # of the template: a slit may leave an outline that touches itself
         ending = "refused: no usable outline"
-    except GivenUpError:
-        ending = "given up"
+    except PlanTimeoutError:
+        ending = "timed out"
     except Exception as error:  # noqa: BLE001 - what this looks for
         traceback.print_exc()
         ending = f"traceback: {error!r}"

@@ -40,7 +40,7 @@ SMALL: Final = Small(
 
 
 class _Team:
-    """Robots that spread from a corner, and what they and the hub say to each other."""
+    """Robots that spread from a corner, with the messages between them and the hub."""
 
     def __init__(self, area: FreeArea, robots: int) -> None:
         across = math.ceil(math.sqrt(robots))
@@ -53,21 +53,21 @@ class _Team:
         self._hub = Hub(area, Deploy(area), self._said)
 
     def exchange(self) -> None:
-        """The hub's work in one period."""
+        """Do the hub's work of one period."""
         for name, message in self._said.items():
             self._hub.receive(name, message, self._now_s)
         self._hub.update(self._now_s)
         self._told = self._hub.guidance()
 
     def drive(self) -> None:
-        """The robots' work until the next."""
+        """Do the robots' work until the next period."""
         tick_s = PERIOD_S / TICKS
         for motion, segment, (name, keeper) in zip(self._motions, self._segments(), self._keepers.items(), strict=True):
             keeper.receive(self._told[name], segment)
             for _ in range(TICKS if len(keeper.half_planes) else 0):
                 speed, rate, _ = steer_in_cell(motion, False, keeper.half_planes, keeper.target_m, LIMITS, tick_s)
-                way = unit(motion[HEADING] + 0.5 * rate * tick_s) * (0.5 * (motion[SPEED] + speed) * tick_s)
-                motion[:] = motion[X] + way.real, motion[Y] + way.imag, motion[HEADING] + rate * tick_s, speed
+                step = unit(motion[HEADING] + 0.5 * rate * tick_s) * (0.5 * (motion[SPEED] + speed) * tick_s)
+                motion[:] = motion[X] + step.real, motion[Y] + step.imag, motion[HEADING] + rate * tick_s, speed
         self._now_s += PERIOD_S
         self._said = self._say()
 
@@ -85,7 +85,7 @@ def main(most: int = 200, times: int = 50) -> None:
     print(f"ms (median, most of {times}), {PLACE_M2:g} m² a robot; with the hub, all driving")
     print(f"{'robots':>6}  {'Voronoi, centroids':>20}  {'buffered cells':>20}  {'exchange with hub':>20}")
     for robots in (robots for robots in ROBOTS if robots <= most):
-        print(f"{robots:6}  " + "  ".join(f"{told:>20}" for told in _columns(robots, times)))
+        print(f"{robots:6}  " + "  ".join(f"{text:>20}" for text in _columns(robots, times)))
 
 
 def _columns(robots: int, times: int) -> tuple[str, str, str]:
@@ -106,7 +106,7 @@ def _columns(robots: int, times: int) -> tuple[str, str, str]:
 
 
 def _timed(times: int, work: Callable[[], object], between: Callable[[], object] = lambda: None) -> str:
-    """Median and most, in ms; what is done between the times does not count."""
+    """Format median and maximum, in ms, without the work in between."""
     took_ms = []
     for _ in range(times + 1):
         begin = time.perf_counter()

@@ -42,7 +42,7 @@ SMALL: Final = Small(
 
 
 class Moment(NamedTuple):
-    """What had been spent when a robot's clock told this."""
+    """Resources used up to a time of a robot's clock."""
 
     sim_s: float
     wall_s: float
@@ -56,17 +56,17 @@ def main(robots: int = 50, seconds: float = 40.0, slack: float = 1.0) -> None:
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as folder:
         recording = str(Path(folder) / "fleet.mcap")
         options = ("--robots", str(robots), "--duration", f"{seconds:g}", "--speed", "1", "--record", recording)
-        with (Path(folder) / "said").open("w+b") as said, Bus.open(topics.OBSERVER, config) as bus:
+        with (Path(folder) / "log").open("w+b") as log, Bus.open(topics.OBSERVER, config) as bus:
             environment = {**os.environ, **config.environment()}
-            command = subprocess.Popen([*COMMAND, "fleet", "run", *options], env=environment, stdout=said, stderr=said)
+            command = subprocess.Popen([*COMMAND, "fleet", "run", *options], env=environment, stdout=log, stderr=log)
             try:
                 moments = list(_watched(command, bus, config))
                 command.wait(_END_S)
             finally:
                 command.kill()
                 command.wait()
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip()
+            log.seek(0)
+            words = log.read().decode(errors="replace").strip()
     print(words)
     if command.returncode != 0 or len(moments) < 2:
         sys.exit(f"touchline fleet run ended with exit code {command.returncode}")

@@ -43,9 +43,9 @@ def _run(robots: int, seconds: float) -> tuple[float, float, TeamRun]:
 
     def timed(self: Exchange, *arguments: object) -> object:
         begin = time.perf_counter()
-        told = exchange(self, *arguments)  # type: ignore[arg-type]
+        messages = exchange(self, *arguments)  # type: ignore[arg-type]
         spent_s.append(time.perf_counter() - begin)
-        return told
+        return messages
 
     exchange = Exchange.at
     Exchange.at = timed  # type: ignore[method-assign, assignment]

@@ -1,4 +1,4 @@
-"""What the bridge costs while a viewer looks: processor time at 20 times real time, by what is subscribed to.
+"""Processor time of the bridge for a viewer at 20 times real time, by subscription.
 
 `python -m benchmarks foxglove_cost`; `speed` is times real time, `seconds` how long for each row (wall clock). The
 share is that of one core, reckoned for that speed from processor time over sim time: on a busy machine the robot may
@@ -43,10 +43,10 @@ SMALL: Final = Small(
 
 
 class Looker:
-    """A viewer that throws away what it gets, in a thread.
+    """Viewer that discards what it receives, in a thread.
 
     Attributes:
-        messages: How many it got.
+        messages: Number of received messages.
     """
 
     def __init__(self, socket: ClientConnection) -> None:
@@ -54,15 +54,15 @@ class Looker:
         self.messages = 0
 
     def subscribe(self, wanted: Collection[str] | None) -> int:
-        """To topics by name, or all; returns to how many."""
+        """Subscribe to topics by name, or to all; return their number."""
         channels: dict[str, int] = {}
         deadline = time.monotonic() + _ADVERTISED_S
         while time.monotonic() < deadline:
             try:
-                told = self._socket.recv(timeout=0.2)
+                received = self._socket.recv(timeout=0.2)
             except TimeoutError:
                 continue
-            if isinstance(told, str) and (message := json.loads(told))["op"] == "advertise":
+            if isinstance(received, str) and (message := json.loads(received))["op"] == "advertise":
                 channels |= {each["topic"]: each["id"] for each in message["channels"]}
         numbers = [number for topic, number in channels.items() if wanted is None or topic in wanted]
         subscriptions = [{"id": number, "channelId": number} for number in numbers]
@@ -80,14 +80,14 @@ class Looker:
 
 @contextmanager
 def looking(url: str, wanted: Collection[str] | None) -> Iterator[tuple[Looker, int]]:
-    """A viewer that has subscribed, and to how many topics."""
+    """Open a viewer with its subscriptions; yields it and the number of topics."""
     with connect(url, subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None, close_timeout=0.1) as socket:
         looker = Looker(socket)
         yield looker, looker.subscribe(wanted)
 
 
 def layout_topics() -> set[str]:
-    """Those that Foxglove and Lichtblick subscribe to with the shipped layout; of transforms they take all."""
+    """Topics of the shipped layout in Foxglove and Lichtblick, with all transforms."""
     text = _LAYOUT.read_text(encoding="utf-8")
     names = {f"/{topics.DEFAULT_NAMESPACE}/{topic.name}" for topic in (*topics.TOPICS, *topics.VIEWING)}
     transforms = {f"/{topics.DEFAULT_NAMESPACE}/{name}" for name in ("tf", "tf_static", "truth/tf")}
@@ -133,10 +133,10 @@ def main(speed: float = 20.0, seconds: float = 15.0, template: str = "soccer-11"
 
 
 def _later_s(clock: Inbox, than_s: float) -> float:
-    """The time by the robot's clock, once that is later.
+    """Wait until the robot's clock is later than a time, and return it (s).
 
     Raises:
-        SystemLost: It stands still.
+        SystemLost: The clock stands still.
     """
     deadline_s = time.monotonic() + _STANDS_S
     while time.monotonic() < deadline_s:

@@ -1,4 +1,4 @@
-"""Random goals, others on the way, and how near the robots come in truth.
+"""Drives to random goals, some replaced under way, and their true accuracy.
 
 `python -m benchmarks goals`; `runs` is the number of drives of each robot, in chains of `chain`.
 """
@@ -13,7 +13,7 @@ from benchmarks._goal_chain import GoalChain
 from benchmarks._settings import Small
 from touchline.jobs.goal.arrival import NEAR_M, NEAR_RAD
 
-TOLD = 100
+REPORT_EVERY = 100
 DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))
 SMALL = Small(
     {"runs": 2, "chain": 2},
@@ -29,7 +29,7 @@ SMALL = Small(
 
 
 def main(runs: int = 1000, chain: int = 25) -> None:
-    """Print all figures."""
+    """Drive all robots, and print the figures."""
     for name, follower in DRIVERS:
         _drive(name, follower, runs, chain)
 
@@ -42,7 +42,7 @@ def _drive(name: str, follower: str, runs: int, count: int) -> None:
         for _ in range(count):
             chain.drive(others=int(rng.integers(0, 3)))
         chains.append(chain)
-        if done % TOLD == 0:
+        if done % REPORT_EVERY == 0:
             print(f"  {done} of {runs} after {time.perf_counter() - begun:.0f} s", flush=True)
     _print(chains, count * len(chains))
 

@@ -1,4 +1,4 @@
-"""How lines are joined after every kind of interruption: true paint, default noise.
+"""Joints of lines after every kind of interruption: true paint, default noise.
 
 `python -m benchmarks joints`; `runs` are made with each cause, or those whose name begins with `only`, of
 three joints each.

@@ -228,7 +228,7 @@ class _Victim:
             self._hand.drive(self._template)
         except SystemLost as lost:
             self._system.check()
-            _note(self._figures, f"given up: {lost}")
+            _note(self._figures, f"aborted: {lost}")
             self._hand.order(topics.ABORT)
             raise
         self._moved_s = time.monotonic()
@@ -244,8 +244,8 @@ class _Victim:
         if not parts:
             return
         if problem := self._hand.finish_recording():
-            told = self._cut_off and problem.endswith("messages lost")
-            _note(self._figures, f"{'told' if told else 'BAD'}: a recording is not whole: {problem}")
+            expected = self._cut_off and problem.endswith("messages lost")
+            _note(self._figures, f"{'reported' if expected else 'BAD'}: a recording is not whole: {problem}")
         found = verdict(parts[-1])
         if not found.complete:
             _note(self._figures, "BAD: a finished recording is not complete")

@@ -1,6 +1,6 @@
 """Ordering against OR-Tools and PyVRP: the same matrix, the same seconds.
 
-Every segment can be painted either way, so the peers get what they offer for it: OR-Tools a disjunction of both
+Every segment can be painted in either direction, for which the peers have their means: OR-Tools a disjunction of both
 directions, PyVRP a group of mutually exclusive clients. They are optional: `pip install .[bench]`.
 
     python -m benchmarks ordering seconds=2 only=random-60
@@ -65,7 +65,7 @@ def instances() -> dict[str, Callable[[], Problem]]:
 
 
 def ours(asked: Problem, seconds: float) -> float:
-    """Ours, stopped after so many seconds."""
+    """Cost of our order after a number of seconds."""
     end = time.perf_counter() + seconds
     return asked.cost_of(ordered(asked, Budget(enough=lambda: time.perf_counter() > end), int(200_000 * seconds)))
 

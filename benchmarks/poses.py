@@ -38,7 +38,7 @@ CHECKED = 1000
 
 
 def main(goals: int = 1000, headings: int = 1_000_000) -> None:
-    """Print all figures."""
+    """Run the benchmark, and print its figures."""
     _quickness(goals_anywhere(goals))
     _limits(goals_anywhere(goals))
     _free_headings(headings)
@@ -68,15 +68,15 @@ def _limits(goals: Sequence[PathPose]) -> None:
                 worst = np.maximum(worst, _shares(plan_to_goal(asked, TURTLEBOT3_WAFFLE_PI, options)))
             except PlanningError:
                 refused += 1
-        told = ", ".join(f"{name} {share:.4f}" for name, share in zip(_SHARES, worst, strict=True))
-        print(f"  {law:8} {told}; {refused} refused")
+        shares = ", ".join(f"{name} {share:.4f}" for name, share in zip(_SHARES, worst, strict=True))
+        print(f"  {law:8} {shares}; {refused} refused")
 
 
 _SHARES = ("speed", "yaw rate", "wheels", "along")
 
 
 def _shares(planned: Plan) -> Floats:
-    """(4,) the largest share of its limit of speed, yaw rate, a wheel's speed and acceleration along the path."""
+    """Maximum fractions (4,) of the limits of speed, yaw rate, wheel speed and acceleration along the path."""
     drive, limits, speeds = TURTLEBOT3_WAFFLE_PI.drive, planned.limits, planned.speeds
     station = np.arange(0.0, speeds.station_m[-1], 1e-3 * limits.transit_speed_mps)
     speed = speeds.speed_at(station)
@@ -99,7 +99,7 @@ def _shares(planned: Plan) -> Floats:
 
 @kernel
 def _longest_excess(goals: Floats, headings: int, found: Floats) -> float:
-    """By how much (radii) a free heading's path is longer than with the best of some headings, at most."""
+    """Maximum excess length (radii) of free-heading paths over those with the best of some headings."""
     word, worst = np.empty(3), -math.inf
     for i in range(len(goals)):
         for k in range(headings):

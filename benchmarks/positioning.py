@@ -1,4 +1,4 @@
-"""Consistency of the estimate of the small robots, by the camera overhead and by odometry alone.
+"""Consistency of the estimate of the small robots, with the overhead camera and with odometry only.
 
 `python -m benchmarks positioning`; `runs` are made of each robot.
 """
@@ -30,7 +30,7 @@ STAND_TICKS = 60
 SETTLED_TICKS, CHECK_EVERY = 1000, 50
 OUTAGE_S, OUTAGE_FROM_S = 5.0, 20.0
 LAST_S = 30.0
-WAY_M = 20.0
+DISTANCE_M = 20.0
 OUTSIDE_3_SIGMA = 0.0027
 Pose = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
@@ -48,7 +48,7 @@ SMALL = Small(
 
 
 class OpenLoopRobot:
-    """World and sensors of the emulator; the wheels are told a gentle curve, and the estimator listens."""
+    """World and sensors of the emulator; the wheels are commanded along a gentle curve, beside the estimator."""
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, config: OnboardConfig, start: Pose = ORIGIN) -> None:
         self.world, self.sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
@@ -58,7 +58,7 @@ class OpenLoopRobot:
         self._drive, self._tick = vehicle.drive, 0
 
     def step(self) -> None:
-        """Let a tick pass: it stands, speeds up, then wavers to both sides."""
+        """Run a tick: the robot stands, speeds up, then wavers to both sides."""
         self._tick += 1
         since_s = max(self._tick - STAND_TICKS, 0) * TICK_S
         fastest = 0.9 * self._drive.transit_speed_mps
@@ -72,40 +72,40 @@ class OpenLoopRobot:
 
     @property
     def error(self) -> NDArray[np.float64]:
-        """Of the estimate: east, north [m], heading [rad]."""
+        """Error of the estimate: east, north [m], heading [rad]."""
         return error(self.world.pose, self.estimator.state)
 
     @property
     def nees(self) -> float:
-        """Of the pose: 3 expected."""
+        """NEES of the pose; 3 expected."""
         return float(self.error @ np.linalg.solve(self.estimator.covariance[:3, :3], self.error))
 
     @property
     def within_3_sigma(self) -> bool:
-        """True if the position is."""
+        """True if the position is within 3 σ."""
         e, p = self.error[:2], self.estimator.covariance[:2, :2]
         return bool(e @ np.linalg.solve(p, e) <= chi2.ppf(1.0 - OUTSIDE_3_SIGMA, 2))
 
 
 def settings(name: str, seed: int, *, outage: bool = False) -> tuple[Vehicle, Scenario, OnboardConfig]:
-    """A shipped robot on its ground, as its data sheets have it."""
+    """Create a shipped robot on its ground, with matching data sheets."""
     fault = CameraOutage(kind="camera-outage", start_s=OUTAGE_FROM_S, duration_s=OUTAGE_S)
     scenario = Scenario(seed=seed, faults=(fault,) if outage else ())
     return SHIPPED[name].vehicle, on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
 
 
 class Seen(NamedTuple):
-    """Of runs with the camera.
+    """Figures of runs with the camera.
 
     Attributes:
-        nees: (runs, checks) of the pose.
-        nis: Mean over each run of its poses, as they are weighed.
-        heading_nis: The same of their headings.
-        rejected: Poses and headings that were.
-        errors: (runs, checks, 3).
-        blind_nees: (runs,) at the end of the outage.
+        nees: (runs, checks) NEES of the pose.
+        nis: Mean NIS of the positions over each run, as weighted.
+        heading_nis: Mean NIS of the headings.
+        rejected: Number of rejected poses and headings.
+        errors: (runs, checks, 3) errors of the pose.
+        blind_nees: (runs,) NEES at the end of the outage.
         blind_inside: (runs,) whether the position is within 3 σ there.
-        blind_m: (runs,) how far off it is.
+        blind_m: (runs,) position error there.
     """
 
     nees: NDArray[np.float64]
@@ -119,7 +119,7 @@ class Seen(NamedTuple):
 
 
 def seen(name: str, seeds: range) -> Seen:
-    """Runs of 30 s, for 5 s of which the camera finds nothing."""
+    """Run 30 s, for 5 s of which the camera finds nothing."""
     nees, nis, heading_nis, blind, rejected = list[list[float]](), [], [], [], 0
     errors: list[list[NDArray[np.float64]]] = []
     last_blind = round((OUTAGE_FROM_S + OUTAGE_S) * TICKS_PER_S)
@@ -145,7 +145,7 @@ def seen(name: str, seeds: range) -> Seen:
 
 
 class Alone(NamedTuple):
-    """Of runs with odometry alone, at the end of the way; (runs,) each."""
+    """Figures of runs with odometry only, at the end of the path; (runs,) each."""
 
     nees: NDArray[np.float64]
     inside: NDArray[np.bool_]
@@ -154,7 +154,7 @@ class Alone(NamedTuple):
 
 
 def alone(name: str, seeds: range) -> Alone:
-    """Runs of 20 m from a start that is as well known as the data sheet says."""
+    """Run 20 m from a start that is known to the data sheet's accuracy."""
     rows = []
     for seed in seeds:
         vehicle, scenario, config = settings(name, seed)
@@ -163,7 +163,7 @@ def alone(name: str, seeds: range) -> Alone:
         start = east, north, float(rng.normal(0.0, sheet.start_sigma_rad))
         robot = OpenLoopRobot(vehicle.model_copy(update={"positioning": ODOMETRY}), scenario, config, start)
         way_m = 0.0
-        while way_m < WAY_M:
+        while way_m < DISTANCE_M:
             robot.step()
             way_m += robot.world.state.speed_mps * TICK_S
         sigma = robot.estimator.position_sigma_m
@@ -172,7 +172,7 @@ def alone(name: str, seeds: range) -> Alone:
 
 
 def _most(degrees: int, runs: int) -> float:
-    """Of the mean over `runs` of a χ² with that many degrees of freedom, 97.5 %."""
+    """97.5 % bound of the mean over `runs` of a χ² with `degrees` of freedom."""
     return float(chi2.ppf(0.975, degrees * runs)) / runs
 
 

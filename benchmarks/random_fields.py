@@ -1,4 +1,4 @@
-"""Covering random fields by two sizes of roller, and how planning grows with the field.
+"""Coverage of random fields by two sizes of roller, and growth of planning time with the field.
 
 Polygons of 5 to 30 corners, every third with a hole, of about 0.1 to 0.9 ha, each planned for the shipped roller and
 for one of half its size; then rectangles of 0.5 to 50 ha, planned for the shipped one.
@@ -83,7 +83,7 @@ def planned(field: shapely.Polygon, vehicle: Vehicle) -> dict[str, Any]:
 
 
 def random_fields(count: int, seed: int, most_corners: int, *, holes: bool) -> list[str]:
-    """Plan random fields and print them; returns what is not as required."""
+    """Plan random fields and print them; return violations of the requirements."""
     rng, shipped = np.random.default_rng(seed), load_vehicle(VEHICLE)
     wrong = []
     for number in range(count):

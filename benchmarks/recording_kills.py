@@ -1,4 +1,4 @@
-"""SIGKILL of a recording's bridge, and of the whole system, at random moments: what is lost, and who reads the rest.
+"""SIGKILL of a recording's bridge, and of the whole system, at random moments: losses, and readability of the rest.
 
 `python -m benchmarks recording_kills`; `runs` is the number of kills of each kind, `seed` theirs, `speed` the robot's
 times real time (9: 5,300 messages a second), `doctor` a command that is given each salvaged file and must end with exit
@@ -60,7 +60,7 @@ def main(
     slack: float = 1.0,
     doctor: str = "",
 ) -> None:
-    """Kill, read what is left, and print it."""
+    """Kill, read what remains, and print the figures."""
     kills = _Kills(speed, template, random.Random(seed), _Reading(_KEPT_S * slack, shlex.split(doctor), []))
     lost_s = list(_kill_bridges(runs, kills))
     print(f"bridge killed {runs} times: {_spread(lost_s)} of wall clock lost before the kill", flush=True)
@@ -78,7 +78,7 @@ def _spread(values: list[float]) -> str:
 
 
 class _Listener:
-    """Hears the robot's clock, and knows when on the wall clock it heard each time."""
+    """Listener to the robot's clock that records the wall time of each message."""
 
     def __init__(self, bus: Bus) -> None:
         self._inbox = bus.inbox([topics.CLOCK, topics.STATUS], keep="recent")
@@ -86,7 +86,7 @@ class _Listener:
         self.done = False
 
     def listen(self, duration_s: float = 0.0) -> None:
-        """Take in what has come, for so long."""
+        """Process messages for a duration."""
         deadline = time.monotonic() + duration_s
         while True:
             for _, message in self._inbox.messages():
@@ -102,7 +102,7 @@ class _Listener:
             self.done = message.state == TraversalStatus.DONE
 
     def heard(self, from_s: float, until_s: float) -> list[tuple[float, int]]:
-        """(when on the wall clock, ns of the robot's clock) that was heard between two moments."""
+        """List (wall time, ns of the robot's clock) of messages between two moments."""
         return [each for each in self._heard if from_s <= each[0] < until_s]
 
 
@@ -131,7 +131,7 @@ class _Kill(NamedTuple):
     heard: list[tuple[float, int]]
 
     def lost_s(self, last_ns: int) -> float:
-        """Wall clock from the first time that was heard, and is not in the file, to the kill."""
+        """Wall clock from the first message that is not in the file to the kill."""
         missing = [at_s for at_s, clock_ns in self.heard if clock_ns > last_ns]
         return self.at_s - missing[0] if missing else 0.0
 
@@ -171,7 +171,7 @@ def _kill_bridges(runs: int, kills: _Kills) -> Iterator[float]:
             kills.reading.problems.append(f"the last part: {problem}")
         # Only now: what is still recorded meanwhile would have to be read, too.
         for kill in done:
-            yield _judged(kill, kills.reading)
+            yield _lost_before_kill_s(kill, kills.reading)
         _look(path, kills.reading)
 
 
@@ -198,11 +198,11 @@ def _kill_tree(kills: _Kills) -> float:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         listener.listen(0.5)
-        return _judged(_Kill(path, killed_s, listener.heard(begun_s, killed_s)), kills.reading)
+        return _lost_before_kill_s(_Kill(path, killed_s, listener.heard(begun_s, killed_s)), kills.reading)
 
 
-def _judged(kill: _Kill, reading: _Reading) -> float:
-    """How much is missing before the kill; problems of the file are added."""
+def _lost_before_kill_s(kill: _Kill, reading: _Reading) -> float:
+    """Wall-clock time missing before the kill; problems of the file are added to the reading."""
     lost_s = kill.lost_s(_look(kill.path, reading, alone=True))
     if lost_s > reading.kept_s:
         reading.problems.append(f"{kill.path.name} lacks {lost_s:.2f} s")
@@ -210,7 +210,7 @@ def _judged(kill: _Kill, reading: _Reading) -> float:
 
 
 def _look(path: Path, reading: _Reading, *, alone: bool = False) -> int:
-    """Read a file and salvage it; what others find in it is added. Returns the latest clock in it (ns)."""
+    """Read and salvage a file, and add foreign readers' problems; return its last clock (ns)."""
     given = path
     if alone:  # the name of a recording stands for its further parts, too
         given = path.with_name(f"alone-{path.stem.replace('.', '-')}.mcap")

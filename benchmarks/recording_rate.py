@@ -1,4 +1,4 @@
-"""A bridge that records 5,000 messages a second for a minute: what is lost, and whether its memory grows.
+"""Bridge that records 5,000 messages a second for a minute: losses, and growth of memory.
 
 `python -m benchmarks recording_rate`; `speed` is times real time (586 messages a second of sim time), `seconds` how
 long (wall clock).

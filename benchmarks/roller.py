@@ -58,7 +58,7 @@ class EmulatedRoller:
 
     @property
     def steering_rad(self) -> float:
-        """How far its wheel truly points to the left of what its encoder says."""
+        """True angle of its wheel to the left of the encoder's."""
         return float(self.world.figures.drive.offset_rad)
 
     def step(self, speed: float, steering_rad: float) -> SensorFrame:
@@ -73,7 +73,7 @@ Course = Callable[[int], tuple[float, float]]
 
 
 def speed_mps(tick: int) -> float:
-    """Stands, then speeds up as plans do, to 0.95 m/s."""
+    """Speed at a tick: at rest, then accelerating as plans do, to 0.95 m/s."""
     return min(max(tick - STAND_TICKS, 0) * 0.001, 0.95)
 
 
@@ -101,13 +101,13 @@ class Run(NamedTuple):
 
     @property
     def nees(self) -> float:
-        """Of position and heading: 3 expected."""
+        """NEES of position and heading; 3 expected."""
         e = error(self.roller.pose, self.estimator.state)
         return float(e @ np.linalg.solve(self.estimator.covariance[:3, :3], e))
 
     @property
     def offset_error_rad(self) -> float:
-        """Of the steering's offset as it is believed."""
+        """Error of the estimated steering offset."""
         return float(self.estimator.state[m.ODOMETRY_ERROR + 1]) - self.roller.steering_rad
 
 

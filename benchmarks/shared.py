@@ -50,7 +50,7 @@ Row = dict[str, Any]
 
 
 def pan_job(coverage_pct: float) -> SharedJob:
-    """Two clay rollers on a pan, of which so much is aimed at; 0: as much as by default."""
+    """Job of two clay rollers on a pan, up to a coverage (%); 0: the default."""
     template = template_of("pan", shapely.box(0.0, 0.0, 30.0, 20.0))
     options = PlanOptions(coverage_pct=coverage_pct)
     return share_areas(template, options, load_vehicle("clay-roller"), [None] * ROBOTS)
@@ -74,7 +74,7 @@ def failed(job: SharedJob, seed: int) -> Row:
 
 
 def _drawn(job: SharedJob, seed: int) -> tuple[float, int]:
-    """When, in sim time, and to which robot it happens."""
+    """Draw the sim time of the event, and the robot."""
     chance = random.Random(seed)
     return chance.uniform(5.0, job.table.end_s), chance.randrange(ROBOTS)
 
@@ -82,8 +82,8 @@ def _drawn(job: SharedJob, seed: int) -> tuple[float, int]:
 def _row(job: SharedJob, seed: int, orders: Sequence[TeamOrder]) -> Row:
     setup, begun = Setup(vehicle=job.vehicle), time.process_time()
     outcome = simulate_shared(job, [setup.with_seed(seed + number) for number in range(ROBOTS)], orders)
-    told = team_figures(job, outcome, names_of(ROBOTS))
-    area, paint, traversal = told.get("area", {}), told.get("paint", {}), told["traversal"]
+    figures = team_figures(job, outcome, names_of(ROBOTS))
+    area, paint, traversal = figures.get("area", {}), figures.get("paint", {}), figures["traversal"]
     return {
         "seed": seed,
         "at_s": orders[0].at_s,
@@ -94,7 +94,7 @@ def _row(job: SharedJob, seed: int, orders: Sequence[TeamOrder]) -> Row:
         **({"outside_m": area["body_outside_m"], "missed_most_m2": _inside_m2(area)} if area else {}),
         **({"twice_m2": paint["double_paint_m2"], "wet": paint["wet_crossings"]} if paint else {}),
         "processor_s": time.process_time() - begun,
-        "reason": told["reason"],
+        "reason": figures["reason"],
     }
 
 
@@ -120,12 +120,12 @@ def main(job: str = "pan", runs: int = 20, seed: int = 1, workers: int = 2, cove
     """Run all and print the figures."""
     work, seeds = pan_job(coverage) if job == "pan" else lines_job(job), range(seed, seed + runs)
     print(f"{job}, {ROBOTS} robots: planned {work.table.end_s:.0f} s, in {work.planning_time_s:.0f} s")
-    ways = {f"paused for {PAUSE_S:g} s": paused, f"failed, taken over after {ORDERED_AFTER_S:g} s": failed}
+    disturbances = {f"paused for {PAUSE_S:g} s": paused, f"failed, taken over after {ORDERED_AFTER_S:g} s": failed}
     found = list[Row]()
     with ExitStack() as stack:
         pool = stack.enter_context(ProcessPoolExecutor(workers, get_context("spawn"))) if workers > 1 else None
-        for title, way in ways.items():
-            rows = list((pool.map if pool else map)(partial(way, work), seeds))
+        for title, run in disturbances.items():
+            rows = list((pool.map if pool else map)(partial(run, work), seeds))
             _print(title, rows)
             found += rows
     if any(row["apart_m"] < APART_M or row.get("outside_m", 0.0) > 0.0 for row in found):

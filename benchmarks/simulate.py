@@ -1,4 +1,4 @@
-"""Real-time factors in one process, what telemetry costs, and memory over hours of sim time.
+"""Real-time factors in one process, cost of telemetry, and memory over hours of sim time.
 
 `python -m benchmarks simulate`; each factor is the best of `repeats`, memory is followed for `hours`. The factors over
 Zenoh are those of `python -m benchmarks system`.
@@ -23,7 +23,7 @@ from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
 
 FOLLOWERS = ("mpc", "pure-pursuit")
-SIMULATED, TOLD = (0.1, 0.3, 1.0), (0.1, 0.3)
+SIMULATED, LISTENED = (0.1, 0.3, 1.0), (0.1, 0.3)
 """Shares of the hours after which memory is printed: as `touchline simulate` runs, and with all telemetry."""
 SMALL = Small(
     {"template": "study-square", "repeats": 1, "hours": 0.05},
@@ -40,7 +40,7 @@ SMALL = Small(
 
 
 def main(template: str = "soccer-11", repeats: int = 3, hours: float = 10.0) -> None:
-    """All of it, on this machine."""
+    """Run the whole benchmark."""
     print(f"{_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {platform.python_version()}")
     warm_up(print)
     job = Job.prepare(load_template(template), PlanOptions())
@@ -53,7 +53,7 @@ def main(template: str = "soccer-11", repeats: int = 3, hours: float = 10.0) -> 
         print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x")
     print(f"\n{'repeating it':20} {'sim time':>10} {'peak RSS':>10} {'RSS':>10}")
     _memory(job, "as simulate", [hours * share for share in SIMULATED], listening=False)
-    _memory(job, "with all telemetry", [hours * share for share in TOLD], listening=True)
+    _memory(job, "with all telemetry", [hours * share for share in LISTENED], listening=True)
 
 
 def _factor(job: Job, config: OnboardConfig, repeats: int, *, hashed: bool) -> tuple[float, float]:

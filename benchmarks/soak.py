@@ -1,4 +1,4 @@
-"""A day of work, job after job, with refills and recordings: nothing grows, nothing is left undone without a reason.
+"""Day of work, job after job, with refills and recordings: no growth, and no job that fails without a reason.
 
 `python -m benchmarks soak`; `hours` is the emulated time, `speed` times real time, `seed` that of the choice of jobs,
 `template` the one job instead. The last three recordings are kept until the end, no more.
@@ -31,7 +31,7 @@ _WARM_UP: Final = 0.2
 """Share of the samples that the trend leaves out."""
 _STUCK_S: Final = 30.0
 _REPORT_S: Final = 120.0
-_JUDGED_H: Final = 2.0
+_TREND_MIN_H: Final = 2.0
 """From which on a trend is more than the first jobs' own needs."""
 _GROWTH_MB_PER_H: Final = 2.0
 _GROWTH_PER_H: Final = 0.5
@@ -55,14 +55,14 @@ def main(hours: float = 24.0, speed: float = 20.0, seed: int = 1, template: str 
         try:
             soak.run(templates, 3600.0 * hours)
         except SystemLost as lost:
-            soak.note(f"BAD: given up: {lost}")
+            soak.note(f"BAD: aborted: {lost}")
         soak.print()
     if any(what.startswith("BAD") for what in soak.counts):
         sys.exit(1)
 
 
 class _Soak:
-    """A system at work, and what is noted of it."""
+    """System at work, with notes."""
 
     def __init__(self, system: System, bus: Bus, chance: random.Random, speed: float) -> None:
         self._system, self._chance, self._speed = system, chance, speed
@@ -76,7 +76,7 @@ class _Soak:
         self._held: defaultdict[str, list[tuple[float, Figures]]] = defaultdict(list)
 
     def note(self, what: str) -> None:
-        """Count something; what is bad is said at once."""
+        """Count a note; bad ones are printed at once."""
         self.counts[what] += 1
         if what.startswith("BAD"):
             sys.stderr.write(f"{self.hours:.2f} h: {what}\n")
@@ -84,11 +84,11 @@ class _Soak:
 
     @property
     def hours(self) -> float:
-        """Emulated so far, of jobs."""
+        """Emulated hours of jobs so far."""
         return (self._before_s + self._sim_s) / 3600.0
 
     def run(self, templates: Sequence[str], sim_s: float) -> None:
-        """Job after job."""
+        """Run jobs for a sim time."""
         self._hand.ready()
         pids = self._system.processes()
         self._sample()
@@ -115,7 +115,7 @@ class _Soak:
             self._check(recording)
 
     def _follow(self, template: str) -> None:
-        """Until the job is done; a person helps where the robot waits for one."""
+        """Wait until the job is done, with a person's help where the robot waits for one."""
         place, moved_s = -1.0, time.monotonic()
         while True:
             self._system.check()
@@ -173,7 +173,7 @@ class _Soak:
             self._recordings.pop(0).unlink(missing_ok=True)
 
     def print(self) -> None:
-        """What was done, and how memory, threads and descriptors went, over emulated time."""
+        """Print the work, and the trends of memory, threads and descriptors over emulated time."""
         wall_min = (time.monotonic() - self._begun_s) / 60.0
         print(f"{self.hours:.1f} emulated hours in {wall_min:.0f} minutes")
         head = f"{'MB first':>9} {'last':>7} {'per hour':>9} {'threads':>12} {'per hour':>9}"
@@ -187,7 +187,7 @@ class _Soak:
             for what, trend, limit in zip(
                 ("MB", "threads", "descriptors"), trends, (_GROWTH_MB_PER_H, _GROWTH_PER_H, _GROWTH_PER_H), strict=True
             ):
-                if trend > limit and self.hours > _JUDGED_H:
+                if trend > limit and self.hours > _TREND_MIN_H:
                     self.counts[f"BAD: {name} grows by {trend:.2f} {what} an hour"] += 1
         for what, count in sorted(self.counts.items()):
             print(f"  {count:4d}  {what}")

@@ -53,7 +53,7 @@ SMALL = Small(
 
 
 def main(side: int = 1000, pairs: int = 1_000_000, nth: int = 1) -> None:
-    """Print all figures."""
+    """Run the benchmark, and print its figures."""
     _queries(side)
     _reference_rows(nth)
     _million(pairs)

@@ -1,4 +1,4 @@
-"""Random emergency stops under every load: how soon the robot says that it has stopped, and whether it has.
+"""Random emergency stops under every load: time to the robot's confirmation, and proof that it has stopped.
 
 `python -m benchmarks stops`; `runs` is the number of stops, `seed` that of the first, `loads`, `channels` and
 `templates` restrict them to those named (with commas), `json_file` is for every stop's figures, `slack` multiplies the
@@ -34,18 +34,18 @@ from touchline.bus import Bus
 from touchline.schemas import topics
 
 LIMIT_S: Final = 0.3
-"""From the stop's being given, or the robot's being alive again, to its status."""
+"""Maximum time from the stop, or from the robot's being alive again, to its status."""
 STARTING_S: Final = 2.0
 """Within which `touchline order`, its modules loaded, begins to ask; that comes before, and is not counted."""
-TOLD_S: Final = 1.5
-"""Within which a person is told that a stop is not acknowledged."""
+SHOWN_MAX_S: Final = 1.5
+"""Maximum time until a person sees that a stop is not acknowledged."""
 ACKNOWLEDGED_S: Final = 5.0
-"""For which the answer is waited for once the robot has stopped."""
+"""Time to wait for the answer once the robot has stopped."""
 PATIENCE_S: Final = 30.0
-"""After which a stop is given up, or a system that does not answer."""
+"""Time after which a stop, or a silent system, counts as failed."""
 _SPEEDS: Final = (1.0, 20.0)
 _SLOW_BITE: Final = {"slow-reader": 4.0, "stopped-reader": 4.0}
-"""Seconds for which loads that need time are let be."""
+"""Time (s) that some loads need to take effect."""
 SMALL: Final = Small(
     {"runs": 2, "seed": 22, "loads": NOTHING, "channels": "order,ros2", "templates": "tennis", "slack": 100.0},
     (
@@ -63,14 +63,14 @@ class Stop:
     """One emergency stop; times are in seconds from its being given, or from the robot's being alive again if later.
 
     Attributes:
-        answered_s: To the answer that says done; `None` if there was none.
-        estopped_s: To the robot's own word, as an independent observer heard it.
-        braked_s: To the first of the wheel commands that stay zero.
-        unreachable_s: How long nothing could reach the robot after the stop was given.
-        late: Whether it took longer than the limit, and who gave it was told that it was not acknowledged.
-        missed: Why it counts as missed; empty if it does not.
+        answered_s: Time of the answer that reports success; `None` if there was none.
+        estopped_s: Time of the robot's confirmation, as received by an independent observer.
+        braked_s: Time of the first of the wheel commands that stay zero.
+        unreachable_s: Time for which nothing could reach the robot after the stop.
+        late: Whether it took longer than the limit, and its sender saw that it was not acknowledged.
+        missed: Reason why it counts as missed; empty if it does not.
         valve: Whether paint could flow after it.
-        notes: What else went wrong.
+        notes: Other problems.
     """
 
     number: int
@@ -96,7 +96,7 @@ def main(
     slack: float = 1.0,
     json_file: str = "",
 ) -> None:
-    """Stop the robot as often as asked and print the figures."""
+    """Stop the robot the given number of times, and print the figures."""
     asked = _Stops(_named("loads", loads, LOADS), _named("channels", channels, CHANNELS), templates.split(","), slack)
     begun = time.monotonic()
     stops = list(random_stops(range(seed, seed + runs), asked))
@@ -108,7 +108,7 @@ def main(
 
 
 class _Stops(NamedTuple):
-    """By which channels the robot is stopped under which loads, what it paints, and what multiplies the bounds."""
+    """Channels, loads, templates, and the factor on the bounds."""
 
     loads: Sequence[str]
     channels: Sequence[str]
@@ -124,7 +124,7 @@ def _named(setting: str, text: str, known: Sequence[str]) -> list[str]:
 
 
 def random_stops(numbers: Iterable[int], asked: _Stops) -> Iterable[Stop]:
-    """Stops by number, which is their seed; a system that is lost is replaced by another."""
+    """Run stops by number, which is their seed; a lost system is replaced."""
     waiting = list(numbers)
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
         while waiting:
@@ -153,15 +153,15 @@ def _tell(stop: Stop) -> None:
     times = " ".join(
         "-" if value is None else f"{1e3 * value:.0f}" for value in (stop.answered_s, stop.estopped_s, stop.braked_s)
     )
-    said = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
+    text = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
     sys.stderr.write(
-        f"{stop.number:4d} {stop.channel:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n"
+        f"{stop.number:4d} {stop.channel:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {text[:300]}\n"
     )
     sys.stderr.flush()
 
 
 class _Rig:
-    """A system, a hand that drives it, an observer, and the channels that stop it."""
+    """System with an operator, an observer, and the channels that stop it."""
 
     def __init__(self, system: System, stack: ExitStack, asked: _Stops) -> None:
         self._system, self._templates, self._slack = system, asked.templates, asked.slack
@@ -176,10 +176,10 @@ class _Rig:
         self._channels = stack.enter_context(stop_channels(system, self._bus, frozenset(asked.channels)))
 
     def run(self, stop: Stop) -> None:
-        """Drive, let the load set in, stop, and look what became of it."""
+        """Drive, let the load take effect, stop, and evaluate the outcome."""
         chance = random.Random(-stop.number)
         channel = self._channels[stop.channel]
-        self._observer = Observer(self._apart)  # anew, so that no stop is judged by a listener that the last one misled
+        self._observer = Observer(self._apart)  # a new one, which no earlier stranger has misled
         self._hand.listen_anew()
         if isinstance(channel, ByConsole) and not channel.wait_until_open():
             raise SystemLost("the console has ended")
@@ -199,7 +199,7 @@ class _Rig:
             channel.rest()
         self._afterwards(stop, done, before)
         if not problem:
-            self._judge(stop, recording)
+            self._check_recording(stop, recording)
 
     def _drive(self, stop: Stop, chance: random.Random) -> None:
         if problem := self._hand.pace(stop.speed):
@@ -208,7 +208,7 @@ class _Rig:
         self._observer.watch(chance.uniform(0.1, 1.0))
 
     def _let_bite(self, stop: Stop, done: Mishap, chance: random.Random) -> None:
-        """Wait until the load has an effect; what it does by itself to a driving robot is noted."""
+        """Wait until the load has an effect, and note its effect on a driving robot."""
         if stop.load == "flood-estop":
             self._observer.watch(0.5)
             self._hand.drive(self._templates[0])
@@ -219,7 +219,7 @@ class _Rig:
             stop.notes.append(f"disturbed: {state} ({self._observer.reason})")
 
     def _stop(self, stop: Stop, channel: StopChannel, done: Mishap, chance: random.Random) -> None:
-        """Give the stop and wait for what becomes of it."""
+        """Give the stop, and wait for its outcome."""
         observer = self._observer
         if isinstance(channel, ByConsole) and chance.random() < 0.7:
             channel.mash(chance)
@@ -245,7 +245,7 @@ class _Rig:
         self._measure(stop, channel, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, channel: StopChannel, sent_s: float) -> bool:
-        """True if the robot has said that it has stopped, and whoever gave the stop has heard of it."""
+        """True if the robot has confirmed the stop, and its sender has the answer."""
         stopped_s = self._observer.estopped_s
         if stopped_s is None or self._observer.braked_s is None:
             return False
@@ -254,19 +254,19 @@ class _Rig:
 
     @staticmethod
     def _in_path(stop: Stop, done: Mishap) -> bool:
-        """True if what was frozen or ended stands between this channel and the wheels."""
+        """True if the frozen or ended service is on the route from this channel to the wheels."""
         return done.node == topics.ROBOT_SIM or (done.node == topics.BRIDGE and stop.channel == "ros2")
 
     def _alive_again(self, done: Mishap, robot: bytes) -> float | None:
-        """Since when the service that was frozen or ended is there again, if it is."""
+        """Time since which the frozen or ended service is back, if it is."""
         if done.thawed_s is not None and not done.gone:
             return done.thawed_s
         if not done.gone:
             return None
         if done.node == topics.ROBOT_SIM:
-            told = [self._observer.robot_since_s] if self._observer.robot != robot else []
+            known = [self._observer.robot_since_s] if self._observer.robot != robot else []
             served = self._observer.serving_s
-            return min([*told, *(at_s for pid, at_s in served.items() if pid != str(done.pid))], default=None)
+            return min([*known, *(at_s for pid, at_s in served.items() if pid != str(done.pid))], default=None)
         pid = self._system.processes().get(done.node)
         heard_s = self._observer.heard_s.get(done.node, 0.0)
         return heard_s if pid not in (None, done.pid) and time.monotonic() - heard_s < 0.1 else None
@@ -287,9 +287,9 @@ class _Rig:
             stop.estopped_s = max(0.0, observer.estopped_s - base_s)
             if stop.estopped_s > LIMIT_S * self._slack:
                 until_s = min(observer.estopped_s, answer.at_s if answer else math.inf)
-                if self._was_told(channel, base_s, until_s):
+                if self._shown_unacknowledged(channel, base_s, until_s):
                     stop.late = True
-                    stop.notes.append("late, and told meanwhile that it was not acknowledged")
+                    stop.notes.append("late, and shown as not acknowledged meanwhile")
                 else:
                     stop.missed = f"after {stop.estopped_s:.2f} s"
         if observer.braked_s is not None:
@@ -299,20 +299,20 @@ class _Rig:
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
             if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S * self._slack:
-                stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
+                stop.missed = f"answered {answer.text!r}, but nobody heard the robot stop"
             elif IMPOSTOR in answer.text:
                 stop.missed = f"believed an impostor: {answer.text!r}"
-        if stop.unreachable_s > TOLD_S * self._slack and stop.channel == "console" and not channel.said:
-            stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
+        if stop.unreachable_s > SHOWN_MAX_S * self._slack and stop.channel == "console" and not channel.answers:
+            stop.missed = stop.missed or f"not shown for {stop.unreachable_s:.1f} s as not acknowledged"
 
     @staticmethod
-    def _was_told(channel: StopChannel, base_s: float, until_s: float) -> bool:
-        """True if who gave a late stop was soon told that it was not acknowledged, and nothing else until it was."""
-        before = [saying for saying in channel.said if saying.at_s < until_s]
-        return any(saying.at_s < base_s + TOLD_S for saying in before) and not any(saying.done for saying in before)
+    def _shown_unacknowledged(channel: StopChannel, base_s: float, until_s: float) -> bool:
+        """True if the sender of a late stop soon saw that it was not acknowledged, and nothing else until it was."""
+        before = [answer for answer in channel.answers if answer.at_s < until_s]
+        return any(each.at_s < base_s + SHOWN_MAX_S for each in before) and not any(each.done for each in before)
 
     def _afterwards(self, stop: Stop, done: Mishap, before: dict[str, int]) -> None:
-        """Wait until all is well again, and stop the robot if that was in vain."""
+        """Wait until the system has recovered, and stop the robot if the stop had failed."""
         self._observer.watch(0.2)
         if stop.estopped_s is None:
             self._rescue.send(random.Random(0))
@@ -329,8 +329,8 @@ class _Rig:
         if self._observer.estopped_s is None:
             stop.missed = stop.missed or f"it is {STATES.get(self._observer.state, 'silent')} again without a reset"
 
-    def _judge(self, stop: Stop, recording: Path) -> None:
-        """What the recording says."""
+    def _check_recording(self, stop: Stop, recording: Path) -> None:
+        """Add the problems in the recording."""
         if (problem := self._hand.finish_recording()) and not (stop.load.endswith(topics.BRIDGE)):
             stop.notes.append(f"recording: {problem}")
         for path in sorted(recording.parent.glob(f"{recording.stem}*.mcap")):
