@@ -1,1 +1,1 @@
-"""The study to beat, for comparison only: its two planners as described, and how all three are measured."""
+"""Published studies reproduced for comparison: their methods as described, and measurements of theirs and ours."""

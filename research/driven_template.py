@@ -111,6 +111,12 @@ class Drive:
 def drive(strokes: Sequence[Stroke], contestant: Contestant, sigma_1pm2: float, kappa_1pm: float) -> Drive:
     """Join strokes, in their order, by the contestant's transitions.
 
+    Args:
+        strokes: Strokes in driving order.
+        contestant: Planner of the transitions.
+        sigma_1pm2: Maximum sharpness.
+        kappa_1pm: Maximum curvature.
+
     Raises:
         PlanningError: The contestant fails on two of the strokes.
     """

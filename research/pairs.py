@@ -82,7 +82,16 @@ def tally(
     sigma_1pm2: float,
     step: Progress = lambda fraction: None,
 ) -> Tally:
-    """Count the results of `method` on `pairs`; `step` is called with the fraction of `total` that is done."""
+    """Count the results of `method` on `pairs`; `step` is called with the fraction of `total` that is done.
+
+    Args:
+        method: Transition method.
+        pairs: Pairs of poses.
+        total: Number of pairs.
+        kappa_1pm: Maximum curvature of feasible paths.
+        sigma_1pm2: Maximum sharpness of feasible paths.
+        step: Called with the fraction done.
+    """
     result = Tally()
     for start, goal in pairs:
         result.tried += 1

@@ -1,1 +1,1 @@
-"""The operator's console: a terminal that watches and commands the robot over the bus."""
+"""Operator's console: a terminal that watches and commands robots over the bus."""

@@ -1,1 +1,1 @@
-"""The study of a network of small robots: its rules, by which they collide, and ours beside it."""
+"""Study of a network of small robots: its rules, with which they collide, compared with ours."""

@@ -27,13 +27,13 @@ def save_team_pictures(records: Sequence[TeamRecord], folder: Path) -> list[Path
     folder.mkdir(parents=True, exist_ok=True)
     least = min(record.trial.robots for record in records)
     first = [record for record in records if record.trial.robots == least and record.trial.seed == 1]
-    ways, costs, moving = (folder / f"network-{name}" for name in ("ways.png", "cost.png", "moving.svg"))
+    paths, costs, moving = (folder / f"network-{name}" for name in ("ways.png", "cost.png", "moving.svg"))
     with plan_style():
-        plot_paths(first, ways)
+        plot_paths(first, paths)
         plot_costs(records, costs)
     pair = [record for record in first if record.trial.rules != FREE]
     moving.write_text(moving_picture(pair), encoding="utf-8")
-    return [ways, costs, moving]
+    return [paths, costs, moving]
 
 
 def plot_paths(records: Sequence[TeamRecord], path: Path) -> None:

@@ -1,1 +1,1 @@
-"""The study of cubic paths and trajectory tracking: its set-up reproduced, and ours beside it."""
+"""Study of cubic paths and trajectory tracking: its set-up reproduced, and compared with ours."""

@@ -49,7 +49,13 @@ def winding_reference() -> TimedReference:
 
 
 def domain_of(law: Any, headings: int, offsets: int) -> Domain:
-    """Measure a law from headings all round and offsets up to FURTHEST_M to either side."""
+    """Measure a law from headings all round and offsets up to FURTHEST_M to either side.
+
+    Args:
+        law: Tracking law.
+        headings: Number of initial headings.
+        offsets: Number of initial offsets.
+    """
     reference = winding_reference()
     turned, across = np.linspace(-math.pi, math.pi, headings), np.linspace(-FURTHEST_M, FURTHEST_M, offsets)
     settled, back = np.full((offsets, headings), math.nan), np.zeros((offsets, headings), dtype=np.bool_)

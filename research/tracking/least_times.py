@@ -40,7 +40,7 @@ def least_times(count: int) -> TargetTable:
     by_g2 = np.array([_g2_s(goal) for goal in goals])
     kept, ours = (np.array([seconds_to(goal) for goal in goals]) for seconds_to in (_kept_s, _worthwhile_s))
     found, taken = (f"{np.isfinite(seconds).mean():.0%}" for seconds in (kept, ours))
-    ways: list[tuple[str, Floats, bool]] = [
+    methods: list[tuple[str, Floats, bool]] = [
         ("k = 10: the study", fixed, False),
         ("k = distance", np.array([_given_s(goal, abs(goal.point)) for goal in goals]), False),
         ("chosen k, forward", np.array([_chosen_s(goal, backward=False) for goal in goals]), False),
@@ -62,7 +62,7 @@ def least_times(count: int) -> TargetTable:
     return TargetTable(
         f"Least time to {count} goals in [-5, 5]² m with any heading",
         ("path", "median", "mean ratio to k = 10", "slower than that", "reached"),
-        tuple(_row(name, seconds, fixed, ours=ours) for name, seconds, ours in ways),
+        tuple(_row(name, seconds, fixed, ours=ours) for name, seconds, ours in methods),
         note,
     )
 

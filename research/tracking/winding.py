@@ -38,8 +38,8 @@ def _row(name: str, turned_deg: Floats, *, ours: bool) -> TargetRow:
 
 
 def _given_deg(goal: PathPose, tangent_m: float) -> float:
-    ways = tangent(curve_of(ORIGIN, goal, (tangent_m, tangent_m)), np.linspace(0.0, 1.0, FINE_HEADINGS))
-    return math.degrees(float(np.abs(np.angle(ways[1:] / ways[:-1])).sum()))
+    tangents = tangent(curve_of(ORIGIN, goal, (tangent_m, tangent_m)), np.linspace(0.0, 1.0, FINE_HEADINGS))
+    return math.degrees(float(np.abs(np.angle(tangents[1:] / tangents[:-1])).sum()))
 
 
 def _chosen_deg(goal: PathPose) -> float:

@@ -1,1 +1,1 @@
-"""The planner: from a template of painted lines to a trajectory that the robot can drive and paint."""
+"""Planner: from a template to a trajectory that the robot can drive and paint."""

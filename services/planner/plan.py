@@ -99,7 +99,16 @@ def finished(
     vehicle: Vehicle,
     limits: Limits,
 ) -> Plan:
-    """Complete a plan of known path and speeds with its message and report."""
+    """Complete a plan of known path and speeds with its message and report.
+
+    Args:
+        worked: Ideal curve, and the work along it.
+        sent: Lines and arcs that approximate it.
+        painted: Intervals of arc length (as sent) in which paint flows.
+        speeds: Speeds along what is sent.
+        vehicle: Vehicle that drives it.
+        limits: Limits of the plan.
+    """
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
     report = measure(trajectory, worked, sent, speeds, vehicle)

@@ -94,7 +94,7 @@ def arranged(
             collision, or, where that is forbidden, without driving over wet paint.
     """
     if ordering(options) and len(modes) > ORDERED_MAX:
-        problem = f"has {len(modes):,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
+        problem = f"has {len(modes):,} lines that do not continue each other, more than {ORDERED_MAX:,}"
         raise PlanningError("", problem, "split the template or paint it in the given order")
     modes = [_clear_of_outlines(choice, driver.checker) for choice in modes]
     if ordering(options):

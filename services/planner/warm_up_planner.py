@@ -68,14 +68,14 @@ def _area_requests(vehicle: Vehicle) -> list[PlanRequest]:
 
 def _goal_requests() -> list[PlanRequest]:
     from_rest = PlanOptions(start=np.zeros(3))
-    ways: list[dict[str, Any]] = [
+    variants: list[dict[str, Any]] = [
         {},
         {"law": "quintic"},
         {"method": "cubic"},
         {"method": "cubic", "tangents_m": np.array([4.0, 4.0])},
         {"method": "turn-line-turn"},
     ]
-    return [PlanRequest(goal=(_TURNED.model_copy(update=way),), options=from_rest) for way in ways]
+    return [PlanRequest(goal=(_TURNED.model_copy(update=variant),), options=from_rest) for variant in variants]
 
 
 def _leave(vehicle: Vehicle) -> None:

@@ -306,7 +306,7 @@ def test_a_hundred_thousand_segments_are_refused_at_once(order: str) -> None:
 def test_too_many_lines_to_order_are_refused_with_the_way_out() -> None:
     apart = (LineSpec(start=(0.0, 0.1 * i), end=(1.0, 0.1 * i)) for i in range(1501))
     many = Template(name="many", segments=tuple(TemplateSegment(id=f"s{i}", line=line) for i, line in enumerate(apart)))
-    with pytest.raises(PlanningError, match=r"has 1,501 lines that do not go on into each other.*given order"):
+    with pytest.raises(PlanningError, match=r"has 1,501 lines that do not continue each other.*given order"):
         plan(many, VEHICLE)
 
 

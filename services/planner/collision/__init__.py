@@ -1,1 +1,1 @@
-"""Free-space tests of the swept body, and detours round obstacles."""
+"""Collision checks of the swept body, and detours around obstacles."""

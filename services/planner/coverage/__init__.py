@@ -1,1 +1,1 @@
-"""Areas that are painted solid, as swaths at the tool's width."""
+"""Coverage of areas: swaths at the tool's width, and routes of tools that work wherever they pass."""

@@ -83,7 +83,7 @@ def standing_machine(start: PathPose, task: CoverageTask) -> CoveredArea:
 
 
 def _between_straights(first: CoveredArea, last: CoveredArea) -> tuple[CoverageRoute, CoverageRoute]:
-    """Trim one route behind its last straight, and the other before its first.
+    """Trim one route after its last straight, and the other before its first.
 
     In small areas a route may end with a turn to a stroke that turned out to be needless.
 

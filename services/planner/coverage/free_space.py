@@ -108,7 +108,13 @@ class FreeSpace:
         return self._at[key]
 
     def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:
-        """Intervals (m, along the heading) of a straight through a pose on which the machine has room."""
+        """Intervals (m, along the heading) of a straight through a pose on which the machine has room.
+
+        Args:
+            pose: Pose through which the straight leads (m, rad, map frame).
+            ahead_m: Length of the straight ahead of the pose.
+            behind_m: Length of the straight behind the pose.
+        """
         direction = np.array((math.cos(pose.heading_rad), math.sin(pose.heading_rad)))
         line = shapely.LineString([np.array(pose[:2]) - behind_m * direction, np.array(pose[:2]) + ahead_m * direction])
         # A line along a wall lies on the border of the free area, which counts as free.

@@ -291,7 +291,7 @@ class _Covering:
         found = []
         for other in strokes:
             for s in np.arange(1.0, other.length_m - VIA_M, VIA_EVERY_M).tolist():
-                via = CoverStroke(DriveKind.TURN, "on the way", other.at(s), VIA_M)
+                via = CoverStroke(DriveKind.TURN, "via", other.at(s), VIA_M)
                 around = word_s(end, via.start, mover) + word_s(via.start, stroke.start, mover)
                 found.append((around, s, via))
         yield from (via for _, _, via in sorted(found, key=lambda f: f[:2])[:VIAS_TRIED])

@@ -93,7 +93,14 @@ class TransitionFinder:
     def zones(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float, last_to_m: float
     ) -> tuple[float, float]:
-        """Beginning of the first stroke's end zone and end of the last one's begin zone (m along each)."""
+        """Beginning of the first stroke's end zone and end of the last one's begin zone (m along each).
+
+        Args:
+            first: Stroke to leave.
+            last: Stroke to join.
+            first_from_m: Position on `first` from which it may be left.
+            last_to_m: Position on `last` up to which it may be joined.
+        """
         return max(first.length_m - ZONE_M, first_from_m), min(ZONE_M, last_to_m, last.length_m)
 
     def _leave(self, stroke: CoverStroke, places: Floats, back: bool | None = None) -> Floats:

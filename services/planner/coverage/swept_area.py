@@ -72,7 +72,13 @@ def _parts(path: PiecePath) -> Iterator[PiecePath]:
 
 
 def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: Area) -> float:
-    """Maximum distance of the body beyond the free area (m); negative: minimum clearance inside."""
+    """Maximum distance of the body beyond the free area (m); negative: minimum clearance inside.
+
+    Args:
+        paths: Paths of the tool's middle (m, map frame).
+        machine: Machine with its body.
+        free: Free ground (m, map frame).
+    """
     shapely.prepare(free)
     border = shapely.boundary(free)
     shapely.prepare(border)

@@ -42,6 +42,11 @@ def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> 
     """Generate strokes over patches at the given headings, one for each row of patches that one pass can cover.
 
     With each comes its lead: the length (m) up to the first patch, along which it may be joined anywhere.
+
+    Args:
+        missed: (n, 2) cell centres of each patch (m, map frame).
+        headings: Headings of the strokes (rad).
+        space: Free space of the machine.
     """
     half = 0.5 * space.machine.width_m
     for heading in headings:
@@ -90,6 +95,12 @@ def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, repo
     """Insert strokes while they are worth it and more than `enough_m2` is missed; return their number.
 
     `report` is called before each trial, and may raise to end the search.
+
+    Args:
+        chain: Chain, changed in place.
+        headings: Headings of the strokes (rad).
+        enough_m2: Missed area at which the search ends.
+        report: Called before each trial.
     """
     finder, done = chain.finder, 0
     worth, tried = chain.score_s, set[tuple[float, ...]]()

@@ -1,1 +1,1 @@
-"""The limits of each kind of drive; nothing else in the planner depends on the kind."""
+"""Limits of each kind of drive, the only part of the planner that depends on the kind."""

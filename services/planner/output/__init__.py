@@ -1,1 +1,1 @@
-"""The Trajectory message and the figures of a plan."""
+"""Trajectory message and report of a plan."""

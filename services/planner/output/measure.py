@@ -129,6 +129,13 @@ def extremes(
 
     Between borders (of pieces, cuts and speed entries) acceleration and σ are constant and v² and κ linear in arc
     length, so actuator motion has its maximum near a border.
+
+    Args:
+        sections: Ideal curve.
+        sent: Lines and arcs that approximate it.
+        speeds: Speeds along what is sent.
+        vehicle: Vehicle that drives it.
+        planned: Planning model of its drive.
     """
     pieces = np.array([piece for section in sections for piece in section.path.pieces], dtype=np.float64)
     ends = np.cumsum(pieces[:, 0])

@@ -1,1 +1,1 @@
-"""Pictures of a plan."""
+"""Plots of a plan: path, speed, curvature and actuators."""

@@ -41,6 +41,13 @@ def plot_plan(
     `colour` is "plain" (one colour for lines, one for transitions), "speed" or "curvature" (the robot's path by its
     value, thick while painting); `vehicle` is the one that was planned for.
 
+    Args:
+        plan: Plan to draw.
+        template: Template of the plan.
+        path: File to write.
+        colour: "plain", "speed" or "curvature".
+        vehicle: Vehicle of the plan; None: the default one.
+
     Raises:
         ValueError: There is no such format.
         OSError: The file cannot be written.

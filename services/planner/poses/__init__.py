@@ -1,1 +1,1 @@
-"""Paths between two poses, such as from where the robot stands to a goal, and laws of when it is where along them."""
+"""Paths between two poses, such as from the robot's pose to a goal, and speed laws along them."""

@@ -125,6 +125,12 @@ def made_of_clothoids(start: PathPose, curve: CubicCurve, tangent_m: float, tigh
     """Approximate a cubic curve by clothoids, driven backward if `tangent_m` is negative; None if it takes too many.
 
     They are within NEAR_M of it, with a curvature of at most `tightest_1pm`.
+
+    Args:
+        start: Start of the path (m, rad).
+        curve: Cubic curve.
+        tangent_m: Length of its first tangent; negative: driven backward.
+        tightest_1pm: Maximum curvature of the clothoids.
     """
     sense = 1 if tangent_m > 0.0 else -1
     cells = CELLS_LEAST

@@ -1,1 +1,1 @@
-"""The route: run-in, swaths with the transitions between them, and run-out."""
+"""Route: run-in, swaths with the transitions between them, and run-out."""

@@ -1,1 +1,1 @@
-"""The route as lines and arcs, which is all that the robot executes."""
+"""Segments: the route as lines and arcs, which is all that the robot executes."""

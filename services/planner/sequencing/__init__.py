@@ -1,1 +1,1 @@
-"""The order in which segments are painted, and which way round: the least time, and wheels off wet paint."""
+"""Order and directions in which segments are painted, by time and wet paint."""

@@ -34,7 +34,15 @@ def board_of(tour: Ints, flip: Ints) -> Board:
 
 @borrowing
 def swap(board: Board, i: int, j: int, e: int, flips: bool) -> None:
-    """Move the block j…e before the block i…j−1, flipped or not."""
+    """Move the block j…e before the block i…j−1, flipped or not.
+
+    Args:
+        board: Board of the tour, changed in place.
+        i: First position of the first block.
+        j: First position of the second block.
+        e: Last position of the second block.
+        flips: Whether the block j…e is flipped.
+    """
     tour, flip, scratch = board.tour, board.flip, board.scratch
     moved = e - j + 1
     for k in range(moved):
@@ -46,7 +54,15 @@ def swap(board: Board, i: int, j: int, e: int, flips: bool) -> None:
 
 @borrowing
 def put_behind(board: Board, i: int, j: int, e: int, flips: bool) -> None:
-    """Move the block i…j−1 after the block j…e, flipped or not."""
+    """Move the block i…j−1 after the block j…e, flipped or not.
+
+    Args:
+        board: Board of the tour, changed in place.
+        i: First position of the first block.
+        j: First position of the second block.
+        e: Last position of the second block.
+        flips: Whether the block i…j−1 is flipped.
+    """
     tour, flip, scratch = board.tour, board.flip, board.scratch
     moved = j - i
     for k in range(moved):

@@ -68,7 +68,14 @@ class Wheels:
         return Contacts(self.contacts, self.half_width_m, self.drying_s, step_m)
 
     def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> Ints:
-        """Number of crossings of each of the `painted` lines (rows) on a path that is driven from `begun_s` on."""
+        """Number of crossings of each of the `painted` lines (rows) on a path that is driven from `begun_s` on.
+
+        Args:
+            path: Path of the robot's centre (m, map frame).
+            begun_s: Time at which it begins.
+            seconds: Its duration.
+            painted: (n, 7) rows of painted lines.
+        """
         if not len(painted) or not path.length_m:
             return np.zeros(len(painted), dtype=np.int64)
         station = np.linspace(0.0, path.length_m, 2 + math.ceil(path.length_m / STEP_M))

@@ -1,1 +1,1 @@
-"""Sharing a template among several robots: which of them paints which swaths."""
+"""Division of a template among several robots."""

@@ -46,7 +46,13 @@ def strips(grounds: Grounds, shares: Sequence[float], angle_rad: float, overlap_
 
 
 def parts_in(grounds: Grounds, strip: shapely.Polygon, least_m: float) -> Grounds:
-    """Ground within a strip, without pieces that are narrower than `least_m` everywhere."""
+    """Ground within a strip, without pieces that are narrower than `least_m` everywhere.
+
+    Args:
+        grounds: Ground by area id (m, map frame).
+        strip: Strip (m, map frame).
+        least_m: Minimum width of a piece; 0: all pieces.
+    """
     found = {name: wide_parts(as_area(intersection(ground, strip)), least_m) for name, ground in grounds.items()}
     return {name: part for name, part in found.items() if not part.is_empty}
 

@@ -1,1 +1,1 @@
-"""Speed along the path within the limits of the wheels (TOPP), and what is actuated when."""
+"""Speed along the path within the limits of the drive (TOPP), and switching of the tool."""

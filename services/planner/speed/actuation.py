@@ -35,6 +35,11 @@ def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, v
     Valve and discs are commanded ahead of a line by their delays; the discs stay down until its end. A vehicle that
     does not paint has no switches.
 
+    Args:
+        painted: Painted stretches in driving order.
+        speeds: Speeds along what is sent.
+        vehicle: Vehicle with its delays.
+
     Raises:
         PlanningError: A line takes less time than the valve needs.
     """

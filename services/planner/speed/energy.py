@@ -18,7 +18,14 @@ MOST_STEPS = 500_000
 
 
 def battery_wh(sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, drive: PlannedDrive) -> float:
-    """Energy of a whole plan (Wh)."""
+    """Energy of a whole plan (Wh).
+
+    Args:
+        sent: Lines and arcs of the plan.
+        speeds: Speeds along them.
+        vehicle: Vehicle with its battery and tank.
+        drive: Planning model of its drive.
+    """
     step_s = max(STEP_S, speeds.total_time_s / MOST_STEPS)
     station_m, speed_mps, spinning_radps = _over_time(speeds, step_s)
     mass_kg = _mass_kg(station_m, sent, speeds, vehicle)

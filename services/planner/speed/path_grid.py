@@ -40,7 +40,14 @@ class PathGrid:
 
 
 def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterable[float], limits: Limits) -> PathGrid:
-    """Divide all sections into cells, with additional borders at the arc lengths `borders_m` (as sent)."""
+    """Divide all sections into cells, with additional borders at the arc lengths `borders_m` (as sent).
+
+    Args:
+        sections: Ideal curve.
+        sent: Lines and arcs that approximate it.
+        borders_m: Additional borders (arc length as sent).
+        limits: Limits of the plan.
+    """
     pieces = [piece for section in sections for piece in section.path.pieces]
     table = np.array([piece[:3] for piece in pieces])
     ends = np.cumsum(table[:, 0])

@@ -108,6 +108,12 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits, en
     The borders of `steady` stretches are borders of the course; they may overlap each other. A steady stretch that
     cannot hold its speed throughout is driven more slowly throughout.
 
+    Args:
+        course: Cells of the path.
+        steady: Stretches of constant speed.
+        limits: Limits of the plan.
+        entry_mps: Speed at which the robot enters the path (m/s).
+
     Raises:
         PlanningError: A steady stretch begins or ends at standstill.
     """

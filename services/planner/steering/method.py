@@ -78,7 +78,13 @@ def before(goal: PathPose, pieces: tuple[Piece, ...]) -> PathPose:
 
 
 def extension(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:
-    """Extension of the painted curve from `start` to `goal`, as in a dashed line; None if there is none this short."""
+    """Extension of the painted curve from `start` to `goal`, as in a dashed line; None if there is none this short.
+
+    Args:
+        start: End of the painted curve.
+        goal: Beginning of the next painted curve.
+        length_max_m: Maximum length of the extension.
+    """
     curvature = start.curvature_1pm
     chord, turn = goal.pose.seen_from(start.pose)
     length = 0.0 if abs(chord) <= ON_EXTENSION else _length_to(chord, curvature)

@@ -93,6 +93,12 @@ def plain_lengths(starts: Floats, goals: Floats, curvature_max_1pm: float, *, tu
 
     Both are rows of x (m), y (m) and heading (rad); further columns are ignored. `turn_weight` multiplies the length
     of turns, also in the choice of words (see `word_lengths`).
+
+    Args:
+        starts: (n, 3 or more) x (m), y (m), heading (rad).
+        goals: (m, 3 or more) the same.
+        curvature_max_1pm: Curvature of the turns.
+        turn_weight: Factor on the length of turns.
     """
     out = np.empty((len(starts), len(goals)))
     tables = (np.ascontiguousarray(rows[:, :3], dtype=np.float64) for rows in (starts, goals))

@@ -1,1 +1,1 @@
-"""From a template's lines to swaths: what is painted in one go, and the path of the robot's centre for it."""
+"""Swaths: lines that are painted without a break, and the paths of the robot's centre along them."""

@@ -1,1 +1,1 @@
-"""The fastest transition between two swaths, of those that the steering method offers."""
+"""Fastest transitions between swaths by a steering method."""

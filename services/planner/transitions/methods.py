@@ -122,7 +122,14 @@ class PaddedPricing:
 
 
 def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
-    """Find the quickest words, or also short hops, for pairs (n, 2) of ends and beginnings of `transition_rows`."""
+    """Find the quickest words, or also short hops, for pairs (n, 2) of ends and beginnings of `transition_rows`.
+
+    Args:
+        rows: Rows by `transition_rows`.
+        limits: Limits of the plan.
+        pairs: (n, 2) numbers of an end and a beginning.
+        hops: Whether short hops are included.
+    """
     found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
     return Priced(transition_times(rows, limits.caps, pairs, hops, found), *found)
 

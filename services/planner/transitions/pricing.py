@@ -54,7 +54,13 @@ def end_rows(ends: Sequence[CurveEnd]) -> Floats:
 
 
 def rough_plain_s(transitions: TransitionFamily, starts: Floats, goals: Floats) -> Floats:
-    """Seconds (n, m) of plain Dubins paths between rows of x (m), y (m), heading (rad), at steady speeds."""
+    """Seconds (n, m) of plain Dubins paths between rows of x (m), y (m), heading (rad), at steady speeds.
+
+    Args:
+        transitions: Transitions of the method in use.
+        starts: (n, 3 or more) x (m), y (m), heading (rad).
+        goals: (m, 3 or more) the same.
+    """
     tables = [
         plain_lengths(starts, goals, turns.curvature_1pm, turn_weight=turn_weight(transitions, turns))
         for turns in transitions.turns

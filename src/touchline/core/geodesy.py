@@ -1,4 +1,4 @@
-"""Local east-north-up ↔ WGS 84, exact both ways.
+"""Local east-north-up ↔ WGS 84, exact in both directions.
 
 Both directions go through earth-centred coordinates, so a point of the tangent plane maps to its true latitude,
 longitude and height. The geodetic latitude is found by Bowring's iteration (B. R. Bowring, "Transformation from

@@ -64,7 +64,13 @@ def headings_rad() -> list[float]:
 
 
 def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:
-    """Ground inside a boundary and off kept-out shapes, by a margin; corners stay corners."""
+    """Ground inside a boundary and off kept-out shapes, by a margin; corners stay corners.
+
+    Args:
+        boundary: Boundary (m, map frame).
+        kept_out: Shapes to keep off (m, map frame).
+        margin_m: Minimum clearance.
+    """
     if margin_m:
         boundary = buffer(boundary, -margin_m, join_style="mitre")
         kept_out = [buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
@@ -72,7 +78,13 @@ def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin
 
 
 def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
-    """Positions of a body's origin, which lies inside it, at a heading with the whole body on free ground."""
+    """Positions of a body's origin, which lies inside it, at a heading with the whole body on free ground.
+
+    Args:
+        free: Free ground (m, map frame).
+        outline: Corners of the body, in its own frame (m).
+        heading_rad: Heading of the body, from +x of the map frame.
+    """
     return _places(free, tuple(outline), heading_rad)
 
 

@@ -38,6 +38,12 @@ def biarcs(start: Complexes, leave: Complexes, end: Complexes, arrive: Complexes
     """Two arcs each (n, 2, 5) (for a line the second has no length), and whether a forward biarc exists (n,).
 
     With legs of equal length d: |v|² − 2d v·(t₀ + t₁) − 2d²(1 − t₀·t₁) = 0, where v joins the ends.
+
+    Args:
+        start: (n,) start points (m).
+        leave: (n,) unit tangents there.
+        end: (n,) end points (m).
+        arrive: (n,) unit tangents there.
     """
     v = end - start
     a = 2.0 * (1.0 - (leave * arrive.conj()).real)

@@ -38,7 +38,13 @@ def sampled(piece: Piece, count: int) -> Floats:
 
 
 def apart_m(drawn: Sequence[Curve], painted: Sequence[Curve], most: int = SAMPLES) -> tuple[float, tuple[float, float]]:
-    """Maximum deviation between two sets of curves, in either direction, m, and its position (x, y)."""
+    """Maximum deviation between two sets of curves, in either direction, m, and its position (x, y).
+
+    Args:
+        drawn: Curves of the drawing.
+        painted: Curves of the template.
+        most: Maximum number of samples of a curve.
+    """
     worst, where = 0.0, (0.0, 0.0)
     for these, those in ((drawn, painted), (painted, drawn)):
         known = set(those)

@@ -13,6 +13,11 @@ def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]
 
     Short ones that together lead further than ``least_m`` become a line; a closed chain stays closed. The chain keeps
     its beginning and its end. Curves without a short neighbour do not change.
+
+    Args:
+        curves: Connected curves.
+        closed: Whether the last one ends where the first one begins.
+        least_m: Minimum length of a curve.
     """
     if all(curve.length_m >= least_m for curve in curves):
         return list(curves)

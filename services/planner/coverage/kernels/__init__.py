@@ -1,1 +1,1 @@
-"""Compiled: the raster of what is covered, and the search for ways from stroke to stroke on it."""
+"""Compiled: raster of covered ground, and search for transitions between strokes."""

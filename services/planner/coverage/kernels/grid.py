@@ -29,7 +29,7 @@ BLOCK = 8
 # Increments of x (m), y (m) and the heading (rad) in a step.
 Steps = tuple[float, float, float]
 Place = tuple[float, float]
-# First row, row behind the last one, first column, column behind the last one.
+# First row, row after the last one, first column, column after the last one.
 Box = tuple[int, int, int, int]
 
 
@@ -109,7 +109,7 @@ def any_open(box: Box, grid: PassGrid) -> bool:
     """True if any cell is still to be covered in the blocks that touch a box.
 
     Args:
-        box: First row, row behind the last one, first column, column behind the last one.
+        box: First row, row after the last one, first column, column after the last one.
         grid: Raster.
     """
     if box[0] >= box[1] or box[2] >= box[3]:

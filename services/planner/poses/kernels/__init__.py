@@ -1,1 +1,1 @@
-"""Compiled: cubic curves and the choice among them, turn-line-turn, paths to a point, and whether a law fits."""
+"""Compiled: cubic curves and the choice among them, turn-line-turn, paths to a point, and checks of speed laws."""
