@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any, get_args
 
 import annotated_types
-import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
@@ -35,7 +34,6 @@ LIMITS = {
         ("uint64", 8, True),
     )
 }
-all_models = pytest.mark.parametrize("kind", list(MODELS.values()), ids=list(MODELS))
 
 
 def fields(ros_type: str) -> list[tuple[str, Any]]:

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from rosbags.interfaces import Nodetype
 
-from tests.schemas.any_message import all_models, fields, models, quick
+from tests.schemas.any_message import MODELS, fields, models, quick
 from touchline.schemas import messages
 from touchline.schemas.cdr import NUMPY_CODES, decode, encode, typestore
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import Message
+from touchline.schemas.wellformed import Wellformed
 
 
 def native(description: Any, value: Any) -> Any:
@@ -31,33 +32,43 @@ def native(description: Any, value: Any) -> Any:
     return [native(inner, item) for item in value]
 
 
-@all_models
-@quick(8)
-@given(data=st.data())
-def test_a_message_is_encoded_as_by_rosbags_and_no_part_of_it_is_one(kind: type[Message], data: st.DataObject) -> None:
-    message = data.draw(models(kind))
-    payload = encode(message)
-    own = native((Nodetype.NAME, kind.ros_type), message)
-    assert payload == bytes(typestore().serialize_cdr(own, kind.ros_type))
-    assert decode(kind, payload) == message
-    with pytest.raises(PayloadError):
-        decode(kind, payload[: data.draw(st.integers(0, len(payload) - 1))])
-
-
-@all_models
 @quick(10)
 @given(data=st.data())
-def test_damaged_bytes_give_a_message_or_a_payload_error(kind: type[Message], data: st.DataObject) -> None:
-    payload = bytearray(encode(data.draw(models(kind))))
-    for position in data.draw(st.lists(st.integers(4, len(payload) - 1), max_size=4)) if len(payload) > 4 else []:
-        payload[position] = data.draw(st.integers(0, 255))
-    for damaged in (bytes(payload), bytes(payload[:4]) + data.draw(st.binary(max_size=200))):
-        try:
-            message = decode(kind, damaged)
-        except PayloadError as error:
-            assert str(error).startswith(kind.ros_type)
-        else:
-            assert encode(message)[:4] == b"\0\1\0\0"
+def holds_for_any(kind: type[Message], form: Wellformed, data: st.DataObject) -> None:
+    """A message of a type is encoded as by rosbags; its parts are none, and other bytes are one or a payload error."""
+    message = data.draw(models(kind))
+    payload = encode(message)
+    assert payload == bytes(typestore().serialize_cdr(native((Nodetype.NAME, kind.ros_type), message), kind.ros_type))
+    assert decode(kind, payload) == message
+    assert form.problem(payload) == ""
+    assert form.problem(payload) == ""
+    places = st.integers(0, len(payload) - 1)
+    cut = payload[: data.draw(places)]
+    assert problem(kind, cut) and form.problem(cut)
+    changes = data.draw(st.lists(st.tuples(places, st.integers(0, 255)), max_size=6))
+    damaged = bytearray(payload)
+    for place, value in changes:
+        one = payload[:place] + bytes([value]) + payload[place + 1 :]
+        assert bool(form.problem(one)) == bool(problem(kind, one))
+        damaged[place] = value
+    for other in (bytes(damaged), payload[:4] + data.draw(st.binary(max_size=200))):
+        assert bool(form.problem(other)) == bool(problem(kind, other))
+
+
+def problem(kind: type[Message], payload: bytes) -> str:
+    """What is wrong with a payload; empty if it can be decoded."""
+    try:
+        message = decode(kind, payload)
+    except PayloadError as error:
+        assert str(error).startswith(kind.ros_type)
+        return str(error)
+    assert encode(message)[:4] == b"\0\1\0\0"
+    return ""
+
+
+def test_the_codec_and_what_is_taken_for_a_message_agree_with_rosbags() -> None:
+    for kind in MODELS.values():
+        holds_for_any(kind, Wellformed(kind))
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0", b"\xff\xff\0\0abcd", b"\0\3\0\0", bytes(40_000_000)], ids=len)

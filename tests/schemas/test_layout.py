@@ -23,13 +23,17 @@ def has_flat_numbers(kind: type[Message]) -> bool:
         return False
 
 
-FLAT = {name: kind for name, kind in MODELS.items() if has_flat_numbers(kind)}
+FLAT = [kind for kind in MODELS.values() if has_flat_numbers(kind)]
 
 
-@pytest.mark.parametrize("kind", list(FLAT.values()), ids=list(FLAT))
+def test_a_fixed_layout_packs_what_encode_encodes() -> None:
+    for kind in FLAT:
+        packs_any(kind)
+
+
 @quick(8)
 @given(data=st.data())
-def test_a_fixed_layout_packs_what_encode_encodes(kind: type[Message], data: st.DataObject) -> None:
+def packs_any(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(models(kind))
     leaves = [(path, primitive, count, leaf(message, path)) for path, primitive, count in flat_fields(kind.ros_type)]
     strings = {
