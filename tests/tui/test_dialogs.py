@@ -29,6 +29,8 @@ SIZES = [
     pytest.param((60, 18), marks=pytest.mark.full),
     (40, 12),
 ]
+#: Below, there is room for one row of a dialog, and less than its tallest.
+SEEN = [(120, 40), (80, 24), (60, 18)]
 KEYS = {
     "template": ("t",),
     "plan": ("p",),
@@ -73,7 +75,8 @@ async def opened(pilot: Pilot[None], app: ConsoleApp, dialog: str) -> Screen[obj
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("dialog", KEYS)
-async def test_nothing_lies_over_anything_else(template: Template, dialog: str, size: tuple[int, int]) -> None:
+async def test_nothing_is_hidden(template: Template, dialog: str, size: tuple[int, int]) -> None:
+    """Nothing lies over anything else, and all of a dialog can be scrolled to."""
     app = app_for(dialog, template)
     async with app.run_test(size=size) as pilot:
         screen = await opened(pilot, app, dialog)
@@ -85,54 +88,48 @@ async def test_nothing_lies_over_anything_else(template: Template, dialog: str, 
         for one, other in ((box, row), (box, orders)):
             assert not one.region.overlaps(other.region)
         assert whole.contains_region(box.region)
+        assert_whole_keys(screen.query_one(NoteBar), all_of_them=size[0] >= 80)
+        if dialog != "palette" and size in SEEN:
+            await assert_all_seen(pilot, screen, box)
 
 
-@pytest.mark.parametrize("size", SIZES[:3])
-@pytest.mark.parametrize("dialog", [name for name in KEYS if name != "palette"])
-async def test_all_of_a_dialog_can_be_seen(template: Template, dialog: str, size: tuple[int, int]) -> None:
+def assert_whole_keys(note: NoteBar, *, all_of_them: bool) -> None:
+    items = ["".join((f"  {key} ", text)) for key, text in note._keys]
+    shown = str(note.visual)
+    assert shown in ["".join(items[:count]) for count in range(len(items) + 1)]
+    assert len(shown) <= note.size.width
+    assert not all_of_them or shown == "".join(items)
+
+
+async def assert_all_seen(pilot: Pilot[None], screen: Screen[object], box: Widget) -> None:
     """What does not fit is scrolled to: the box scrolls to the focus, and to its end."""
-    app = app_for(dialog, template)
-    async with app.run_test(size=size) as pilot:
-        screen = await opened(pilot, app, dialog)
-        box, _, _ = parts(screen)
-        seen = set[Widget]()
-        wanted = {each for each in box.walk_children(Widget) if each.focusable}
-        for each in wanted:
-            screen.set_focus(each)
-            await pilot.pause()
-            box.scroll_to_widget(each, animate=False)
-            await pilot.pause()
-            seen |= {each} if box.scrollable_content_region.overlaps(each.region) else set()
-        assert wanted == seen
-        box.scroll_end(animate=False)
+    seen = set[Widget]()
+    wanted = {each for each in box.walk_children(Widget) if each.focusable}
+    for each in wanted:
+        screen.set_focus(each)
         await pilot.pause()
-        last = [each for each in box.children if each.region.height][-1]
-        assert last.region.bottom <= box.scrollable_content_region.bottom
+        box.scroll_to_widget(each, animate=False)
+        await pilot.pause()
+        seen |= {each} if box.scrollable_content_region.overlaps(each.region) else set()
+    assert wanted == seen
+    box.scroll_end(animate=False)
+    await pilot.pause()
+    last = [each for each in box.children if each.region.height][-1]
+    assert last.region.bottom <= box.scrollable_content_region.bottom
 
 
-@pytest.mark.parametrize("dialog", KEYS)
-async def test_the_note_is_whole_at_80_columns_and_shows_whole_keys_below(template: Template, dialog: str) -> None:
-    for size in ((80, 24), (50, 24), (30, 24)):
-        app = app_for(dialog, template)
-        async with app.run_test(size=size) as pilot:
-            screen = await opened(pilot, app, dialog)
-            note = screen.query_one(NoteBar)
-            items = ["".join((f"  {key} ", text)) for key, text in note._keys]
-            shown = str(note.visual)
-            assert shown in ["".join(items[:count]) for count in range(len(items) + 1)]
-            assert len(shown) <= note.size.width
-            assert size[0] < 80 or shown == "".join(items)
-
-
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-@pytest.mark.parametrize("key", ["down", "pagedown", "end"])
-async def test_the_list_of_keys_scrolls_to_its_last_row(template: Template, key: str, size: tuple[int, int]) -> None:
-    async with console(*scenes.loaded(template), size=size) as (app, _, pilot):
+async def test_the_list_of_keys_scrolls_to_its_last_row(template: Template) -> None:
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, _, pilot):
         await pilot.press("question_mark")
         await until(pilot, lambda: app.screen.query(StopKey))
-        await pilot.press(*[key] * 12)
         box, _, _ = parts(app.screen)
-        await until(pilot, lambda: box.query(Static).last().region.bottom <= box.scrollable_content_region.bottom)
+        last = box.query(Static).last()
+        for key in ("down", "pagedown", "end"):
+            assert last.region.bottom > box.scrollable_content_region.bottom
+            await pilot.press(*[key] * 12)
+            await until(pilot, lambda: last.region.bottom <= box.scrollable_content_region.bottom)
+            await pilot.press("home")
+            await until(pilot, lambda: box.scroll_offset.y == 0)
 
 
 async def choosing(pilot: Pilot[None], app: ConsoleApp) -> OptionList:
