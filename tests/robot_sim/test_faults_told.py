@@ -1,6 +1,7 @@
 """Faults of messages on the topics: whatever becomes of them on their way, what they say stays what it was."""
 
 import json
+from functools import cache
 from itertools import pairwise
 
 import pytest
@@ -31,6 +32,7 @@ KINDS = {
 }
 
 
+@cache
 def said(*faults):
     """(tick, payload) by topic of two and a half seconds, the robot driving and speeding up."""
     emulator = Emulator(Vehicle(), Scenario(faults=faults), onboard=ScriptedOnboard(line_script))
