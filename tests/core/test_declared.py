@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 #: Distributions that a declared one is built on, and brings.
-BROUGHT = {"pynmeagps": "pyubx2", "pydantic_core": "pydantic"}
+BROUGHT = {"llvmlite": "numba", "pynmeagps": "pyubx2", "pydantic_core": "pydantic"}
 #: Loaded by its host alone.
 HOSTS = {"pytest"}
 
@@ -37,7 +37,7 @@ def test_every_package_that_is_imported_is_declared(folder: str) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     declared = named(project["dependencies"])
-    for extra in ("sweep", "parquet", "import", "foxglove"):
+    for extra in ("sweep", "parquet", "import", "foxglove", "research"):
         declared |= named(extras[extra])
     modules = set(imported(folder)) - set(sys.stdlib_module_names) - HOSTS - {"touchline"}
     brought_by = packages_distributions()
