@@ -53,7 +53,11 @@ class AtOnce:
 
 
 def setup(**changes):
-    """Of a shipped robot; what is no field of the scenario is one of the robot's computer."""
+    """Of a shipped robot; what is no field of the scenario is one of the robot's computer.
+
+    A machine that stands still for longer than Zenoh keeps a silent session parts robot and operator.
+    """
+    changes.setdefault("link_timeout_s", 1000.0)
     world = {name: changes.pop(name) for name in Scenario.model_fields if name in changes}
     return Setup(scenario=Scenario(**world), onboard=OnboardConfig(**changes))
 
