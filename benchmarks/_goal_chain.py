@@ -9,7 +9,6 @@ import numpy as np
 
 from touchline.onboard import Onboard
 from touchline.onboard.executive.handover import NotYet, PlanPlace, reference_ahead
-from touchline.onboard.interface import ACTUATORS
 from touchline.schemas.errors import CommandRefused, PlanningError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
@@ -19,7 +18,7 @@ from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.tick_log import COLUMNS, COMMANDED
+from touchline.services.robot_sim.tick_log import columns, commanded
 
 FIELD_M = 5.0
 HEARD_TICKS = 20
@@ -65,7 +64,9 @@ class GoalChain:
             on_its_ground(self.vehicle_name, scenario),
             with_its_own(self.vehicle_name, OnboardConfig(follower=self.follower)),
         )
-        self._runner, self._rows = FastRunner(self.emulator), np.zeros((KEPT_TICKS, COLUMNS))
+        actuators = len(self.vehicle.drive.actuators)
+        self._runner, self._rows = FastRunner(self.emulator), np.zeros((KEPT_TICKS, columns(actuators)))
+        self._commanded = commanded(actuators)
         while not self.emulator.onboard.aligned:
             self.emulator.tick()
 
@@ -95,7 +96,7 @@ class GoalChain:
         until = emulator.tick_count + ticks
         while emulator.active and emulator.tick_count < until:
             self._runner.step(min(until - emulator.tick_count, KEPT_TICKS), rows)
-            kept, last = rows[:, COMMANDED : COMMANDED + ACTUATORS], emulator.command.actuators
+            kept, last = rows[:, self._commanded], emulator.command.actuators
             drive = self.vehicle.drive
             if drive.kind == "differential":
                 fastest = max(np.abs(kept).max(), np.abs(last).max())

@@ -42,6 +42,7 @@ _RECKONING = {
     "fleet",
     "onboard",
     "planner",
+    "plugins",
     "robot_sim",
     "schemas",
     "sharing",

@@ -20,11 +20,11 @@ from touchline.onboard.executive.traversal import (
     EMERGENCY_STOP,
 )
 from touchline.onboard.interface import (
-    STANDSTILL,
     TICKS_PER_S,
     Checkpoint,
     OnboardEvent,
     SensorFrame,
+    standstill,
 )
 from touchline.onboard.trajectory.trajectory import resume_pose
 from touchline.schemas.errors import CommandRefused, SpecError
@@ -50,7 +50,7 @@ from touchline.services.robot_sim.recovery_state import Remains, Totals, restore
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
+from touchline.services.robot_sim.world.world import TruePose, World
 
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
@@ -175,7 +175,7 @@ class Emulator:
         self.tick_count = 0
         self._used = False
         self.frame: SensorFrame | None = None
-        self.command = STANDSTILL
+        self.command = standstill(len(vehicle.drive.actuators))
         self.settled = False
         self._ended_ticks = SETTLE_TICKS
         if scenario.start is not None:
@@ -316,7 +316,7 @@ class Emulator:
 
     def _stand_by(self, tick: int) -> None:
         """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
-        first = Moment(self.world.state.array, NO_EFFECTS.array, self.scenario.seed, self.tick_count + 1)
+        first = Moment(self.world.state.array, self.world.no_effects.array, self.scenario.seed, self.tick_count + 1)
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
         self.faults.step(tick)

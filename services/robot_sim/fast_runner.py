@@ -25,11 +25,8 @@ from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory,
 from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
-from touchline.onboard.interface import (
-    ACTUATORS,
-)
 from touchline.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
-from touchline.onboard.tracking_state import NOW
+from touchline.onboard.tracking_state import COMMAND
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
 from touchline.services.robot_sim.estimator_error import enter_error
@@ -48,7 +45,7 @@ Integers = NDArray[np.int64]
 
 ASKING: Final = 3  # a stage more than the emulator's: the follower is to be asked
 
-UNLOGGED: Final[Rows] = np.zeros((0, tick_log.COLUMNS))
+UNLOGGED: Final[Rows] = np.zeros((0, 0))
 """Rows for ticks that nobody wants to be kept."""
 
 RETRY_TICKS: Final = 10
@@ -96,7 +93,7 @@ class Pursuit(NamedTuple):
         lead: Row of the path ahead; negative if another follower is asked outside.
         limits: That it keeps to.
         memory: (1,) of the follower.
-        twist: (2 + ACTUATORS,) what it, or the other, answers; see `nominal_tick.actuate`.
+        twist: (2 + actuators,) what it, or the other, answers; see `nominal_tick.actuate`.
     """
 
     lead: int
@@ -128,7 +125,7 @@ class Books(NamedTuple):
         paint: Of the ledger.
         track: Rows and count of the `Track`, with room for all these ticks.
         error: Sums of the estimator's error.
-        rows: (n, tick_log.COLUMNS) in which the ticks are kept, if n > 0.
+        rows: (n, tick_log.columns) in which the ticks are kept, if n > 0.
     """
 
     paint: PaintArrays
@@ -308,8 +305,9 @@ class FastRunner:
         self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._progress = TickProgress()
         self._fix = ReceivedFix.row(1)
-        self._twist: Floats = np.full(2 + ACTUATORS, np.nan)
-        self._saved: Floats = np.zeros(NOW)
+        count = len(emulator.vehicle.drive.actuators)
+        self._twist: Floats = np.full(2 + count, np.nan)
+        self._saved: Floats = np.zeros(COMMAND + count)
         self._not_before = 0
         self._code: Callable[..., None] | None = None  # `run_nominal_ticks` for the types of its arguments
         self._guided_code: Callable[..., None] | None = None
@@ -327,7 +325,7 @@ class FastRunner:
     def step(self, most: int, rows: Rows) -> int:
         """Let 1 to `most` ticks pass: nominal ones, and at the end perhaps one that is not; returns how many.
 
-        The nominal ones are kept in `rows`, (`most`, tick_log.COLUMNS) or none at all.
+        The nominal ones are kept in `rows`, (`most`, tick_log.columns) or none at all.
         """
         emulator = self._emulator
         first = emulator.tick_count

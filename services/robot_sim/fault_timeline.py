@@ -66,7 +66,7 @@ class FaultTimeline:
             SpecError: A fault is of an actuator that the drive does not have.
         """
         self._names = tuple(actuator.name for actuator in drive.actuators)
-        self.effects = Effects()
+        self.effects = Effects.sized(len(self._names))()
         self._entries: list[_Entry] = []
         self._active: list[_Entry] = []
         self._next_change = math.inf

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from touchline.onboard import Onboard
 from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, ComputerState
 from touchline.onboard.estimation.filter import Estimator, Gathered
-from touchline.onboard.interface import ACTUATORS, Command
-from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.onboard.interface import ANGLES, Command
+from touchline.schemas.errors import SpecError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.sensors.receiver import FIXED
@@ -66,8 +66,17 @@ _MOST_BYTES: Final = 4_000_000
 _MOST_FIELDS: Final = 1000
 
 
-class DamagedState(TouchlineError):
-    """A recorded state that is none, or not of such a robot."""
+class DamagedState(SpecError):
+    """A recorded state that is none, or not of such a robot.
+
+    Args:
+        field: Of the state, that is wrong; empty for all of it.
+        problem: What is wrong, as a predicate.
+    """
+
+    def __init__(self, field: str, problem: str) -> None:
+        remedy = "check a recording that has another, or record the session anew"
+        super().__init__("the robot's state at the job's begin", field, problem, remedy)
 
 
 class RobotParts(NamedTuple):
@@ -142,6 +151,7 @@ class InitialState(NamedTuple):
         Raises:
             DamagedState: It is not that of such a robot.
         """
+        self.check_actuators(len(parts.world.state.angles_rad))
         self._set(parts.fields())
         parts.faults.restore(self.faults, self.tick)
         if isinstance(parts.onboard, Onboard):
@@ -163,8 +173,22 @@ class InitialState(NamedTuple):
             if kept is None:
                 continue  # a field that is newer than the recording stays as at switch-on
             if kept.dtype != field.dtype or kept.shape != field.shape:
-                raise DamagedState(f"{path} is of another kind than today")
+                now, then = (f"{each.dtype} of shape {each.shape[1:]}" for each in (field, kept))
+                raise DamagedState(path, f"is {then}, for such a robot {now} today")
             field[...] = kept
+
+    def check_actuators(self, count: int) -> None:
+        """Check that it is of a robot whose drive has so many actuators.
+
+        Raises:
+            DamagedState: It is not.
+        """
+        told = {"command": len(self.command.actuators)}
+        if (readings := self.fields.get(f"{_TRANSPORT}.readings")) is not None:
+            told[f"{_TRANSPORT}.readings"] = readings.shape[-1] - ANGLES
+        for field, number in told.items():
+            if number != count:
+                raise DamagedState(field, f"has {number} actuators, the vehicle's drive has {count}")
 
     @property
     def arrived(self) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -212,7 +236,7 @@ class InitialState(NamedTuple):
             )
             found._check()
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError, zlib.error, SpecError) as error:
-            raise DamagedState(f"the robot's state at the job's begin cannot be read: {error}") from error
+            raise DamagedState("", f"cannot be read: {error}") from error
         return found
 
     def _check(self) -> None:
@@ -221,8 +245,8 @@ class InitialState(NamedTuple):
         Raises:
             ValueError: For the field that is impossible.
         """
-        if not 0 <= self.tick <= _MOST_COUNT or len(self.command.actuators) != ACTUATORS:
-            raise ValueError("tick or command is impossible")
+        if not 0 <= self.tick <= _MOST_COUNT:
+            raise ValueError("tick is impossible")
         for path, field in self.fields.items():
             whole = field.dtype.kind == "i"
             most: float = self.tick + 1 if "tick" in path or path == f"{_TRANSPORT}.schedule" else _MOST_COUNT

@@ -7,7 +7,7 @@ from typing import Final
 
 from touchline.bus import Bus, CallError
 from touchline.onboard.control import FollowerQuestion, Interrupted
-from touchline.onboard.tracking_state import ALONG
+from touchline.onboard.tracking_state import ALONG, COMMAND
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
@@ -41,7 +41,7 @@ class Lockstep:
             step=self._step,
             first=question.first,
             **dict(zip(NOW_FIELDS, question.now.tolist(), strict=False)),
-            **dict(zip(TIMED_FIELDS, question.now[ALONG:].tolist(), strict=True)),
+            **dict(zip(TIMED_FIELDS, question.now[ALONG:COMMAND].tolist(), strict=True)),
             ahead_speed_mps=question.ahead[:, 0].tolist(),
             ahead_yaw_rate_radps=question.ahead[:, 1].tolist(),
         )

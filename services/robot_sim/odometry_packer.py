@@ -52,13 +52,13 @@ class OdometryPacker:
         self._truth = Records(layouts.ODOMETRY, odometry, STAMP | pose | twist, most)
 
     def estimates(self, rows: Rows) -> Payloads:
-        """The estimates in rows (n, tick_log.COLUMNS)."""
+        """The estimates in rows (n, tick_log.columns)."""
         covariance = (rows[:, columns] for columns in _COVARIANCE.values())
         motion = _motion(rows[:, tick_log.ESTIMATE : tick_log.COVARIANCE])
         return self._estimate.pack(*stamps(rows, tick_log.TICK), *motion, *covariance)
 
     def truths(self, rows: Rows) -> Payloads:
-        """The true poses and speeds in rows (n, tick_log.COLUMNS)."""
+        """The true poses and speeds in rows (n, tick_log.columns)."""
         motion = _motion(rows[:, tick_log.TRUTH : tick_log.SPRAYER])
         return self._truth.pack(*stamps(rows, tick_log.TICK), *motion)
 

@@ -71,7 +71,7 @@ class Samples:
         actuators = vehicle.drive.actuators
         count = len(actuators)
         self._angles = slice(tick_log.READINGS + ANGLES, tick_log.READINGS + ANGLES + count)
-        self._commanded = slice(tick_log.COMMANDED, tick_log.COMMANDED + count)
+        self._commanded = tick_log.commanded(count)
         noise = scenario.effective().imu
         gyro, accel = (noise.gyro_density_radps_rthz**2) * TICKS_PER_S, (noise.accel_density_mps2_rthz**2) * TICKS_PER_S
         imu = layouts.IMU.pack(
@@ -97,14 +97,14 @@ class Samples:
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
     def told_before(self, row: Rows) -> None:
-        """Take for told what the last tick's row, (tick_log.COLUMNS,), has to say of the sprayer."""
+        """Take for told what the last tick's row, (tick_log.columns,), has to say of the sprayer."""
         self._sprayer = row[np.newaxis, tick_log.SPRAYER : tick_log.TANK_L]
 
     def series(self, rows: Rows, positions: Sequence[Placed]) -> list[Series]:
         """All that is due in these ticks, which follow one another, in the order of topics within a tick.
 
         Args:
-            rows: (n, tick_log.COLUMNS) of them.
+            rows: (n, tick_log.columns) of them.
             positions: Those that are packed already, with the row of each.
         """
         return [
@@ -119,7 +119,7 @@ class Samples:
     def _of_sensors(self, rows: Rows) -> list[Series]:
         """The samples that arrived, stamped with the time of measurement, and the commands to the actuators."""
         (imu, at_imu), (mag, at_mag), (encoders, at_encoders) = (
-            _arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS)
+            _arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.ESTIMATE)
         )
         rates = self._rates(encoders)
         joints = self._joints.pack(*stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], rates)
@@ -136,7 +136,7 @@ class Samples:
         placed = [
             (row, payload)
             for row in np.flatnonzero(rows[:, tick_log.FIXES]).tolist()
-            for payload in self._position(rows[row, tick_log.REPORT :].tolist())
+            for payload in self._position(rows[row, tick_log.REPORT : tick_log.READINGS].tolist())
         ]
         placed = sorted([*placed, *packed], key=lambda each: each[0])
         of_topic: dict[Topic, list[tuple[int, bytes]]] = {}
@@ -158,7 +158,7 @@ class Samples:
         """
         before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
         angles = encoders[:, self._angles]
-        rates: Floats = (angles - self._history[before, ANGLES : ANGLES + angles.shape[1]]) * TICKS_PER_S
+        rates: Floats = (angles - self._history[before, ANGLES:]) * TICKS_PER_S
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[Series]:

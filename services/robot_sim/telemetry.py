@@ -165,7 +165,8 @@ class Telemetry:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
         self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, _MOST_HELD)
-        self._log: Rows = np.zeros((_MOST_HELD, tick_log.COLUMNS))
+        self._columns = tick_log.columns(len(emulator.vehicle.drive.actuators))
+        self._log: Rows = np.zeros((_MOST_HELD, self._columns))
         self._held = 0
         self._positions: list[Placed] = []
         self._low_rate: list[Placed] = []
@@ -198,7 +199,7 @@ class Telemetry:
     def go_on(self) -> None:
         """Tell on from where an emulator has been restored, of which another `Telemetry` has told all so far."""
         if self._emulator.tick_count:
-            row = np.zeros(tick_log.COLUMNS)
+            row = np.zeros(self._columns)
             self._note(row)
             self._samples.told_before(row)
 
@@ -210,7 +211,7 @@ class Telemetry:
         """
         if self._emulator.active:
             return []
-        emulator, row = self._emulator, np.zeros(tick_log.COLUMNS)
+        emulator, row = self._emulator, np.zeros(self._columns)
         self._note(row)
         told = self._levels(row)
         if emulator.onboard.aligned:
@@ -236,7 +237,7 @@ class Telemetry:
 
     @property
     def rows(self) -> Rows:
-        """(at least MOST_TICKS, tick_log.COLUMNS) where the nominal ones among the next ticks are to be kept."""
+        """(at least MOST_TICKS, tick_log.columns) where the nominal ones among the next ticks are to be kept."""
         return self._log[self._held :]
 
     @property
@@ -353,7 +354,7 @@ class Telemetry:
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
         transport = sensors.transport
         tick_log.note(row, tick, emulator.world.state.array, transport.readings, held(command))
-        row[tick_log.MEASURED : tick_log.READINGS] = np.where(transport.arrived, transport.measured_tick, -1)
+        row[tick_log.MEASURED : tick_log.ESTIMATE] = np.where(transport.arrived, transport.measured_tick, -1)
         *estimate, covariance, twist_covariance = emulator.onboard.estimate
         row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate
         row[tick_log.COVARIANCE : tick_log.TWIST_COVARIANCE] = covariance
@@ -369,7 +370,7 @@ class Telemetry:
 
     def supplies(self) -> list[Payload]:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
-        row = np.zeros(tick_log.COLUMNS)
+        row = np.zeros(self._columns)
         self._note(row)
         told = self._levels(row)
         self.digest.add(told)

@@ -18,9 +18,7 @@ from touchline.services.robot_sim.world.physics import HeldCommand
 
 TICK: Final = 0
 MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
-READINGS: Final = 4  # of the three, as in `interface`
-COMMANDED: Final = READINGS + interface.READINGS  # of the drive's actuators, in their order and units
-ESTIMATE: Final = COMMANDED + interface.ACTUATORS  # east, north, heading, speed, yaw rate
+ESTIMATE: Final = 4  # east, north, heading, speed, yaw rate
 SPEED: Final = ESTIMATE + 3
 COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
@@ -35,9 +33,20 @@ ELAPSED_S: Final = CONSISTENCY + len(interface.Consistency._fields)  # in the tr
 STOP: Final = ELAPSED_S + 1  # east, north of where it would stand: as ELAPSED_S, every WHEREABOUTS_TICKS
 FIXES: Final = STOP + 2  # position reports that arrived: 0 or 1
 REPORT: Final = FIXES + 1  # it, as in `position_report`
-COLUMNS: Final = REPORT + position_report.COLUMNS
+READINGS: Final = REPORT + position_report.COLUMNS  # of the three sensors, as in `interface`, then what is commanded
 
 Rows = NDArray[np.float64]
+
+
+def commanded(actuators: int) -> slice:
+    """Columns of what is commanded of so many actuators of a drive, in their order and units."""
+    first = READINGS + interface.ANGLES + actuators
+    return slice(first, first + actuators)
+
+
+def columns(actuators: int) -> int:
+    """How many there are of a robot whose drive has so many actuators."""
+    return READINGS + interface.ANGLES + 2 * actuators
 
 
 def period(topic: Topic) -> int:
@@ -62,7 +71,7 @@ def note(
     """Fill in a tick, but for what the onboard computer knows and the position report; every sample is of this tick.
 
     Args:
-        row: (COLUMNS,) filled: SI units, map frame, but readings in the body's.
+        row: (`columns`,) filled: SI units, map frame, but readings in the body's.
         tick: This tick.
         states: (1,) the body's at its end.
         readings: (interface.READINGS,) of the sensors.
@@ -70,10 +79,10 @@ def note(
     """
     state = states[0]
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
-    for column in range(interface.READINGS):
+    for column in range(len(readings)):
         row[READINGS + column] = readings[column]
-    for actuator in range(interface.ACTUATORS):
-        row[COMMANDED + actuator] = command.actuators[actuator]
+    for actuator in range(len(command.actuators)):
+        row[READINGS + len(readings) + actuator] = command.actuators[actuator]
     row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state.east_m, state.north_m, state.heading_rad
     row[TRUTH + 3], row[TRUTH + 4] = state.speed_mps, state.yaw_rate_radps
     row[SPRAYER], row[SPRAYER + 1] = 1.0 if command.valve else 0.0, 1.0 if state.valve_open else 0.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from touchline import onboard
 from touchline.core.compilations import Step, run_steps
-from touchline.onboard.interface import STANDSTILL
+from touchline.onboard.interface import standstill
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.setup import Setup
@@ -52,7 +52,7 @@ def warm_up(
 
 def _world(setup: Setup) -> World:
     world = World(setup.vehicle, setup.scenario)
-    world.step(STANDSTILL, 1)
+    world.step(standstill(len(setup.vehicle.drive.actuators)), 1)
     return world
 
 

@@ -1,7 +1,11 @@
 """Recordings of later jobs of a robot whose services stay up: each is checked from the state that it began in."""
 
+import base64
 import json
+import math
+import zlib
 
+import numpy as np
 import pytest
 
 from tests.checking.day_of_jobs import Day, write
@@ -10,7 +14,7 @@ from tests.checking.test_mutations import MUTATIONS
 from touchline.checking.check_session import check_recording, update_recording
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.messages import String
+from touchline.schemas.messages import ActuatorCommand, String
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
@@ -199,7 +203,6 @@ def test_another_state_is_a_difference(day, tmp_path):
         {"tick": -1},
         {"fields": [["transport.pending_count", "<i8", [1]]], "fields_zlib": "eJz7/58OAABYBwP9"},
         {"fields_zlib": "AAAA"},
-        {"command": [[0.0], False, False, 0.0]},
         {"faults": [[1, None, {"kind": "none"}]]},
         {"gathered": [1]},
     ],
@@ -212,3 +215,56 @@ def test_a_state_that_is_none_is_refused_in_a_line(day, tmp_path, damage):
     (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
     assert not one.passed
     assert "state at the job's begin" in one.problem
+
+
+def of_one_actuator(state, array):
+    """The state with one column of an array less, as of a drive with one actuator."""
+    fields, data = [], zlib.decompress(base64.b64decode(state["fields_zlib"]))
+    at, kept = 0, b""
+    for path, kind, shape in state["fields"]:
+        size = np.dtype(kind).itemsize * math.prod(shape)
+        field = np.frombuffer(data[at : at + size], kind).reshape(shape)
+        at += size
+        if path == array:
+            field = field[..., :-1]
+        fields.append((path, kind, field.shape))
+        kept += field.tobytes()
+    return {"fields": fields, "fields_zlib": base64.b64encode(zlib.compress(kept)).decode()}
+
+
+@pytest.mark.parametrize(
+    "field",
+    [
+        "command",
+        "transport.readings",
+        "transport.history",
+        "body.angles_rad",
+        "fast.phase_rad",
+        "computer.buffer.measured",
+    ],
+)
+@pytest.mark.parametrize("part", [None, "estimator"])
+def test_a_state_of_another_number_of_actuators_is_refused_and_the_field_named(day, tmp_path, field, part):
+    told = day.recorded_from(day.begins[3])
+    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
+    state = json.loads(decode(String, told[at][1]).data)
+    command = {"command": [[0.0], False, False, 0.0]}
+    state |= command if field == "command" else of_one_actuator(state, field)
+    told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
+    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True, only=part)
+    if part and not field.startswith(("command", "transport.readings", "computer")):
+        assert one.passed, (one.problem, str(one.first))  # the estimator asks for nothing of the world
+        return
+    assert not one.passed
+    assert one.problem.startswith(f"the robot's state at the job's begin: {field} "), one.problem
+    assert "\n" not in one.problem
+
+
+def test_commands_of_another_number_of_actuators_are_refused(day, tmp_path):
+    told = day.recorded_from(day.begins[3])
+    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.ACTUATOR_COMMAND)
+    command = decode(ActuatorCommand, told[at][1])
+    one_only = command.model_copy(update={"names": command.names[:1], "values": command.values[:1]})
+    told[at] = topics.ACTUATOR_COMMAND, encode(one_only)
+    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
+    assert "values has 1 numbers, the vehicle's drive has 2 actuators" in one.problem

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
-from touchline.core.records import Record, RecordArray
+from touchline.core.records import OpenLength, Record, RecordArray
 
 
 class Wheel(Record):
@@ -98,3 +98,36 @@ def test_the_copy_of_a_part_is_a_part_of_the_copy() -> None:
     roll(copied.array)
     assert wheel.ticks == 1 and wheel is copied.wheel
     assert robot.wheel.ticks == 0 and robot.pose[1] == 0.0
+
+
+class Legs(Record):
+    reach_m: Annotated[NDArray[np.float64], OpenLength()] = np.ones(1)
+    figures: Annotated[NDArray[np.float64], 2, 3 + OpenLength()]
+    steps: int = -1
+
+
+class Walker(Record):
+    legs: Legs
+    pairs: Annotated[RecordArray[Legs], 2]
+    wheel: Wheel
+
+
+@kernel
+def step(walker: Sequence[Walker]) -> None:
+    for index in range(len(walker[0].legs.reach_m)):
+        walker[0].legs.reach_m[index] += index
+
+
+def test_an_open_length_is_given_when_a_record_is_made() -> None:
+    for count in (1, 4):
+        walker = Walker.sized(count)()
+        assert isinstance(walker, Walker)
+        assert (walker.legs.steps, walker.pairs[1].steps) == (-1, -1)
+        assert walker.legs.figures.shape == (2, 3 + count)
+        step(walker.array)
+        assert walker.legs.reach_m.tolist() == [1.0 + index for index in range(count)]
+        assert deepcopy(walker).legs.reach_m.tolist() == walker.legs.reach_m.tolist()
+    assert Walker.sized(4) is Walker.sized(4)
+    assert Wheel.sized(4) is Wheel
+    with pytest.raises(TypeError, match=r"Walker leaves the length of arrays open; make it by Walker.sized\(length\)"):
+        Walker()

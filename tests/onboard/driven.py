@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.onboard.rig import Rig
+from tests.two_wheels import STANDSTILL
 from touchline.onboard.estimation.filter import Estimator
-from touchline.onboard.interface import STANDSTILL, Command, SensorFrame
+from touchline.onboard.interface import Command, SensorFrame
 
 
 def wander(tick: int) -> Command:

@@ -13,10 +13,10 @@ from functools import cache
 
 import numpy as np
 
+from tests.two_wheels import STANDSTILL
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard import Onboard
 from touchline.onboard.interface import (
-    STANDSTILL,
     TICK_S,
     Command,
     GnssSample,

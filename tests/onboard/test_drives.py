@@ -24,7 +24,7 @@ RADIUS_M, TRACK_M = VEHICLE.drive.wheel_radius_m, VEHICLE.drive.track_width_m
 
 
 def now(slips=(0.0, 0.0), speed_mps=0.0, yaw_rate_radps=0.0) -> np.ndarray:
-    values, x = np.zeros(tracking.NOW), np.zeros(m.STATES)
+    values, x = np.zeros(tracking.COMMAND + 2), np.zeros(m.STATES)
     x[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = slips
     values[tracking.SPEED], values[tracking.YAW_RATE] = speed_mps, yaw_rate_radps
     onboard_drive.effective(DRIVE.figures, x, values)

@@ -12,6 +12,7 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
@@ -19,7 +20,7 @@ from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import bounded
 from touchline.onboard.filter_model import FIX_DOF
-from touchline.onboard.interface import STANDSTILL, Command
+from touchline.onboard.interface import Command
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 

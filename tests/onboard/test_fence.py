@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.onboard.rig import Rig, chain, trajectory
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.geofence import Geofence, beyond_m
-from touchline.onboard.interface import STANDSTILL
 from touchline.onboard.trajectory.path import cut_path
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
@@ -135,7 +135,7 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
 def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float, stops: bool) -> None:
     """Two σ of the heading at the farthest corner, some 80 cm away, are added to the margin."""
     surroundings = fence(margin_m=0.1)
-    robot = ComputerState()
+    robot = ComputerState.sized(2)()
     robot.times.first_tick = 0
     south_m = surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.body.footprint_m) - 0.17
     robot.filter.states[:, m.NORTH] = south_m

@@ -110,7 +110,7 @@ def test_wheel_limits_hold_even_from_a_bad_start(follower: str) -> None:
 
 
 def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
-    now = np.zeros(tracking.NOW)
+    now = np.zeros(tracking.COMMAND + 2)
     now[tracking.EFFECT] = now[tracking.EFFECT + 1] = VEHICLE.drive.wheel_radius_m
     now[tracking.SPEED] = now[tracking.REFERENCE_SPEED] = 1.0
     now[tracking.COMMAND] = now[tracking.COMMAND + 1] = 10.0

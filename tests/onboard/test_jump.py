@@ -16,9 +16,9 @@ import pytest
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.estimation.filter import Estimator
-from touchline.onboard.interface import STANDSTILL
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 

@@ -5,10 +5,11 @@ from collections.abc import Callable
 import pytest
 
 from tests.onboard.rig import Rig, Run, chain, start, trajectory
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import Onboard
 from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.executive.traversal import BY_WATCHDOG
-from touchline.onboard.interface import STANDSTILL, Pause
+from touchline.onboard.interface import Pause
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import PauseStatus, TraversalStatus

@@ -26,7 +26,7 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
     """
     vehicle = Vehicle(tool={"nozzle_x_m": nozzle_x_m})
     follower, drive = make_follower(name, vehicle), drive_of(vehicle)
-    now, ahead = np.zeros(tracking.NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    now, ahead = np.zeros(tracking.COMMAND + 2), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = now[tracking.REFERENCE_SPEED] = 1.0
     now[tracking.EFFECT] = now[tracking.EFFECT + 1] = vehicle.drive.wheel_radius_m
     stay = math.exp(-TICK_S / vehicle.drive.motor_time_constant_s)

@@ -148,7 +148,7 @@ def test_the_valves_delay_spills_onto_no_other_segment() -> None:
 
 
 def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_last_good_drop() -> None:
-    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE, ComputerState())
+    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE, ComputerState.sized(2)())
     place_m = 4.5
     while place_m < 7.2:
         sprayer.step(place_m, 1.0, allowed=True)

@@ -27,7 +27,7 @@ offsets = st.floats(-0.05, 0.05)
 
 
 def now(*, speed_mps: float = 0.0, slip: float = 0.0, offset: float = 0.0, steering: float = 0.0) -> np.ndarray:
-    place, x = np.zeros(tracking.NOW), np.zeros(m.STATES)
+    place, x = np.zeros(tracking.COMMAND + 2), np.zeros(m.STATES)
     x[m.ODOMETRY_ERROR], x[m.ODOMETRY_ERROR + 1] = slip, offset
     onboard_drive.effective(DRIVE.figures, x, place)
     place[tracking.SPEED], place[tracking.COMMAND + 1] = speed_mps, steering

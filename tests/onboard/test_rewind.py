@@ -10,11 +10,12 @@ from scipy.stats import chi2
 
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.drives.onboard_drive import drive_of, strain
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.report import report
-from touchline.onboard.interface import STANDSTILL, Command, SensorFrame
+from touchline.onboard.interface import Command, SensorFrame
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 

@@ -11,10 +11,10 @@ from scipy.integrate import quad
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, wander
 from tests.onboard.rig import Rig
+from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
 from touchline.onboard.estimation import tail
 from touchline.onboard.estimation.filter import Estimator
-from touchline.onboard.interface import STANDSTILL
 from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim.sensors.receiver import white
 

@@ -109,7 +109,7 @@ def test_stopped_and_told_to_go_on_it_begins_where_it_stands(follower: str, stop
 
 def test_the_reference_waits_for_a_robot_that_is_held() -> None:
     """And goes on from rest, once that has come nearer."""
-    computer = ComputerState()
+    computer = ComputerState.sized(2)()
     plan = load_trajectory(trajectory(chain((0.0, 12.0))), Vehicle())
     tracker = PathTracker(plan, Vehicle(), make_follower("regularised", Vehicle()), computer)
     pose, leg = computer.filter.states[0], computer.leg

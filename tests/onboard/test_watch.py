@@ -25,7 +25,7 @@ class Watch:
     """A monitor of a computer with whose estimate all is well, but for these."""
 
     def __init__(self, **wrong: Any) -> None:
-        self.computer = ComputerState()
+        self.computer = ComputerState.sized(2)()
         self.monitor = LocalizationMonitor(self.computer)
         well = {"first_tick": 100, "last_used_stamp_s": NOW_S - 0.1, "fix": fix(), "position_sigma_m": 0.01}
         self.look(TICK, **{**well, "heading_sigma_rad": 0.001, "imu_tick": TICK, "encoder_tick": TICK, **wrong})

@@ -15,11 +15,12 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.world import NO_EFFECTS, World
+from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
 FAULTS = get_args(get_args(Fault)[0])
-STILL = World(VEHICLE, Scenario(noise="none")).state
+AT_REST = World(VEHICLE, Scenario(noise="none"))
+STILL = AT_REST.state
 AHEAD = Command((10.0, 10.0), True, True)
 REST = Command((0.0, 0.0), False, False)
 
@@ -56,7 +57,7 @@ def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
 def lived(scenario, tick):
     """The frame of a tick of a robot that has stood until then."""
     sensors = Sensors(VEHICLE, scenario)
-    stand_by(Moment(STILL.array, NO_EFFECTS.array, scenario.seed, 1), tick - 1, sensors.sensing)
+    stand_by(Moment(STILL.array, AT_REST.no_effects.array, scenario.seed, 1), tick - 1, sensors.sensing)
     return sensors.read(tick, STILL)
 
 

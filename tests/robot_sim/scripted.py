@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from tests.two_wheels import STANDSTILL
 from touchline.onboard.interface import (
-    STANDSTILL,
     Command,
     Consistency,
     Estimate,

@@ -33,8 +33,11 @@ GOAL = PoseGoal(x_m=2.5, y_m=1.0, heading_rad=0.8)
 
 def seen(scenario: Scenario, ticks: int, effects: Effects | None = None) -> list[tuple[int, CameraSample]]:
     """(tick of arrival, pose) of a robot that stands at (1, 2) and faces just short of west."""
-    sensors, state = Sensors(TURTLEBOT, scenario), BodyState(east_m=1.0, north_m=2.0, heading_rad=3.14, up_z=1.0)
-    frames = (sensors.read(tick, state, effects or Effects()) for tick in range(1, ticks + 1))
+    sensors, state = (
+        Sensors(TURTLEBOT, scenario),
+        BodyState.sized(2)(east_m=1.0, north_m=2.0, heading_rad=3.14, up_z=1.0),
+    )
+    frames = (sensors.read(tick, state, effects) for tick in range(1, ticks + 1))
     return [(frame.tick, pose) for frame in frames for pose in frame.camera]
 
 
@@ -74,7 +77,7 @@ def test_without_noise_every_picture_has_the_true_pose() -> None:
 
 
 def test_an_outage_takes_poses_away_and_changes_no_other() -> None:
-    assert seen(Scenario(), 1000, Effects(camera_out=True)) == []
+    assert seen(Scenario(), 1000, Effects.sized(2)(camera_out=True)) == []
     made, plain = emulator("turtlebot2", 1, CameraOutage(kind="camera-outage", start_s=2.0, duration_s=1.0)), emulator()
     for _ in range(200):
         made.tick()

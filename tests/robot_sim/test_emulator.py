@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
-from touchline.onboard.interface import STANDSTILL, Command
+from tests.two_wheels import STANDSTILL
+from touchline.onboard.interface import Command
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve

@@ -34,7 +34,7 @@ LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 
 def inputs(speed_mps=1.0):
     """On the path at this speed."""
-    now, ahead = np.zeros(tracking.NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
+    now, ahead = np.zeros(tracking.COMMAND + 2), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
     now[[tracking.EFFECT, tracking.EFFECT + 1]] = VEHICLE.drive.wheel_radius_m
     now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
     now[[tracking.COMMAND, tracking.COMMAND + 1]] = speed_mps / VEHICLE.drive.wheel_radius_m
@@ -164,7 +164,7 @@ class Answering:
 
 
 def question():
-    now, ahead = np.arange(1.0, tracking.NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
+    now, ahead = np.arange(1.0, tracking.COMMAND + 3), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
     return FollowerQuestion(True, now, ahead)
 
 

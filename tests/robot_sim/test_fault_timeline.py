@@ -36,7 +36,7 @@ def acting(timeline, effect, ticks):
     found = []
     for tick in range(1, ticks + 1):
         timeline.step(tick)
-        if getattr(timeline.effects, effect) != getattr(Effects(), effect):
+        if getattr(timeline.effects, effect) != getattr(Effects.sized(2)(), effect):
             found.append(tick)
     return found
 
@@ -75,7 +75,7 @@ def test_overlapping_faults_add_up_and_end_one_by_one():
         (0.5, 0.6),
         (0.0, 1.0),
     ]
-    assert same(timeline.effects, Effects())
+    assert same(timeline.effects, Effects.sized(2)())
 
 
 def effects_of(*faults):
@@ -261,7 +261,7 @@ def test_a_bad_command_is_refused_with_a_reason_and_changes_nothing(text):
     assert "fault" in answer.message
     assert commands.take() == []
     emulator.tick()
-    assert same(emulator.faults.effects, Effects())
+    assert same(emulator.faults.effects, Effects.sized(2)())
 
 
 def test_what_the_computer_is_told_of_the_body():
@@ -293,5 +293,5 @@ def test_a_fault_of_an_actuator_that_the_vehicle_does_not_have_is_refused():
     with pytest.raises(SpecError, match=r"fault: actuator is 'rear'; give 'left', 'right' or 'all'"):
         timeline.inject(fault("wheel-slip", actuator="rear"), 0)
     timeline.step(1)
-    assert same(timeline.effects, Effects())
+    assert same(timeline.effects, Effects.sized(2)())
     assert timeline.take_events() == []

@@ -58,7 +58,7 @@ def off(robot: Emulator, x_m: float, y_m: float) -> float:
 def drive(robot: Emulator, ticks: int, x_m: float, y_m: float) -> list[tuple[float, float]]:
     """Towards a target, told anew five times a second; where it truly was in every tick."""
     runner, places, first = FastRunner(robot), [], robot.tick_count
-    rows = np.zeros((20, tick_log.COLUMNS))
+    rows = np.zeros((20, tick_log.columns(2)))
     while robot.tick_count < first + ticks:
         if robot.tick_count % 20 == 0:
             tell(robot, robot.tick_count, x_m, y_m)

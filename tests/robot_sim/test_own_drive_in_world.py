@@ -22,7 +22,7 @@ from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.samples import Samples
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.world import NO_EFFECTS, World, held
+from touchline.services.robot_sim.world.world import World, held
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 DRIVE = DrumDrive(max_steering_rate_radps=1e3)
@@ -38,7 +38,7 @@ def drum() -> Iterator[None]:
 def driven(vehicle: Vehicle, command: tuple[float, float], ticks: int, effects=None) -> World:
     world = World(vehicle, QUIET)
     for tick in range(1, ticks + 1):
-        world.step(Command(command, False, False), tick, effects or NO_EFFECTS)
+        world.step(Command(command, False, False), tick, effects)
     return world
 
 
@@ -101,7 +101,7 @@ def test_faults_are_of_its_actuators(fault: str, speed_mps: float, steering_rad:
 
 
 def test_its_actuators_are_named_on_the_wire() -> None:
-    rows = np.zeros((1, tick_log.COLUMNS))
+    rows = np.zeros((1, tick_log.columns(2)))
     tick_log.note(
         rows[0],
         3,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tests.onboard.rig import reversing, start
 from touchline.onboard.control.pursuit_lanes import LanePursuitFollower, LaneState
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.tracking_state import COMMAND, EFFECT, LATERAL, NOW, REFERENCE_SPEED
+from touchline.onboard.tracking_state import COMMAND, EFFECT, LATERAL, REFERENCE_SPEED
 from touchline.onboard.trajectory.path import Leg
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import TraversalStatus
@@ -89,7 +89,7 @@ class Standing:
 def test_it_may_wait_for_the_steering() -> None:
     vehicle = CLAY_ROLLER
     plan = load_trajectory(reversing((1, [(0.25, 4.0)]), (-1, [(0.0, 4.0)])), vehicle)
-    follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
+    follower, now = LanePursuitFollower(vehicle), np.zeros(COMMAND + 2)
     follower.configure(OnboardConfig(lane_pursuit=LanePursuit(steer_first=True, lookahead_m=2.0)))
     follower.take_path(Standing(plan.legs[0], plan.pieces[0], 0.0))
     now[EFFECT], now[REFERENCE_SPEED] = 0.4, 0.05
@@ -109,7 +109,7 @@ def test_it_may_wait_for_the_steering() -> None:
 def test_sent_back_it_goes_by_the_reference_and_steers_for_a_point_behind() -> None:
     vehicle = CLAY_ROLLER
     plan = load_trajectory(reversing((1, [(0.0, 20.0)])), vehicle)
-    follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
+    follower, now = LanePursuitFollower(vehicle), np.zeros(COMMAND + 2)
     follower.take_path(Standing(plan.legs[0], plan.pieces[0], 10.0))
     now[REFERENCE_SPEED], now[LATERAL] = -0.3, 0.5
     twist = follower.step(now, np.zeros((follower.ahead_rows, 2)))

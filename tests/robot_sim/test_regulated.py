@@ -76,7 +76,7 @@ def test_off_its_path_it_is_slow_until_it_is_back() -> None:
 
 @pytest.mark.parametrize(("off_m", "slower"), [(0.02, False), (FAR_M, True)])
 def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
-    now = np.zeros(tracking.NOW)
+    now = np.zeros(tracking.COMMAND + 2)
     now[[tracking.EFFECT, tracking.EFFECT + 1]] = VEHICLE.drive.wheel_radius_m
     now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = 1.0
     now[tracking.NOZZLE_LATERAL] = off_m

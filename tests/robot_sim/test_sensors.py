@@ -6,7 +6,7 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from tests.robot_sim.open_loop import STILL, lived
+from tests.robot_sim.open_loop import AT_REST, STILL, lived
 from touchline.onboard.interface import Command
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
@@ -15,7 +15,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
-from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
+from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
 PUNCTUAL = {"latency_jitter_s": 0.0}
@@ -29,7 +29,7 @@ def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
 def punctual_fixes(scenario, ticks):
     """Of a standing robot whose fixes arrive 11 ticks after every tenth: only when one does is there a frame."""
     sensors, found = Sensors(VEHICLE, scenario), []
-    first = Moment(STILL.array, NO_EFFECTS.array, scenario.seed, 1)
+    first = Moment(STILL.array, AT_REST.no_effects.array, scenario.seed, 1)
     wait = stand_by.for_types_of((first, 1, sensors.sensing))
     sensors.read(1, STILL)
     for tick in range(11, ticks + 1, 10):

@@ -13,13 +13,13 @@ from touchline.schemas.vehicles import Motor, Vehicle
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import Effects
-from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
+from touchline.services.robot_sim.world.world import TruePose, World
 
 QUIET = Scenario(noise="none")
 VEHICLE = Vehicle()
 
 
-def drive(world, command, ticks, first=1, effects=NO_EFFECTS):
+def drive(world, command, ticks, first=1, effects=None):
     for tick in range(first, first + ticks):
         world.step(command, tick, effects)
     return world
@@ -195,7 +195,7 @@ def test_tank_runs_dry_and_then_nothing_flows():
 
 
 def test_the_band_is_as_wide_as_the_flow_allows():
-    world, clogged = World(VEHICLE, QUIET), Effects()
+    world, clogged = World(VEHICLE, QUIET), Effects.sized(2)()
     drive(world, Command((10.0, 10.0), True, False), 5)
     assert world.trace[-1, body.TRACE_SPRAYING] == 1.0
     clogged.flow_share = 0.25

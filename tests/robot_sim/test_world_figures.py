@@ -14,7 +14,7 @@ from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import Effects
-from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
+from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
 GRAVITY = 9.80665
@@ -26,7 +26,7 @@ def level(**ground):
     return Scenario(noise="none", ground=Ground(**ground))
 
 
-def drive(world, command, ticks, effects=NO_EFFECTS):
+def drive(world, command, ticks, effects=None):
     for tick in range(1, ticks + 1):
         world.step(command, tick, effects)
     return world
@@ -114,7 +114,7 @@ def test_a_line_takes_the_same_paint_whatever_speed_it_is_painted_at(paint_speed
 
 
 def test_a_clogged_nozzle_takes_its_share_of_the_tank():
-    world, clogged = World(VEHICLE, level()), Effects()
+    world, clogged = World(VEHICLE, level()), Effects.sized(2)()
     clogged.flow_share = 0.25
     drive(world, Command((0.0, 0.0), True, False), 10, clogged)
     before = world.state.tank_l

@@ -109,7 +109,7 @@ def switch_on(sensors: Sequence[FastSensors], seed: int) -> None:
         s.hard_iron_t[axis] = f.hard_iron_t * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, axis)
         s.disturbance_t[axis] = f.disturbance_t * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, 3 + axis)
         s.soft_iron[axis] = f.soft_iron * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, 6 + axis)
-    for actuator in range(ACTUATORS):
+    for actuator in range(len(s.phase_rad)):
         phase = uniform(seed, STREAM_ENCODER, _TURN_ON, actuator)
         s.phase_rad[actuator] = f.encoder_rad[actuator] * phase
 
@@ -213,7 +213,7 @@ def measure(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readin
     _inertial(moment, sensors, readings)
     _magnetic(moment, sensors, steel, readings)
     state, effects, s = moment.state[0], moment.effects[0], sensors[0]
-    for actuator in range(ACTUATORS):
+    for actuator in range(len(s.last_rad)):
         angle, quantum = state.angles_rad[actuator], s.figures.encoder_rad[actuator]
         if effects.encoder_out[actuator]:
             s.missed_rad[actuator] += angle - s.last_rad[actuator]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
 from typing import Final
 
 from touchline.onboard.interface import (
@@ -28,7 +27,6 @@ from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.sensors.zones import SkyPlace, SteelPlace, make_zones
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
-from touchline.services.robot_sim.world.world import NO_EFFECTS
 
 FIELD_HORIZONTAL_T: Final = 17.2e-6
 """Horizontal component of the earth's field in northern Denmark."""
@@ -53,11 +51,14 @@ class Sensors:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._seed = scenario.seed
+        self._sense: Callable[..., int] | None = None  # `sense`, for the types of its arguments, which do not change
         self._battery_wh = vehicle.body.battery_wh
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self.gnss_reports: tuple[GnssReport, ...] = ()
         self.camera_poses: tuple[CameraSample, ...] = ()
-        self.transport = Transport(schedule=-1)
+        count = len(vehicle.drive.actuators)
+        self.transport = Transport.sized(count)(schedule=-1)
+        self._no_effects = Effects.sized(count)()
         self.sensing = Sensing(
             _fast_sensors(vehicle, scenario).array,
             gnss.make_receiver(vehicle, scenario).array,
@@ -73,17 +74,13 @@ class Sensors:
             ),
         )
 
-    def read(self, tick: int, state: BodyState, effects: Effects = NO_EFFECTS) -> SensorFrame:
+    def read(self, tick: int, state: BodyState, effects: Effects | None = None) -> SensorFrame:
         """Measure the body's `state`, which is that at the end of `tick`, under the `effects` of faults."""
+        effects = effects or self._no_effects
+        if self._sense is None:
+            self._sense = sense.for_types_of((Moment(state.array, effects.array, self._seed, tick), self.sensing))
         count = self._sense(Moment(state.array, effects.array, self._seed, tick), self.sensing)
         return self.frame(tick, count, state, effects)
-
-    @cached_property
-    def _sense(self) -> Callable[..., int]:
-        """`sense`, without a look at the types of its arguments, which are always the same."""
-        moment = Moment(BodyState().array, NO_EFFECTS.array, self._seed, 0)
-        code: Callable[..., int] = sense.for_types_of((moment, self.sensing))
-        return code
 
     def frame(self, tick: int, count: int, state: BodyState, effects: Effects) -> SensorFrame:
         """What `sense` has left, `count` reports among it, as the onboard computer gets it."""
@@ -113,7 +110,7 @@ class Sensors:
 
 def _fast_sensors(vehicle: Vehicle, scenario: Scenario) -> fast.FastSensors:
     """Just switched on; `scenario` must be effective."""
-    imu, mag, made = scenario.imu, scenario.magnetometer, fast.FastSensors()
+    imu, mag, made = scenario.imu, scenario.magnetometer, fast.FastSensors.sized(len(vehicle.drive.actuators))()
     per_sample, per_tick = 1.0 / math.sqrt(TICK_S), math.sqrt(TICK_S)
     made.figures.reset(
         gyro_white_radps=imu.gyro_density_radps_rthz * per_sample,

@@ -29,7 +29,7 @@ PENDING: Final = 1024
 ARRIVALS: Final = 64
 """Position reports that can arrive in one tick; more wait for the next."""
 
-_BOUNDS: Final = (GYRO, MAG, ANGLES, READINGS)  # of each 100 Hz sensor's readings, from one to the next
+_FIRST: Final = (GYRO, MAG, ANGLES)  # of each 100 Hz sensor's readings, up to the next one's
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -100,7 +100,8 @@ def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
         return
     t.schedule[sensor, tick % HISTORY] = -1
     t.measured_tick[sensor] = sample
-    for column in range(_BOUNDS[sensor], _BOUNDS[sensor + 1]):
+    end = _FIRST[sensor + 1] if sensor + 1 < len(_FIRST) else len(t.readings)
+    for column in range(_FIRST[sensor], end):
         t.readings[column] = t.history[sample % HISTORY, column]
 
 

@@ -1,7 +1,7 @@
 """What faults do to the world and the sensors in a tick, for the kernels of both.
 
-`Effects()` is a robot without faults. Faults that overlap add up where they can (offsets, biases), and else the worst
-one counts.
+`Effects.sized(n)()` is a robot of n actuators without faults. Faults that overlap add up where they can (offsets,
+biases), and else the worst one counts.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Effects(Record):
     """1: it is, 0: it is not."""
     slip: Annotated[Floats, ACTUATORS]
     """Share of ground speed lost."""
-    torque_share: Annotated[Floats, ACTUATORS] = np.ones(ACTUATORS)
+    torque_share: Annotated[Floats, ACTUATORS] = np.ones(1)
     """That is left."""
     offset_rad: Annotated[Floats, ACTUATORS]
     """By which an actuator is beyond its encoder's angle."""

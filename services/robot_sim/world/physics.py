@@ -59,7 +59,7 @@ class HeldCommand(NamedTuple):
     """What is commanded during a tick."""
 
     actuators: Floats
-    """(interface.ACTUATORS,) of the drive, in the units of `DriveSpec.actuators`."""
+    """(actuators,) of the drive, in the units of `DriveSpec.actuators`."""
     valve: bool
     """Open."""
     disc: bool

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.onboard.interface import STANDSTILL, Command
+from touchline.onboard.interface import Command, standstill
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.world import body, physics
@@ -17,8 +17,6 @@ from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
-
-NO_EFFECTS: Final = Effects()
 
 
 class TruePose(NamedTuple):
@@ -48,6 +46,7 @@ class World:
         drive: The truth about the drive: its `WorldDrive.state`.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
         figures: What is constant.
+        no_effects: Of faults, as there are none.
 
     Raises:
         SpecError: The vehicle's drive or tool cannot be emulated.
@@ -56,7 +55,9 @@ class World:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._drive = world_drive(vehicle, scenario)
-        self.state = body.BodyState()
+        self._count = len(vehicle.drive.actuators)
+        self.state = body.BodyState.sized(self._count)()
+        self.no_effects = Effects.sized(self._count)()
         self.drive: Any = self._drive.state
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.figures = physics.WorldFigures(
@@ -101,12 +102,13 @@ class World:
         self._drive.rest()
         physics.tilt(state.array[0], self.figures.body)
 
-    def step(self, command: Command, tick: int, effects: Effects = NO_EFFECTS) -> None:
+    def step(self, command: Command, tick: int, effects: Effects | None = None) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        self._advance(self.arrays, held(command), effects.array, tick)
+        self._advance(self.arrays, held(command), (effects or self.no_effects).array, tick)
 
     @cached_property
     def _advance(self) -> Callable[..., None]:
         """`physics.advance`, without a look at the types of its arguments, which are always the same."""
-        code: Callable[..., None] = physics.advance.for_types_of((self.arrays, held(STANDSTILL), NO_EFFECTS.array, 0))
+        arguments = self.arrays, held(standstill(self._count)), self.no_effects.array, 0
+        code: Callable[..., None] = physics.advance.for_types_of(arguments)
         return code

@@ -80,7 +80,7 @@ class _EstimatorOutput:
         """Return messages due on both topics."""
         first_tick, n = ticks.first_tick, len(ticks.rows)
         at = np.arange(-first_tick % tick_log.ODOMETRY_TICKS, n, tick_log.ODOMETRY_TICKS)
-        rows = np.zeros((len(at), tick_log.COLUMNS))
+        rows = np.zeros((len(at), tick_log.READINGS))
         rows[:, tick_log.TICK] = first_tick + at
         rows[:, tick_log.ESTIMATE : tick_log.TRUTH] = ticks.rows[at, :SIGMAS]
         estimates = self._packer.estimates(rows)

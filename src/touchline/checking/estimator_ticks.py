@@ -60,7 +60,8 @@ class EstimatorTicks:
 
     def __init__(self, setup: Setup, frames: FrameSeries, most: int, estimator: type[Estimator] = Estimator) -> None:
         """Allocate for at most `most` ticks."""
-        self._frames, self._computer, self.done = frames, ComputerState(), 0
+        self._frames, self.done = frames, 0
+        self._computer = ComputerState.sized(len(setup.vehicle.drive.actuators))()
         self._array = cast("NDArray[Any]", self._computer.array)
         self.estimator = estimator(setup.vehicle, setup.onboard, self._computer)
         self.most = most
@@ -77,7 +78,7 @@ class EstimatorTicks:
         try:
             initial.restore_estimator(self.estimator, self._computer)
         except DamagedState as error:
-            raise NotRebuilt(f"the robot's state at the job's begin does not fit the present code: {error}") from error
+            raise NotRebuilt(str(error)) from error
 
     @property
     def state(self) -> NDArray[Any]:

@@ -22,7 +22,7 @@ class OpenLoopComputer(Onboard):
 
     Args:
         setup: The robot and its world.
-        forced: (n, ACTUATORS) recorded commands of each tick; NaN where the computer itself decides.
+        forced: (n, actuators) recorded commands of each tick; NaN where the computer itself decides.
 
     Attributes:
         decided: Its own decisions, by tick.

@@ -75,7 +75,9 @@ class Rebuild:
     def _restore(self, initial: InitialState) -> None:
         try:
             self._emulator.restore(initial)
-        except (DamagedState, SpecError) as error:
+        except DamagedState as error:
+            raise NotRebuilt(str(error)) from error
+        except SpecError as error:
             raise NotRebuilt(f"the robot's state at the job's begin does not fit the present code: {error}") from error
         self._telemetry.go_on()
 

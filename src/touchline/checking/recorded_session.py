@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.onboard.interface import ACTUATORS, TICKS_PER_S
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.recordings.channels import topic_at
 from touchline.recordings.recorded import Recorded
 from touchline.recordings.recorder import is_stamped
@@ -84,7 +84,7 @@ class RecordedSession:
             session; 0 if all is.
         amid: Whether the recording begins amid an earlier job.
         shifted: Whether log times differ from sim times, as an earlier process of the robot is in the recording.
-        commands: (last_tick + 1, ACTUATORS) actuator commands of each tick; NaN where nothing is recorded.
+        commands: (last_tick + 1, actuators) actuator commands of each tick; NaN where nothing is recorded.
     """
 
     setup: Setup = field(default_factory=Setup)
@@ -96,7 +96,7 @@ class RecordedSession:
     since: int = 0
     amid: bool = False
     shifted: bool = False
-    commands: NDArray[np.float64] = field(default_factory=lambda: np.full((1, ACTUATORS), np.nan))
+    commands: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def loaded_ns(self) -> frozenset[int]:
@@ -120,7 +120,7 @@ class RecordedSession:
         if not found.orders:
             raise NothingTold("no order is in the recording: it is too old, or begins after the orders")
         since, amid = _beginning(found)
-        initial = found.states[since - 1].state if since else None
+        initial = found.initial(since, len(found.setup.vehicle.drive.actuators))
         found.forget_before(since)
         jobs, orders = found.jobs(), found.orders
         if any(order.details.get("resumed") and "checkpoint" not in order.details for order in orders):
@@ -146,7 +146,7 @@ class RecordedSession:
             since,
             amid,
             found.shifted,
-            found.commands(),
+            found.commands(len(found.setup.vehicle.drive.actuators)),
         )
 
 
@@ -266,13 +266,34 @@ class _Finder:
         made = [None if cause is None else PlanCause.model_validate(cause) for cause in causes]
         return [GivenJob(*each) for each in zip(self._plans, self._templates, made, strict=False)]
 
-    def commands(self) -> NDArray[np.float64]:
-        """Commands as in `RecordedSession`."""
-        found = np.full((self.last_tick + 1, ACTUATORS), np.nan)
+    def initial(self, since: int, actuators: int) -> InitialState | None:
+        """State by its number from 1, None for 0, of a robot whose drive has so many actuators.
+
+        Raises:
+            NotRebuilt: It is that of another robot.
+        """
+        if not since:
+            return None
+        state = self.states[since - 1].state
+        try:
+            state.check_actuators(actuators)
+        except DamagedState as error:
+            raise NotRebuilt(str(error)) from error
+        return state
+
+    def commands(self, actuators: int) -> NDArray[np.float64]:
+        """Commands as in `RecordedSession`, of a drive with so many actuators.
+
+        Raises:
+            NotRebuilt: One has another number of values.
+        """
+        found = np.full((self.last_tick + 1, actuators), np.nan)
         for tick, values in self._commands:
+            if len(values) != actuators:
+                problem = f"values has {len(values)} numbers, the vehicle's drive has {actuators} actuators"
+                raise NotRebuilt(f"{topics.ACTUATOR_COMMAND.name} of tick {tick}: {problem}")
             if 0 <= tick <= self.last_tick:
-                found[tick] = 0.0
-                found[tick, : len(values)] = values
+                found[tick] = values
         return found
 
     def _take_setup(self, payload: bytes) -> None:

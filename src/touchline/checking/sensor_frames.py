@@ -14,7 +14,7 @@ from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.computer_state import ReceivedFix
 from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.estimation.received import FIX_FIXED
-from touchline.onboard.interface import ANGLES, MAG, READINGS
+from touchline.onboard.interface import ANGLES, MAG
 from touchline.recordings.message_table import MessageTable
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -58,11 +58,11 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialS
     first_tick = _FIRST_TICK if initial is None else initial.tick + 1
     n = max(last_tick - first_tick + 1, 1)
     ticks = np.arange(first_tick, first_tick + n)
-    readings: Floats = np.zeros((n, READINGS))
+    joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
+    readings: Floats = np.zeros((n, ANGLES + len(joints)))
     measured: Integers = np.zeros((n, 3), np.int64)
     if initial is not None:
         readings[:], measured[:] = initial.arrived
-    joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
     vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
     angles = {"position[0]": len(joints)}
     for sensor, (topic, layout, places, column) in enumerate(
@@ -113,6 +113,8 @@ def _at(path: str, count: int) -> Callable[[Any], list[float]]:
             message = getattr(message, name)
         value = getattr(message, last)
         if "[" in path:
+            if len(value) < count:
+                raise NotRebuilt(f"{last} of a {type(message).__name__} has {len(value)} numbers, not {count}")
             return [float(each) for each in value[:count]]
         names = list(type(message).model_fields)
         return [getattr(message, name) for name in names[names.index(last) :][:count]]

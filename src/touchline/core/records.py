@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
-from typing import Annotated, Any, Generic, Self, TypeVar, cast, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from types import new_class
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 _SCALARS: dict[Any, Any] = {float: np.float64, int: np.int64, bool: np.bool_}
 _ARRAYS: dict[Any, Any] = {NDArray[np.float64]: np.float64, NDArray[np.int64]: np.int64}
+
+
+@dataclass(frozen=True)
+class OpenLength:
+    """Length of arrays that a kind of record leaves open: the number given to `Record.sized`, and `more`."""
+
+    more: int = 0
+
+    def __radd__(self, more: int) -> OpenLength:
+        return OpenLength(self.more + more)
 
 
 class _Number:
@@ -46,6 +58,10 @@ class Record:
         turn(wheels.array)
 
     Kernels pass on the array or its element: unlike arrays, elements are not counted by reference.
+
+    Where the length of an array differs from robot to robot, it is an `OpenLength`; so is a record open that holds such
+    a one. It is made by ``Wheels.sized(4)()``, and kernels loop over the length of the array that they are given. They
+    are compiled for each number that is in use.
     """
 
     dtype: np.dtype[np.void]
@@ -55,37 +71,66 @@ class Record:
     _blank: NDArray[np.void]  # (1,) with the defaults
     _records: dict[str, type[Record]]
     _rows: dict[str, type[Record]]
+    _hints: dict[str, Any]  # of the fields
+    _defaults: dict[str, Any]
+    _open = False  # whether the length of an array is, still
+    _sized: ClassVar[dict[tuple[type[Record], int], type[Record]]] = {}
 
-    def __init_subclass__(cls) -> None:
-        """Lay the fields out in memory."""
-        hints = get_type_hints(cls, include_extras=True)
-        names = [name for name in cls.__annotations__ if not name.startswith("_")]
-        defaults = {name: cls.__dict__[name] for name in names if name in cls.__dict__}
+    def __init_subclass__(cls, *, length: int | None = None) -> None:
+        """Lay the fields out in memory, unless a length is open; `length` is for `sized` alone."""
+        if length is None:
+            hints = get_type_hints(cls, include_extras=True)
+            cls._hints = {name: hints[name] for name in cls.__annotations__ if not name.startswith("_")}
+            cls._defaults = {name: cls.__dict__[name] for name in cls._hints if name in cls.__dict__}
+            for name, hint in cls._hints.items():
+                if hint in _SCALARS:
+                    setattr(cls, name, _Number(name))
+            if any(map(_is_open, cls._hints.values())):
+                cls._open = True
+                return
+        cls._open = False
+        cls._lay_out(length or 0)
+
+    @classmethod
+    def _lay_out(cls, length: int) -> None:
         cls._records, cls._rows, fields = {}, {}, list[Any]()
-        for name in names:
-            hint = hints[name]
+        for name, hint in cls._hints.items():
             if get_origin(hint) is Annotated:
-                kind, *shape = get_args(hint)
+                kind, *lengths = get_args(hint)
+                shape = tuple(length + each.more if isinstance(each, OpenLength) else each for each in lengths)
                 if get_origin(kind) is RecordArray:
-                    (cls._rows[name],) = get_args(kind)
-                    fields.append((name, cls._rows[name].dtype, tuple(shape)))
+                    cls._rows[name] = get_args(kind)[0].sized(length)
+                    fields.append((name, cls._rows[name].dtype, shape))
                 else:
-                    fields.append((name, _ARRAYS[kind], tuple(shape)))
+                    fields.append((name, _ARRAYS[kind], shape))
             elif hint in _SCALARS:
                 fields.append((name, _SCALARS[hint]))
-                setattr(cls, name, _Number(name))
             else:
-                cls._records[name] = hint
-                fields.append((name, hint.dtype))
+                cls._records[name] = hint.sized(length)
+                fields.append((name, cls._records[name].dtype))
         cls.dtype = np.dtype(fields, align=True)
         cls._blank = np.zeros(1, cls.dtype)
         for name, kind in (*cls._records.items(), *cls._rows.items()):
             cls._blank[name] = kind._blank
-        for name, value in defaults.items():
+        for name, value in cls._defaults.items():
             cls._blank[name] = value
+
+    @classmethod
+    def sized(cls, length: int) -> type[Self]:
+        """This kind of record with a number for its open length; the kind itself if none is open."""
+        if not cls._open:
+            return cls
+        if (cls, length) not in cls._sized:
+            told = {"__module__": cls.__module__, "__doc__": cls.__doc__}
+            made = new_class(cls.__name__, (cls,), {"length": length}, lambda names: names.update(told))
+            cls._sized[cls, length] = made
+        return cast("type[Self]", cls._sized[cls, length])
 
     def __init__(self, **values: Any) -> None:
         """Create a record with these values, and the defaults for all other fields."""
+        if self._open:
+            name = type(self).__name__
+            raise TypeError(f"{name} leaves the length of arrays open; make it by {name}.sized(length)()")
         self._lie_in(np.zeros(1, self.dtype))
         self.reset(**values)
 
@@ -137,6 +182,14 @@ class Record:
         copied.assign(self)
         memo[id(self)] = copied
         return copied
+
+
+def _is_open(hint: Any) -> bool:
+    """Whether a field's length, or that of a field of a record that it holds, is open."""
+    kind, *lengths = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    if get_origin(kind) is RecordArray:
+        (kind,) = get_args(kind)
+    return any(isinstance(each, OpenLength) for each in lengths) or bool(getattr(kind, "_open", False))
 
 
 _Kind = TypeVar("_Kind", bound=Record)

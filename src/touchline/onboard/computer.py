@@ -29,7 +29,6 @@ from touchline.onboard.executive.traversal import (
     Traversal,
 )
 from touchline.onboard.interface import (
-    STANDSTILL,
     Checkpoint,
     Command,
     Consistency,
@@ -76,7 +75,7 @@ class Onboard:
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
         self._log = EventLog()
-        self._state, self._drive = ComputerState(), drive_of(vehicle)
+        self._state, self._drive = ComputerState.sized(len(vehicle.drive.actuators))(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._team = config.team
@@ -192,7 +191,7 @@ class Onboard:
         """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
         before = tuple(self._state.command.actuators.tolist())
         command = self._traversal.step(tick)
-        if command is STANDSTILL:
+        if command is self._state.command.standstill:
             command = command._replace(actuators=self._drive.resting(before))
         return self._state.command.give(command)
 

@@ -22,6 +22,7 @@ from touchline.onboard.interface import (
     READINGS,
     Command,
     SensorFrame,
+    standstill,
 )
 from touchline.onboard.tracking_state import NOW
 
@@ -62,6 +63,11 @@ class CommandState(Record):
     valve: bool
     disc: bool
     valve_after_s: float
+
+    @property
+    def standstill(self) -> Command:
+        """See `interface.standstill`."""
+        return standstill(len(self.actuators))
 
     @property
     def command(self) -> Command:

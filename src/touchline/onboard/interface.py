@@ -8,10 +8,13 @@ frame is east-north-up about the scenario's origin, heading 0 points east.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from touchline.core.records import OpenLength
 
 TICKS_PER_S: Final = 100
 """Of the onboard computer: one `SensorFrame` in, one `Command` out."""
@@ -23,7 +26,8 @@ GYRO: Final = 0  # x, y, z [rad/s]
 ACCEL: Final = 3  # x, y, z [m/s²]
 MAG: Final = 6  # x, y, z [T]
 ANGLES: Final = 9  # of the drive's actuators [rad]
-ACTUATORS: Final = 2
+ACTUATORS: Final = OpenLength()
+"""As many as the drive has: the length of arrays in records, which are made by `Record.sized` of that number."""
 READINGS: Final = ANGLES + ACTUATORS
 
 
@@ -119,8 +123,13 @@ class Command(NamedTuple):
     """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
 
 
-STANDSTILL: Final = Command((0.0,) * ACTUATORS, False, False)
-"""The safe command: wheels stopped, valve closed, disc lifted."""
+@cache
+def standstill(actuators: int) -> Command:
+    """The safe command for a drive of so many actuators: wheels stopped, valve closed, disc lifted.
+
+    There is one for each number: it can be told from a command that happens to be the same.
+    """
+    return Command((0.0,) * actuators, False, False)
 
 
 class Estimate(NamedTuple):

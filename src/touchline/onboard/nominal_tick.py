@@ -119,7 +119,7 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
     """End a nominal tick.
 
     Args:
-        twist: (2 + ACTUATORS,) the follower's answer: speed [m/s], yaw rate [rad/s], and its commands of the actuators;
+        twist: (2 + actuators,) the follower's answer: speed [m/s], yaw rate [rad/s], and its commands of the actuators;
             nan if the drive is to work them out.
         wanted: By the plan, of `steer`.
         computer: (1,) command, valve and clock are updated.

@@ -13,11 +13,12 @@ SPEED: Final = 3
 YAW_RATE: Final = 4
 REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
 EFFECT: Final = 6  # two numbers by which the drive converts actuators and twist into each other
-COMMAND: Final = 8  # of the actuators, in force during the last tick
 
 # Of a reference that moves by time, seen from the robot's frame; all 0 for followers that are not timed.
-ALONG: Final = COMMAND + ACTUATORS  # how far it is ahead [m]
+ALONG: Final = 8  # how far it is ahead [m]
 ACROSS: Final = ALONG + 1  # how far it is to the left [m]
 TURN: Final = ALONG + 2  # its heading less the robot's [rad]
 REFERENCE_ACCELERATION: Final = ALONG + 3  # by which its speed has changed in the last tick, signed as that [m/s²]
-NOW: Final = ALONG + 4
+
+COMMAND: Final = ALONG + 4  # of the actuators, in force during the last tick: all the rest
+NOW: Final = COMMAND + ACTUATORS

@@ -10,8 +10,8 @@ from touchline.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.handover import PlanPlace, taken_over_at
-from touchline.onboard.interface import ACTUATORS, TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
-from touchline.onboard.tracking_state import NOW
+from touchline.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.onboard.tracking_state import COMMAND
 from touchline.onboard.trajectory.path_projection import AHEAD_COLUMNS
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
@@ -30,18 +30,20 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
     onboard.take(course)
     onboard.start()
+    encoders = (0.0,) * len(vehicle.drive.actuators)
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
-        onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, (0.0, 0.0), fixes))
+        onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, encoders, fixes))
     _warm_up_rare(vehicle)
 
 
 def _warm_up_rare(vehicle: Vehicle) -> None:
     """Run what a robot that keeps to its path never needs: the fallback of followers, and braking off course."""
     drive, pursuit = drive_of(vehicle), PurePursuitFollower(vehicle)
-    now, actuators = np.zeros(NOW), np.zeros(ACTUATORS)
+    count = len(vehicle.drive.actuators)
+    now, actuators = np.zeros(COMMAND + count), np.zeros(count)
     pursuit.step(now, np.zeros((pursuit.fine_rows, AHEAD_COLUMNS)))
     onboard_drive.command(drive.figures, 0.0, 0.0, now, actuators)
     onboard_drive.actuators_of(drive.figures, 0.0, 0.0, now)

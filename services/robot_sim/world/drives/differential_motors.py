@@ -34,7 +34,7 @@ def actuate(
         wheels: The drive's; references, torques and integrals of both wheels are updated.
         body: Its figures.
         effects: What faults do: of each wheel the torque that is left.
-        commanded: (interface.ACTUATORS,) left, right [rad/s].
+        commanded: (2,) left, right [rad/s].
 
     Returns:
         The electrical power drawn [W], not below 0.

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from touchline.core.jit import kernel_of_class
 from touchline.core.records import Record
-from touchline.onboard.interface import ACTUATORS
-from touchline.schemas.errors import SpecError
 from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -42,14 +40,9 @@ def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
     """That of a vehicle, by the kind of its drive; `scenario` must be effective.
 
     Raises:
-        SpecError: The kind cannot be emulated, or has more actuators than there is room for.
+        SpecError: The kind cannot be emulated.
     """
-    drive = vehicle.drive
-    made: WorldDrive = part_for(DRIVES, drive.kind, "world")(vehicle, scenario)
-    count = len(drive.actuators)
-    if count > ACTUATORS:
-        problem = f"is {drive.kind!r}, a drive of {count} actuators"
-        raise SpecError("vehicle", "drive.kind", problem, f"give one of at most {ACTUATORS}")
+    made: WorldDrive = part_for(DRIVES, vehicle.drive.kind, "world")(vehicle, scenario)
     return made
 
 
@@ -78,7 +71,7 @@ def actuate(  # type: ignore[empty-body]
         own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
         effects: What faults do: of each actuator the torque that is left.
-        commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
+        commanded: (actuators,), in the units of `DriveSpec.actuators`.
 
     Returns:
         The electrical power that they draw [W].

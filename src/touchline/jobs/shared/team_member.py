@@ -74,7 +74,7 @@ class TeamMember:
         if self.telemetry is not None:
             self._publish([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self._runner = FastRunner(self.emulator)
-        self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.COLUMNS))
+        self._rows: Floats = np.zeros((SLICE_TICKS, tick_log.columns(len(self.emulator.vehicle.drive.actuators))))
 
     @classmethod
     def of(cls, name: str, setup: Setup, *, hashed: bool = False, listener: Listener | None = None) -> "TeamMember":

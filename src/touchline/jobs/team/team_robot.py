@@ -49,7 +49,7 @@ class TeamRobot:
             self._publish([self.telemetry.setup(), *self.telemetry.standing(), *self.telemetry.awake()])
         self.stopped = ""
         self._runner = FastRunner(self.emulator)
-        self._rows = np.zeros((0, tick_log.COLUMNS))
+        self._rows = np.zeros((0, tick_log.columns(len(setup.vehicle.drive.actuators))))
 
     def begin_guided(self) -> None:
         """Start to be guided.
@@ -113,7 +113,7 @@ class TeamRobot:
             places: (ticks, 2) filled with its true place at the end of each (m, map frame).
         """
         if len(self._rows) < ticks:
-            self._rows = np.zeros((ticks, tick_log.COLUMNS))
+            self._rows = np.zeros((ticks, self._rows.shape[1]))
         done = 0
         while done < ticks:
             done += self._step(ticks - done, places[done:])

@@ -59,17 +59,20 @@ class MpcFollower:
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest; the solver's workspace is allocated at the first step."""
         drive = drive_of(vehicle)
-        size = 2 * len(drive.horizon_ticks)
+        count = len(drive.limit)
+        size = count * len(drive.horizon_ticks)
         p = _parameters(vehicle, drive)
-        self._memory, nominal = k.MpcMemory(), k.NominalStep.row(len(drive.horizon_ticks))
+        self._memory = k.MpcMemory.sized(count)()
+        nominal = k.NominalStep.sized(count).row(len(drive.horizon_ticks))
         self._controller = k.Controller(np.array(drive.horizon_ticks), p, self._memory.array, nominal, drive.figures)
         self._programme = k.Programme(
-            np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(2)
+            np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(count)
         )
-        self._pull = _pull_rows(drive.horizon_ticks, max(drive.lag_s, _MIN_LAG_S))
+        self._actuators = np.zeros(count)
+        self._pull = _pull_rows(count, drive.horizon_ticks, max(drive.lag_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
         self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
-        self._answer: Callable[..., tuple[float, ...]] | None = None
+        self._answer: Callable[..., tuple[float, float]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(drive.horizon_ticks) + max(1, p.lead_ticks)
         self.fallbacks = 0
@@ -107,12 +110,12 @@ class MpcFollower:
         if flag != _SOLVED:
             self._solver = None
             return None
-        self._memory.added[:] = u[:2]
-        arguments = (programme.forward, u, self._controller.p.limit, self._controller.drive, now)
+        self._memory.added[:] = u[: len(self._actuators)]
+        arguments = (programme.forward, u, self._controller.p.limit, self._controller.drive, now, self._actuators)
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
-        speed_mps, yaw_rate_radps, *actuators = self._answer(*arguments)
-        return BodyTwist(speed_mps, yaw_rate_radps, tuple(actuators))
+        speed_mps, yaw_rate_radps = self._answer(*arguments)
+        return BodyTwist(speed_mps, yaw_rate_radps, tuple(self._actuators.tolist()))
 
 
 def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
@@ -124,7 +127,7 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
         lateral_weight=LATERAL_SCALE_M**-2,
         heading_weight=HEADING_SCALE_RAD**-2,
         speed_weight=SPEED_SCALE_MPS**-2,
-        move_weight=tuple((np.array(drive.move_scale) ** -2).tolist()),
+        move_weight=tuple((np.broadcast_to(drive.move_scale, drive.limit.shape) ** -2).tolist()),
         terminal_factor=TERMINAL_FACTOR,
         disturbance_gain=TICK_S / DISTURBANCE_TIME_S,
         drift_gain=TICK_S / DRIFT_TIME_S,
@@ -133,19 +136,19 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
     )
 
 
-def _pull_rows(horizon_ticks: Sequence[int], lag_s: float) -> NDArray[np.float64]:
-    """(2N, 2N) linear map from the additions to the commands to the additions to each pull of `mpc_kernel.build`.
+def _pull_rows(count: int, horizon_ticks: Sequence[int], lag_s: float) -> NDArray[np.float64]:
+    """(kN, kN) linear map from additions to the commands of k actuators to those to each pull of `mpc_kernel.build`.
 
     An actuator's acceleration is proportional to its pull, command less speed, and the speed at a step's start is the
     lagged sum of the commands before.
     """
-    size = 2 * len(horizon_ticks)
+    size = count * len(horizon_ticks)
     rows = np.zeros((size, size))
-    state = np.zeros((2, size))
+    state = np.zeros((count, size))
     for j, ticks in enumerate(horizon_ticks):
         stay = math.exp(-ticks * TICK_S / lag_s)
-        for actuator in range(2):
-            i = 2 * j + actuator
+        for actuator in range(count):
+            i = count * j + actuator
             rows[i] = -state[actuator]
             rows[i, i] += 1.0
             state[actuator] *= stay

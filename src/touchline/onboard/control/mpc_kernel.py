@@ -36,13 +36,13 @@ class MpcParameters(NamedTuple):
 
     Attributes:
         lag_s: Of actuators and tyres.
-        limit: Largest commands of both actuators, in their units.
-        reach: By which the commands of both may differ from what they do.
+        limit: Largest commands of the actuators, in their units.
+        reach: By which their commands may differ from what they do.
         nozzle_x_m: Of the nozzle, ahead of the drive's origin.
         lateral_weight: Cost of the nozzle's distance from the path [1/m²], per second as all of them.
         heading_weight: Of the heading error [1/rad²].
         speed_weight: Of the speed error [s²/m²].
-        move_weight: Of a change of both commands in a second, over their units squared.
+        move_weight: Of a change of the commands in a second, over their units squared.
         terminal_factor: On the costs of the last step.
         disturbance_gain: Share per tick, of the speed and yaw rate disturbances.
         drift_gain: Share per tick, of the lateral drift.
@@ -81,7 +81,7 @@ class MpcMemory(Record):
     lateral_m: float
     heading_error_rad: float
     added: Annotated[Floats, ACTUATORS]
-    """What was added to the feed-forward of both actuators in the last tick."""
+    """What was added to the feed-forward of the actuators in the last tick."""
 
 
 class NominalStep(Record):
@@ -103,7 +103,7 @@ class NominalStep(Record):
     turn_radps: float
     """Mean feed-forward yaw rate."""
     actuator: Annotated[Floats, ACTUATORS]
-    """What both actuators do at the step's start."""
+    """What the actuators do at the step's start."""
 
 
 class Controller(NamedTuple):
@@ -164,7 +164,9 @@ def _roll_out(now: Floats, ahead: Floats, controller: Controller) -> None:
     tick = 0
     for j in range(ticks.shape[0]):
         step = controller.nominal[j]
-        step.actuator[0], step.actuator[1] = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
+        present = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
+        for actuator in range(len(step.actuator)):
+            step.actuator[actuator] = present[actuator]
         travel, turned, led, turn = 0.0, 0.0, 0.0, 0.0
         for _ in range(ticks[j]):
             v_ref, w_ref = ahead[tick, A_SPEED], ahead[tick, A_YAW_RATE]
@@ -191,14 +193,14 @@ def _roll_out(now: Floats, ahead: Floats, controller: Controller) -> None:
 
 
 class Programme(NamedTuple):
-    """A quadratic programme of N steps: minimise ½uᵀHu + fᵀu, lower ≤ (u; pull) ≤ upper.
+    """A quadratic programme of N steps with k actuators: minimise ½uᵀHu + fᵀu, lower ≤ (u; pull) ≤ upper.
 
     Attributes:
-        hessian: H, (2N, 2N).
-        gradient: f, (2N,).
-        lower: (4N,) 2N bounds on u, then 2N on the pull.
-        upper: (4N,) likewise.
-        forward: (2,) feed-forward of the coming tick.
+        hessian: H, (kN, kN).
+        gradient: f, (kN,).
+        lower: (2kN,) kN bounds on u, then kN on the pull.
+        upper: (2kN,) likewise.
+        forward: (k,) feed-forward of the coming tick.
     """
 
     hessian: Floats
@@ -212,7 +214,7 @@ class Programme(NamedTuple):
 def build(now: Floats, ahead: Floats, controller: Controller, programme: Programme) -> None:
     """Write the programme for this tick.
 
-    u holds the additions to the feed-forward of both actuators in each of the N steps; pull is by how much each one's
+    u holds the additions to the feed-forward of all actuators in each of the N steps; pull is by how much each one's
     command differs from its speed at the step's start (rows from `mpc`). The free response is that of the feed-forward,
     rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag and likewise ω,
     and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The states are
@@ -230,7 +232,8 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
     _observe(now, controller)
     _roll_out(now, ahead, controller)
     steps = ticks.shape[0]
-    size = 2 * steps
+    count = len(forward)
+    size = count * steps
     lag = p.lag_s
     for i in range(size):
         gradient[i] = 0.0
@@ -247,21 +250,21 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
         once_in = h - once
         twice = lag * h - lag * once  # ∬ of the decaying part
         twice_in = 0.5 * h * h - twice
-        cols = 2 * j
+        cols = count * j
         for k in range(cols):
             turn = sens[3, k] - kappa * sens[2, k]
             sens[0, k] += travel * (h * sens[1, k] + twice * turn)
             sens[1, k] += once * turn
             sens[2, k] *= stay
             sens[3, k] *= stay
-        for actuator in range(2):
+        for actuator in range(count):
             v_c, w_c = onboard_drive.gain(drive, actuator, now)
             turn_c = w_c - kappa * v_c
             sens[0, cols + actuator] = travel * twice_in * turn_c
             sens[1, cols + actuator] = once_in * turn_c
             sens[2, cols + actuator] = (1.0 - stay) * v_c
             sens[3, cols + actuator] = (1.0 - stay) * w_c
-        cols += 2
+        cols += count
 
         weight = h * (p.terminal_factor if j == steps - 1 else 1.0)
         crab = step.heading_rad
@@ -289,14 +292,14 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
                     hessian[i, k] += scaled * row[k]
 
         bases = onboard_drive.actuators_of(drive, step.drive_mps, step.turn_radps, now)
-        for actuator in range(2):
-            i, base, pay = 2 * j + actuator, bases[actuator], p.move_weight[actuator] / h
+        for actuator in range(count):
+            i, base, pay = count * j + actuator, bases[actuator], p.move_weight[actuator] / h
             if j == 0:
                 forward[actuator] = base
                 gradient[i] -= pay * memory[0].added[actuator]
             else:
-                hessian[i - 2, i - 2] += pay
-                hessian[i - 2, i] -= pay
+                hessian[i - count, i - count] += pay
+                hessian[i - count, i] -= pay
             hessian[i, i] += pay
             limit, reach = p.limit[actuator], p.reach[actuator]
             lower[i], upper[i] = -limit - base, limit - base
@@ -309,19 +312,19 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
 
 @kernel
 def answer(
-    forward: Floats, added: Floats, limit: tuple[float, ...], drive: Any, now: Floats
-) -> tuple[float, float, float, float]:
-    """The twist of the coming tick [m/s, rad/s], and the commands of both actuators that lead to it.
+    forward: Floats, added: Floats, limit: tuple[float, ...], drive: Any, now: Floats, actuators: Floats
+) -> tuple[float, float]:
+    """The twist of the coming tick [m/s, rad/s].
 
     Args:
-        forward: (2,) feed-forward of the actuators.
-        added: (at least 2,) what is added to it; the solver keeps to the limits but for its tolerance.
-        limit: Largest commands of both actuators.
+        forward: (k,) feed-forward of the actuators.
+        added: (at least k,) what is added to it; the solver keeps to the limits but for its tolerance.
+        limit: Largest commands of the actuators.
         drive: Figures of the drive.
         now: (NOW,) of `tracking_state`.
+        actuators: (k,) filled with the commands that lead to it.
     """
-    actuators = np.empty(2)
-    for i in range(2):
+    for i in range(len(actuators)):
         actuators[i] = _bound(forward[i] + added[i], limit[i])
     speed_mps, yaw_rate_radps = onboard_drive.twist(drive, actuators, now)
-    return speed_mps, yaw_rate_radps, actuators[0], actuators[1]
+    return speed_mps, yaw_rate_radps

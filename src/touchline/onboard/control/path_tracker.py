@@ -18,7 +18,7 @@ from touchline.onboard.control.turn_in_place import PATIENCE_S, Turning
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator, speed_now_mps
-from touchline.onboard.interface import ACTUATORS, TICK_S
+from touchline.onboard.interface import TICK_S
 from touchline.onboard.trajectory import path_projection as t
 from touchline.onboard.trajectory.path import SPIN, Leg
 from touchline.onboard.trajectory.smoothing import W_LENGTH, W_SEGMENT, W_START
@@ -61,7 +61,7 @@ class PathTracker:
         """At the start of `plan`."""
         self._plan = plan
         self._follower, self.drive = follower, drive_of(vehicle)
-        self._actuators: Floats = np.zeros(ACTUATORS)
+        self._actuators: Floats = np.zeros(len(vehicle.drive.actuators))
         self._computer, self._state = computer, computer.leg
         self._state.reset(
             accelerate_mps2=vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN,

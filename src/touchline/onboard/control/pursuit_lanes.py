@@ -22,7 +22,6 @@ from touchline.onboard.control.lane_profile import lane_speed_mps
 from touchline.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.interface import ACTUATORS
 from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, REFERENCE_SPEED
 from touchline.onboard.trajectory.path import SPIN, Leg
 from touchline.onboard.trajectory.path_projection import CREEP_MPS, piece_at, pose_on
@@ -124,11 +123,11 @@ class LanePursuitFollower:
 
     def _steering(self, path: PathPlace, now: Floats) -> BodyTwist | None:
         """Turns what steers without driving to where the lane wants it; None once it is there, or nothing does."""
-        figures, commanded = self._drive.figures, now[COMMAND : COMMAND + ACTUATORS]
+        figures, commanded = self._drive.figures, now[COMMAND:]
         speed = path.leg.sense * self._settings.min_speed_mps
         curvature = self._curvature(path, now, 1.0)
         wanted = np.array(onboard_drive.actuators_of(figures, speed, speed * curvature, now))
-        steers = np.array([onboard_drive.gain(figures, actuator, now)[0] == 0.0 for actuator in range(ACTUATORS)])
+        steers = np.array([onboard_drive.gain(figures, actuator, now)[0] == 0.0 for actuator in range(len(commanded))])
         wanted = np.clip(wanted, -self._drive.limit, self._drive.limit)
         if not np.any(steers & (np.abs(wanted - commanded) >= STEERED_RAD)):
             return None

@@ -17,7 +17,7 @@ from touchline.onboard.computer_state import SampleBuffer
 from touchline.onboard.drives.onboard_drive import OnboardDrive
 from touchline.onboard.drives.slip import ENCODER_FLOOR_MPS, SLIP_LIMIT, STILL_RAD, smooth_rim, strain_slip
 from touchline.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
-from touchline.onboard.interface import ACTUATORS, TICK_S
+from touchline.onboard.interface import TICK_S
 from touchline.onboard.tracking_state import EFFECT
 from touchline.onboard.tracking_state import SPEED as SPEED_NOW
 from touchline.onboard.tracking_state import YAW_RATE as YAW_RATE_NOW
@@ -150,11 +150,11 @@ class OnboardDifferential(OnboardDrive):
             (tick_rad * drive.wheel_radius_m / TICK_S) ** 2 / 6.0 + ENCODER_FLOOR_MPS**2,
             max(track_width_relative, _TRACK_FLOOR),
         )
-        self.limit, self.reach = np.full(ACTUATORS, drive.max_wheel_speed_radps), np.full(ACTUATORS, reach_radps)
-        self.lag_share = np.full(ACTUATORS, 1.0 - math.exp(-TICK_S / lag_s))
-        self.max_step = np.full(ACTUATORS, drive.max_wheel_acceleration_radps2 * TICK_S)
-        self.tolerance = np.full(ACTUATORS, _TOLERANCE_RADPS)
-        self.tolerance_share = np.full(ACTUATORS, _TOLERANCE_SHARE)
+        self.limit, self.reach = np.full(2, drive.max_wheel_speed_radps), np.full(2, reach_radps)
+        self.lag_share = np.full(2, 1.0 - math.exp(-TICK_S / lag_s))
+        self.max_step = np.full(2, drive.max_wheel_acceleration_radps2 * TICK_S)
+        self.tolerance = np.full(2, _TOLERANCE_RADPS)
+        self.tolerance_share = np.full(2, _TOLERANCE_SHARE)
         self.disobeyed = tuple(f"the {wheel.name} wheel does not turn as commanded" for wheel in drive.actuators)
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
 

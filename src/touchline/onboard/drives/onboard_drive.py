@@ -2,7 +2,7 @@
 
 Kernels take the figures of a drive, a named tuple; the class of that tuple has the kernels below, so that code is
 compiled for the drive at hand (`touchline.core.jit.kernel_of_class`). Actuators and their encoders are in the
-order of `DriveSpec.actuators`; there are at most ACTUATORS of them. `now` is that of `tracking_state`.
+order of `DriveSpec.actuators`, and arrays of them have its length. `now` is that of `tracking_state`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from touchline.core.jit import kernel_of_class
 from touchline.onboard.computer_state import SampleBuffer
 from touchline.onboard.filter_model import TickInputs
-from touchline.onboard.interface import ACTUATORS
 from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.vehicles import Vehicle
 
@@ -48,16 +47,17 @@ class OnboardDrive(ABC):
     Attributes:
         figures: For kernels.
         lag_s: Time constant with which the actuators follow their commands.
-        limit: (ACTUATORS,) largest absolute commands.
-        reach: (ACTUATORS,) by how much a command may differ from what its actuator does.
-        lag_share: (ACTUATORS,) by which share of the difference an actuator gets nearer to its command in a tick.
-        max_step: (ACTUATORS,) by how much it changes in a tick at most.
-        tolerance: (ACTUATORS,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
+        limit: (actuators,) largest absolute commands.
+        reach: (actuators,) by how much a command may differ from what its actuator does.
+        lag_share: (actuators,) by which share of the difference an actuator gets nearer to its command in a tick.
+        max_step: (actuators,) by how much it changes in a tick at most.
+        tolerance: (actuators,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
         tolerance_share: See `tolerance`.
         disobeyed: For people, what is wrong if an actuator does not follow its command.
         side_slip_rad_per_mps2: Sideways slip angle per lateral acceleration.
         lasting_errors: Of its two errors of odometry; None: it is a slip, which comes and goes.
-        move_scale: (ACTUATORS,) by how much a command may change in a second at the cost of a small error; see `mpc`.
+        move_scale: By how much a command may change in a second at the cost of a small error: of
+            each, or one number of all; see `mpc`.
         horizon_ticks: Steps of the MPC's horizon: fine where the next command acts, coarse where only the course
             matters, and in all as long as it takes to steer back to the path and along it.
         aim: Of pursuit.
@@ -74,13 +74,13 @@ class OnboardDrive(ABC):
     disobeyed: tuple[str, ...]
     side_slip_rad_per_mps2: float
     lasting_errors: tuple[LastingError | None, LastingError | None] = (None, None)
-    move_scale: tuple[float, ...] = (8.0,) * ACTUATORS
+    move_scale: float | tuple[float, ...] = 8.0
     horizon_ticks: tuple[int, ...] = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
     aim: Aim = Aim()
 
     def resting(self, actuators: tuple[float, ...]) -> tuple[float, ...]:
         """The commands of a robot that is to stand, after these: its wheels at rest."""
-        return (0.0,) * ACTUATORS
+        return (0.0,) * len(actuators)
 
     @abstractmethod
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
@@ -88,7 +88,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def moves_mps(self, actuators: Floats) -> float:
-        """How fast anything that touches the ground moves by these commands (ACTUATORS,)."""
+        """How fast anything that touches the ground moves by these commands (actuators,)."""
 
     @abstractmethod
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
@@ -205,7 +205,7 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
 
     Args:
         figures: Of the drive.
-        actuators: (ACTUATORS,) in their units.
+        actuators: (actuators,) in their units.
         now: (NOW,) with the factors of `effective`.
 
     Returns:
@@ -215,7 +215,7 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
 
 
 @kernel_of_class
-def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
+def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, ...]:
     """The commands for a twist, whatever the actuators' limits: the inverse of `twist`.
 
     Args:
@@ -254,6 +254,6 @@ def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, 
         speed_mps: Of the body, wanted.
         yaw_rate_radps: Of the body, wanted.
         now: (NOW,) with the present twist and the factors of `effective`.
-        actuators: (ACTUATORS,) filled in.
+        actuators: (actuators,) filled in.
     """
     raise NotImplementedError

@@ -183,7 +183,7 @@ class Estimator:
         """A filter that has seen nothing yet; its state is a part of `computer`, if that is given."""
         self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
-        self._computer = computer or ComputerState()
+        self._computer = computer or ComputerState.sized(len(vehicle.drive.actuators))()
         self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
         drive = drive_of(vehicle, config.drive.track_width_relative)
         self.drive = drive.figures

@@ -13,7 +13,7 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.drives import onboard_drive
-from touchline.onboard.interface import ACCEL, ACTUATORS, ANGLES, MAG
+from touchline.onboard.interface import ACCEL, ANGLES, MAG
 
 STILL_TICKS: Final = 20
 MAG_EVERY_TICKS: Final = 10
@@ -56,12 +56,12 @@ def _frozen(c: ComputerState) -> bool:
         state.reading[axis] = c.frame.readings[axis]
     if new or not state.repeated:
         # The encoders are read behind the IMU: what the wheels did at a reading is known when the next one comes.
-        for actuator in range(ACTUATORS):
+        for actuator in range(len(state.measured)):
             state.measured_then[actuator] = state.measured[actuator]
         state.repeated = not new
         return False
     change = 0.0
-    for actuator in range(ACTUATORS):
+    for actuator in range(len(state.measured)):
         change = max(change, abs(state.measured[actuator] - state.measured_then[actuator]))
     return change > FROZEN_RADPS
 
@@ -93,7 +93,7 @@ def _take_encoders(drive: Any, c: ComputerState) -> bool:
     span = 1 if first else sampled - state.encoder_tick
     state.encoder_tick = sampled
     row = c.filter.inputs[sampled % m.RING]
-    for actuator in range(ACTUATORS):
+    for actuator in range(len(state.angles_rad)):
         angle = c.frame.readings[ANGLES + actuator]
         state.turned_rad[actuator] = 0.0 if first else angle - state.angles_rad[actuator]
         state.angles_rad[actuator] = angle

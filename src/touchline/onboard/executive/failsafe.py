@@ -17,7 +17,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.executive.geofence import Geofence, beyond_m
-from touchline.onboard.interface import ACTUATORS, TICK_S, Pause
+from touchline.onboard.interface import TICK_S, Pause
 from touchline.schemas import supplies
 from touchline.schemas.messages import PauseStatus
 from touchline.schemas.vehicles import Vehicle
@@ -47,9 +47,9 @@ OPERATOR: Final = 3
 EMPTY_TANK: Final = 4
 LOW_TANK: Final = 5
 BATTERY: Final = 6
-ACTUATOR: Final = 7  # the first one; one more for each after it
 DRY: Final = 20
 LEAK: Final = 21
+ACTUATOR: Final = 22  # the first one; one more for each after it
 
 _HAZARDS: Final = {
     EMPTY_TANK: "tank-empty",
@@ -120,7 +120,7 @@ def _operator(alive: bool, found: SafetyFindings) -> int:
 @kernel
 def _disobeyed(c: ComputerState) -> int:
     found, problem = c.safety, NOTHING
-    for i in range(ACTUATORS):
+    for i in range(len(found.expected)):
         expected = found.expected[i]
         change = found.lag_share[i] * (c.command.actuators[i] - expected)
         expected += min(max(change, -found.max_step[i]), found.max_step[i])
@@ -278,7 +278,7 @@ class Failsafe:
             return ""
         if code == FENCE and self._fence is not None:
             return f"the robot has left {self._fence.name} by more than {self._fence.margin_m:g} m"
-        if ACTUATOR <= code < ACTUATOR + ACTUATORS:
+        if code >= ACTUATOR:
             return self._drive.disobeyed[code - ACTUATOR]
         return {
             BUMPER: "the bumper is pressed",

@@ -19,7 +19,7 @@ from touchline.onboard.executive.failsafe import FenceArrays
 from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stopping_point
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.traversal_job import JobProgress, Step
-from touchline.onboard.interface import STANDSTILL, TICK_S, TICKS_PER_S, Command, PaintBelief
+from touchline.onboard.interface import TICK_S, TICKS_PER_S, Command, PaintBelief
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits
@@ -117,7 +117,8 @@ class GuidedDrive:
     def stop_hard(self) -> Command:
         """One tick of braking as hard as the wheels can."""
         self._computer.guidance.reset()
-        return self._computer.command.give(STANDSTILL)
+        command = self._computer.command
+        return command.give(command.standstill)
 
     @property
     def standing(self) -> bool:

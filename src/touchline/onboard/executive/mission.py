@@ -20,7 +20,7 @@ from touchline.onboard.executive.handover import NotYet, PlanPlace, off_place, t
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.sprayer import Sprayer
 from touchline.onboard.executive.traversal_job import JobProgress, Step
-from touchline.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
+from touchline.onboard.interface import TICK_S, Checkpoint, Command, PaintBelief
 from touchline.onboard.trajectory import path_projection as projection
 from touchline.onboard.trajectory.path import FORWARD, SPIN, pose_at
 from touchline.onboard.trajectory.trajectory import LoadedTrajectory
@@ -205,7 +205,7 @@ class Mission:
     def run(self) -> Step:
         """One tick of driving and painting."""
         if self.waiting:
-            return Step(STANDSTILL)
+            return Step(self._command.standstill)
         self._at_rest = False
         step = self._run()
         self._command.give(step.command)
@@ -218,7 +218,7 @@ class Mission:
     def stop_hard(self) -> Command:
         """One tick of braking as hard as the wheels can; where on its path that ends is found out by `locate`."""
         self.driver.halt()
-        return self._command.give(STANDSTILL)
+        return self._command.give(self._command.standstill)
 
     def close_valve(self, in_s: float = TICK_S) -> None:
         """Close the valve; from where the last drop falls, paint is owed.
@@ -262,10 +262,10 @@ class Mission:
     def _run(self) -> Step:
         if self._phase is MissionPhase.ALIGN:
             if not self._estimator.aligned:
-                return Step(STANDSTILL)
+                return Step(self._command.standstill)
             problem = self._start_problem()
             if problem:
-                return Step(STANDSTILL, refusal=problem)
+                return Step(self._command.standstill, refusal=problem)
             self.driver.halt()
             self._phase = MissionPhase.ALONG
             if self._resumed:
@@ -312,7 +312,7 @@ class Mission:
             return Step(self._rest())
         self.driver.halt()
         self._phase = MissionPhase.BACK if self._phase is MissionPhase.STOP_TO_GO_BACK else MissionPhase.ALONG
-        return Step(STANDSTILL)
+        return Step(self._command.standstill)
 
     def _hold(self, problem: str) -> Step:
         self.close_valve()
@@ -321,11 +321,11 @@ class Mission:
     def _rest(self) -> Command:
         driver = self.driver
         if self._phase is MissionPhase.ALIGN or self._at_rest:
-            return STANDSTILL
+            return self._command.standstill
         if driver.still and (self.standing or driver.wheels_rest(self._estimator)):
             driver.halt()
             self._at_rest = True
-            return STANDSTILL
+            return self._command.standstill
         actuators = driver.step(self._estimator, projection.MODE_BRAKE)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)

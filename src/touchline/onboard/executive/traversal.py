@@ -34,7 +34,6 @@ from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.executive.retry_limit import MAX_TRIES, Tries
 from touchline.onboard.executive.traversal_job import TraversalJob
 from touchline.onboard.interface import (
-    STANDSTILL,
     TICK_S,
     TICKS_PER_S,
     Checkpoint,
@@ -300,7 +299,7 @@ class Traversal:
         self.clock.tick = tick
         job = self.job
         if job is None:
-            return STANDSTILL
+            return self._computer.command.standstill
         if self.state in (RUNNING, PAUSED):
             self.clock.elapsed_s += TICK_S
         self._heed_hazards(job)
