@@ -1,5 +1,8 @@
 """Faults: what may go wrong with the robot, when and for how long.
 
+Each kind is a class here, with its fields and their ranges, a function in services/robot_sim/fault_effects that applies
+it, and a row of `FAULTS` that brings both together (`touchline.shipped_plugins`); those of other packages have theirs.
+
 A scenario carries a timeline of them (`Scenario.faults`); `simulation/inject_fault` adds one to a running session. A
 fault acts from `start_s` until `start_s + duration_s`; without a duration it lasts. When it ends, whatever it touched
 is as it would have been without it, as far as the world allows: the robot stays where it was driven to, paint stays on
@@ -8,13 +11,40 @@ the grass, a receiver has to converge anew.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    SerializeAsAny,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
+from touchline.schemas.plugins import FAULTS, SENSORS, UnknownPlugin, part_for
 from touchline.schemas.spec import Spec, parse
 
-Sensor = Literal["gnss", "imu", "magnetometer", "encoder", "camera"]
+
+class _SensorName:
+    """Annotation of a text: the name of one of `SENSORS`."""
+
+    def __get_pydantic_core_schema__(self, _source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(_known_sensor, handler(str))
+
+    def __get_pydantic_json_schema__(self, _schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"enum": list(SENSORS.names()), "type": "string"}
+
+
+def _known_sensor(given: Any) -> str:
+    if not isinstance(given, str) or not SENSORS.has(given):
+        raise PydanticKnownError("literal_error", {"expected": SENSORS.listed})
+    return given
+
+
+Sensor = Annotated[str, _SensorName()]
 Share = Annotated[float, Field(ge=0, le=1)]
 ALL = "all"
 """Instead of an actuator's name."""
@@ -27,146 +57,141 @@ _Delay = Annotated[float, Field(ge=0, le=5)]
 _Offset = Annotated[float, Field(ge=-100, le=100)]
 
 
-class _Fault(Spec):
-    """What every fault has."""
+class Fault(Spec):
+    """Base of the faults: what every one has. A kind is a row of `FAULTS`.
 
-    summary: ClassVar[str]
+    Each kind adds the field `kind`, a `Literal` of its name, and its parameters.
+    """
+
+    if TYPE_CHECKING:
+        kind: str
+
     start_s: _Time = 0.0
     """Sim time at which it begins [s]; in the live command, counted from the command."""
     duration_s: _Duration | None = None
     """How long it lasts [s], at least a tick; without it, to the end."""
 
+    @property
+    def summary(self) -> str:
+        """One line for a person, without the parameters."""
+        return FAULTS.summary(self.kind)
 
-class GnssOutage(_Fault):
+
+class GnssOutage(Fault):
     """The receiver has no position (antenna cable, jamming); afterwards it reacquires and converges."""
 
-    summary: ClassVar[str] = "the GNSS receiver has no position"
     kind: Literal["gnss-outage"]
 
 
-class GnssDegraded(_Fault):
+class GnssDegraded(Fault):
     """The solution is no better than `fix`; with `claimed_m` the receiver is over-confident about it."""
 
-    summary: ClassVar[str] = "the GNSS solution is degraded"
     kind: Literal["gnss-degraded"]
     fix: Literal["single", "float"] = "float"
     claimed_m: Annotated[float, Field(ge=0.001, le=100)] | None = None
     """Reported 1 σ per axis [m]; by default what the scenario's receiver would report."""
 
 
-class CorrectionsLost(_Fault):
+class CorrectionsLost(Fault):
     """No RTK corrections arrive: the fix is held and drifts, then the solution jumps by metres."""
 
-    summary: ClassVar[str] = "no RTK corrections arrive"
     kind: Literal["corrections-lost"]
 
 
-class GnssWrongFix(_Fault):
+class GnssWrongFix(Fault):
     """A wrong fix: reported as fixed and accurate, and off by this much."""
 
-    summary: ClassVar[str] = "the GNSS has a wrong fix"
     kind: Literal["gnss-wrong-fix"]
     east_m: _Offset = 0.3
     north_m: _Offset = 0.0
 
 
-class GnssNoisy(_Fault):
+class GnssNoisy(Fault):
     """Interference: the white noise of the positions grows, the reported variance does (`honest`) or does not."""
 
-    summary: ClassVar[str] = "the GNSS is disturbed"
     kind: Literal["gnss-noisy"]
     white_m: Annotated[float, Field(gt=0, le=100)] = 0.05
     honest: bool = True
 
 
-class CameraOutage(_Fault):
+class CameraOutage(Fault):
     """The camera overhead does not find the robot: somebody stands in the way, the light is off."""
 
-    summary: ClassVar[str] = "the camera does not see the robot"
     kind: Literal["camera-outage"]
 
 
-class MessagesLate(_Fault):
+class MessagesLate(Fault):
     """Every message of a sensor comes this much later."""
 
-    summary: ClassVar[str] = "messages come late"
     kind: Literal["messages-late"]
     sensor: Sensor
     delay_s: Annotated[float, Field(gt=0, le=5)]
 
 
-class MessagesDuplicated(_Fault):
+class MessagesDuplicated(Fault):
     """Messages come a second time, `after_s` later."""
 
-    summary: ClassVar[str] = "messages come twice"
     kind: Literal["messages-duplicated"]
     sensor: Sensor
     after_s: _Delay = 0.0
     share: Share = 1.0
 
 
-class MessagesReordered(_Fault):
+class MessagesReordered(Fault):
     """Every message takes a random extra time up to `spread_s`, so that they overtake each other."""
 
-    summary: ClassVar[str] = "messages come out of order"
     kind: Literal["messages-reordered"]
     sensor: Sensor
     spread_s: Annotated[float, Field(gt=0, le=5)] = 0.25
 
 
-class MessagesLost(_Fault):
+class MessagesLost(Fault):
     """This share of a sensor's messages never comes."""
 
-    summary: ClassVar[str] = "messages are lost"
     kind: Literal["messages-lost"]
     sensor: Sensor
     share: Share = 1.0
 
 
-class ClockSkew(_Fault):
+class ClockSkew(Fault):
     """The receiver's clock is off against the robot's: its stamps are wrong by an offset and a drift."""
 
-    summary: ClassVar[str] = "the GNSS receiver's clock is off"
     kind: Literal["clock-skew"]
     offset_s: Annotated[float, Field(ge=-5, le=5)] = 0.05
     drift_ppm: Annotated[float, Field(ge=-10000, le=10000)] = 0.0
 
 
-class ImuBias(_Fault):
+class ImuBias(Fault):
     """The yaw gyro and the forward accelerometer jump by a bias."""
 
-    summary: ClassVar[str] = "the IMU's bias has jumped"
     kind: Literal["imu-bias"]
     gyro_radps: Annotated[float, Field(ge=-1, le=1)] = 0.02
     accel_mps2: Annotated[float, Field(ge=-10, le=10)] = 0.0
 
 
-class ImuNoisy(_Fault):
+class ImuNoisy(Fault):
     """Vibration: additional white noise on every axis of the IMU, per sample (1 σ)."""
 
-    summary: ClassVar[str] = "the IMU vibrates"
     kind: Literal["imu-noisy"]
     gyro_radps: Annotated[float, Field(ge=0, le=10)] = 0.05
     accel_mps2: Annotated[float, Field(ge=0, le=100)] = 1.0
 
 
-class ImuStuck(_Fault):
+class ImuStuck(Fault):
     """The IMU goes on sending its last reading."""
 
-    summary: ClassVar[str] = "the IMU is frozen"
     kind: Literal["imu-stuck"]
 
 
-class MagneticDisturbance(_Fault):
+class MagneticDisturbance(Fault):
     """A field on top of the earth's, in the map frame: a parked car, a reinforced ditch cover."""
 
-    summary: ClassVar[str] = "the magnetic field is disturbed"
     kind: Literal["magnetic-disturbance"]
     east_t: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 10e-6
     north_t: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
 
 
-class ActuatorFault(_Fault):
+class ActuatorFault(Fault):
     """Base of the faults of one of the drive's actuators, by its name, or of all of them."""
 
     actuator: _Actuator = ALL
@@ -184,14 +209,12 @@ class ActuatorFault(_Fault):
 class EncoderDropout(ActuatorFault):
     """An actuator's encoder counts nothing; what it missed stays missed."""
 
-    summary: ClassVar[str] = "a wheel encoder counts nothing"
     kind: Literal["encoder-dropout"]
 
 
 class WheelBlocked(ActuatorFault):
     """A wheel is held fast."""
 
-    summary: ClassVar[str] = "a wheel is blocked"
     kind: Literal["wheel-blocked"]
     actuator: _Actuator = "left"
 
@@ -199,7 +222,6 @@ class WheelBlocked(ActuatorFault):
 class WheelSlip(ActuatorFault):
     """A wheel loses this share of its ground speed, on top of what it loses anyway: mud, a wet line."""
 
-    summary: ClassVar[str] = "a wheel slips"
     kind: Literal["wheel-slip"]
     share: Annotated[float, Field(ge=-0.5, le=0.95)] = 0.2
 
@@ -207,7 +229,6 @@ class WheelSlip(ActuatorFault):
 class MotorWeak(ActuatorFault):
     """A motor has only this share of its torque."""
 
-    summary: ClassVar[str] = "a motor is weak"
     kind: Literal["motor-weak"]
     actuator: _Actuator = "left"
     share: Share = 0.2
@@ -219,99 +240,96 @@ class SteeringOffset(ActuatorFault):
     Of wheels that do not steer nothing changes.
     """
 
-    summary: ClassVar[str] = "the steering is off"
     kind: Literal["steering-offset"]
     offset_rad: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.035
 
 
-class ValveStuck(_Fault):
+class ValveStuck(Fault):
     """The paint valve stays where it is told not to be."""
 
-    summary: ClassVar[str] = "the valve is stuck"
     kind: Literal["valve-stuck"]
     position: Literal["open", "closed"]
 
 
-class DiscStuck(_Fault):
+class DiscStuck(Fault):
     """The paint discs stay up or down."""
 
-    summary: ClassVar[str] = "the discs are stuck"
     kind: Literal["disc-stuck"]
     position: Literal["up", "down"]
 
 
-class NozzleClogged(_Fault):
+class NozzleClogged(Fault):
     """Only this share of the paint gets through."""
 
-    summary: ClassVar[str] = "the nozzle is clogged"
     kind: Literal["nozzle-clogged"]
     share: Share = 0.3
 
 
-class Bumper(_Fault):
+class Bumper(Fault):
     """The bumper is pressed."""
 
-    summary: ClassVar[str] = "the bumper is pressed"
     kind: Literal["bumper"]
 
 
-class BatteryLow(_Fault):
+class BatteryLow(Fault):
     """The battery gives no more than this share of its charge, until it is replaced: at the end, or by an order."""
 
-    summary: ClassVar[str] = "the battery is low"
     kind: Literal["battery-low"]
     fraction: Share = 0.05
 
 
-class TankEmpty(_Fault):
+class TankEmpty(Fault):
     """The tank gives no more than this much paint, until it is refilled: at the end, or by an order."""
 
-    summary: ClassVar[str] = "the tank is empty"
     kind: Literal["tank-empty"]
     litres: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
-class OperatorLost(_Fault):
+class OperatorLost(Fault):
     """Nobody who could stop the robot can be heard, in sim time."""
 
-    summary: ClassVar[str] = "the operator cannot be heard"
     kind: Literal["operator-lost"]
 
 
-Fault = Annotated[
-    GnssOutage
-    | GnssDegraded
-    | CorrectionsLost
-    | GnssWrongFix
-    | GnssNoisy
-    | CameraOutage
-    | MessagesLate
-    | MessagesDuplicated
-    | MessagesReordered
-    | MessagesLost
-    | ClockSkew
-    | ImuBias
-    | ImuNoisy
-    | ImuStuck
-    | MagneticDisturbance
-    | EncoderDropout
-    | WheelBlocked
-    | WheelSlip
-    | MotorWeak
-    | SteeringOffset
-    | ValveStuck
-    | DiscStuck
-    | NozzleClogged
-    | Bumper
-    | BatteryLow
-    | TankEmpty
-    | OperatorLost,
-    Field(discriminator="kind"),
-]
+class _OfItsKind:
+    """Annotation of a fault: it is read as the kind that it names has it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_wrap_validator_function(_of_its_kind, handler(source))
+
+    def __get_pydantic_json_schema__(self, _schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        kinds = [handler(model.__pydantic_core_schema__) for model in fault_models().values()]
+        return {"discriminator": {"propertyName": "kind"}, "oneOf": kinds}
+
+
+AnyFault = Annotated[SerializeAsAny[Fault], _OfItsKind()]
+"""A fault of one of the kinds that are registered in `FAULTS`."""
+
+
+def _of_its_kind(given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+    """The fault, as the kind that it names has it; what is wrong is told as of a tagged union."""
+    if isinstance(given, Fault):
+        return handler(given)
+    if not isinstance(given, dict):
+        raise PydanticKnownError("model_attributes_type")
+    if "kind" not in given:
+        raise PydanticKnownError("union_tag_not_found", {"discriminator": "'kind'"})
+    try:
+        model = part_for(FAULTS, str(given["kind"]), "spec", "fault")
+    except UnknownPlugin as error:
+        names = ", ".join(map(repr, FAULTS.names()))
+        context = {"discriminator": "'kind'", "tag": error.name, "expected_tags": names}
+        raise PydanticKnownError("union_tag_invalid", context) from error
+    return model.model_validate(given, context=info.context)
+
+
+def fault_models() -> dict[str, type[Fault]]:
+    """The class of every kind that is registered, by the kind."""
+    return {kind: part_for(FAULTS, kind, "spec", "fault") for kind in FAULTS.names()}
 
 
 class _One(Spec):
-    fault: Fault
+    fault: AnyFault
 
 
 def parse_fault(text: str, source: str = "fault") -> Fault:

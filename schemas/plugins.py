@@ -1,4 +1,4 @@
-"""Registries of plug-ins: drives, tools, transition and pose methods, area methods, speed laws and followers.
+"""Registries of plug-ins: drives, tools, faults, transition and pose methods, area methods, speed laws and followers.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered by `touchline.shipped_plugins` with where they are found, so that the command line and the console can list
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
@@ -20,6 +20,7 @@ from touchline.schemas.entry_points import Offer, leave_out, offers
 from touchline.schemas.errors import SpecError, TouchlineError
 
 T = TypeVar("T")
+U = TypeVar("U")
 #: What options and help texts can hold.
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
@@ -48,13 +49,14 @@ def located(made: Any) -> Any:
 
 @dataclass(frozen=True)
 class KindParts:
-    """A kind of drive or tool: a class in each room that has to know it, or where that is found.
+    """A kind of drive, tool or fault: a class in each room that has to know it, or where that is found.
 
     Attributes:
-        spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
-        planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
-        onboard: What the robot's computer asks: an `OnboardDrive` of onboard/drives. Tools have none.
-        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world.
+        spec: What a file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles, a `Fault` of schemas/faults.py.
+        planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Only drives have one.
+        onboard: What the robot's computer asks: an `OnboardDrive` of onboard/drives. Only drives have one.
+        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world; of a fault the function
+            that applies it, an `ApplyFault` of services/robot_sim/fault_effects/acting.py.
     """
 
     spec: Any
@@ -177,6 +179,22 @@ class Registry(Generic[T]):
         package = self._packages.get(name)
         return f'the {self.kind} "{name}"' + (f" of the package {package}" if package else "")
 
+    def summary(self, name: str) -> str:
+        """The line for people about the plug-in of that name.
+
+        Raises:
+            UnknownPlugin: Nothing of that name is registered.
+        """
+        return self._plugins[self.known(name)].summary
+
+    def number(self, name: str) -> int:
+        """Its place in the order of registration, from 0.
+
+        Raises:
+            UnknownPlugin: Nothing of that name is registered.
+        """
+        return list(self._plugins).index(self.known(name))
+
     @property
     def default(self) -> str:
         """Name of the plug-in used when none is named."""
@@ -203,8 +221,17 @@ class Registry(Generic[T]):
     @property
     def advice(self) -> str:
         """What to give instead of an unknown name: ``give 'a', 'b' or 'c'``."""
+        return f"give {self.listed}"
+
+    @property
+    def listed(self) -> str:
+        """All names in words: ``'a', 'b' or 'c'``."""
         *others, last = map(repr, self._all())
-        return f"give {', '.join(others)} or {last}" if others else f"give {last}"
+        return f"{', '.join(others)} or {last}" if others else last
+
+    def has(self, name: str) -> bool:
+        """True if there is one of that name; only for names that are not shipped other packages are looked at."""
+        return name in self._plugins or name in self._all()
 
     def known(self, name: str) -> str:
         """The name itself.
@@ -212,7 +239,7 @@ class Registry(Generic[T]):
         Raises:
             UnknownPlugin: Nothing of that name is registered.
         """
-        if name not in self._plugins and name not in self._all():
+        if not self.has(name):
             raise UnknownPlugin(self.kind, name, self.advice)
         return name
 
@@ -223,11 +250,18 @@ class Registry(Generic[T]):
             UnknownPlugin: Nothing of that name is registered.
             BrokenPlugin: It is of another package, which fails to import it.
         """
-        plugin = self._plugins[self.known(name)]
+        return self.imported(name, self._plugins[self.known(name)].found)
+
+    def imported(self, name: str, found: Callable[[], U]) -> U:
+        """What `found` imports of the plug-in of that name.
+
+        Raises:
+            BrokenPlugin: It is of another package, which fails to import it.
+        """
         if name not in self._packages:
-            return plugin.found()
+            return found()
         try:
-            return plugin.found()
+            return found()
         except Exception as error:  # whatever somebody else's module does on import
             problem = f'importing the {self.kind} "{name}" of the package {self._packages[name]} fails'
             remedy = "mend or uninstall the package"
@@ -243,24 +277,30 @@ def tracebacks_wanted() -> bool:
     return bool(os.environ.get(VERBOSE))
 
 
-def part_for(registry: Registry[KindParts], kind: str, room: str) -> Any:
-    """The class that a kind of drive or tool has for one room, by the attribute's name of `KindParts`.
+def part_for(registry: Registry[KindParts], kind: str, room: str, source: str = "vehicle") -> Any:
+    """The class that a kind has for one room, by the attribute's name of `KindParts`; `source` is what has named it.
 
     Raises:
         SpecError: It has none.
+        UnknownPlugin: Nothing of that name is registered.
+        BrokenPlugin: It is of another package, which fails to import it.
     """
     parts = registry.find(kind)
     if getattr(parts, room) is None:
         others = [name for name in registry.names() if getattr(registry.find(name), room) is not None]
         remedy = f"give one that has ({', '.join(others)}), or register its part `{room}` in `KindParts`"
-        raise SpecError("vehicle", f"{registry.kind}.kind", f"is {kind!r}, which has nothing for the {room}", remedy)
-    return parts.part(room)
+        raise SpecError(source, f"{registry.kind}.kind", f"is {kind!r}, which has nothing for the {room}", remedy)
+    return registry.imported(kind, lambda: parts.part(room))
 
 
 DRIVES: Registry[KindParts] = Registry("drive")
 """What moves a vehicle, by the `kind` of its `drive`."""
 TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
+FAULTS: Registry[KindParts] = Registry("fault")
+"""What may go wrong with a robot, by the `kind` of a fault."""
+SENSORS: Registry[None] = Registry("sensor")
+"""What sends messages that faults may delay or lose; `number` is where kernels have what is of one of them."""
 METHODS: Registry[Any] = Registry("transition method")
 """How painted lines are joined: a `Method` of services/planner/transitions/method_choice.py each."""
 AREA_METHODS: Registry[Any] = Registry("area method")

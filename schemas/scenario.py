@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from touchline.schemas.faults import Fault, Share
+from touchline.schemas.faults import AnyFault, Share
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.spec import GrownSpec, Spec
 
@@ -207,7 +207,7 @@ class Scenario(GrownSpec):
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()
-    faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
+    faults: Annotated[tuple[AnyFault, ...], Field(max_length=1000)] = ()
     """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
 
     later_fields = ("camera",)

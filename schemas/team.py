@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from touchline.schemas.faults import Fault
+from touchline.schemas.faults import AnyFault
 from touchline.schemas.given_angles import Angle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Coordinate, Pose2, Scenario
@@ -152,7 +152,7 @@ class TeamScenario(Spec):
     update_s: Annotated[float, Field(ge=0.1, le=5, multiple_of=0.1)] = 0.4
     """From one set of cells to the next."""
     links: TeamLinks = TeamLinks()
-    faults: dict[str, Annotated[tuple[Fault, ...], Field(max_length=100)]] = Field(default_factory=dict)
+    faults: dict[str, Annotated[tuple[AnyFault, ...], Field(max_length=100)]] = Field(default_factory=dict)
     """What goes wrong with which robot, by its name; `world.faults` go wrong with all."""
     frozen: dict[str, Annotated[tuple[Freeze, ...], Field(max_length=100)]] = Field(default_factory=dict)
     """Whose computer stands still, and when; only where robots and coordinator are of one process."""

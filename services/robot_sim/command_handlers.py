@@ -12,7 +12,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.cdr import encode
-from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.errors import CommandRefused, TouchlineError
 from touchline.schemas.faults import describe, parse_fault
 from touchline.schemas.messages.base import Message
 from touchline.schemas.placement import same_place
@@ -317,7 +317,7 @@ class Commands:
         try:
             fault = parse_fault(request.fault_json)
             self._emulator.inject_fault(fault)
-        except (CommandRefused, SpecError) as error:
+        except TouchlineError as error:
             return m.InjectFaultResponse(success=False, message=str(error))
         self.told += self._telemetry.news()
         return m.InjectFaultResponse(success=True, message=describe(fault))

@@ -7,15 +7,15 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, NamedTuple, Self
 
-import numpy as np
-
 from touchline.onboard.interface import TICKS_PER_S, OnboardEvent
 from touchline.schemas import faults as f
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import Event
+from touchline.schemas.plugin_packages import PluginError
+from touchline.schemas.plugins import FAULTS, part_for
 from touchline.schemas.vehicles import DriveSpec
-from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
-from touchline.services.robot_sim.world.effects import SENSORS, Effects
+from touchline.services.robot_sim.fault_effects.acting import Acting, ApplyFault
+from touchline.services.robot_sim.world.effects import Effects
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
@@ -48,8 +48,8 @@ class _Entry(NamedTuple):
     first_tick: int
     last_tick: float
     fault: f.Fault
-    actuators: tuple[int, ...]
-    """Numbers of those that it is a fault of, if it is one of actuators."""
+    apply: ApplyFault
+    acting: Acting
 
 
 class FaultTimeline:
@@ -80,6 +80,7 @@ class FaultTimeline:
         Raises:
             CommandRefused: There are too many already.
             SpecError: It is of an actuator that the drive does not have.
+            TouchlineError: It is of another package, and its function fails, or is not to be had.
         """
         if len(self._entries) >= MAX_FAULTS:
             raise CommandRefused(f"{MAX_FAULTS} faults are acting or waiting already; start the robot anew")
@@ -120,7 +121,7 @@ class FaultTimeline:
         )
         self.effects.reset()
         for entry in self._active:
-            _apply(entry, self.effects)
+            entry.apply(entry.fault, self.effects, entry.acting)
 
     @property
     def timed(self) -> tuple[TimedFault, ...]:
@@ -133,7 +134,7 @@ class FaultTimeline:
         Raises:
             SpecError: One is of an actuator that the drive does not have.
         """
-        self._entries = [_Entry(*each, self._numbers(each.fault, "fault", "")) for each in faults[:MAX_FAULTS]]
+        self._entries = [self._entry(each, "fault", "") for each in faults[:MAX_FAULTS]]
         self._let_act(tick)
 
     @property
@@ -152,130 +153,49 @@ class FaultTimeline:
         return events
 
     def _add(self, fault: f.Fault, from_tick: int, source: str, place: str) -> None:
-        actuators = self._numbers(fault, source, place)
         first = from_tick + round(fault.start_s * TICKS_PER_S) + 1
         last = math.inf if fault.duration_s is None else first + max(round(fault.duration_s * TICKS_PER_S), 1) - 1
-        self._entries.append(_Entry(first, last, fault, actuators))
+        self._entries.append(self._entry(TimedFault(first, last, fault), source, place))
         self._next_change = min(self._next_change, first)
 
-    def _numbers(self, fault: f.Fault, source: str, place: str) -> tuple[int, ...]:
+    def _entry(self, timed: TimedFault, source: str, place: str) -> _Entry:
+        """The fault, with what its kind does.
+
+        Raises:
+            SpecError: It is of an actuator that the drive does not have; it is found in `source`, at this place.
+            PluginError: It is of another package, and its function fails.
+        """
+        fault = timed.fault
+        acting = Acting((timed.first_tick - 1) / TICKS_PER_S, self._numbers(fault, source, place))
+        apply: ApplyFault = part_for(FAULTS, fault.kind, "world", source)
+        if not FAULTS.is_shipped(fault.kind):
+            _tried(fault, apply, acting)
+        return _Entry(*timed, apply, acting)
+
+    def _numbers(self, fault: f.Fault, source: str, place: str) -> list[int]:
         """Of the actuators that it is a fault of.
 
         Raises:
             SpecError: There is none of that name; it is found in `source`, at this place.
         """
         if not isinstance(fault, f.ActuatorFault):
-            return ()
+            return []
         if fault.actuator == f.ALL:
-            return tuple(range(len(self._names)))
+            return list(range(len(self._names)))
         if fault.actuator not in self._names:
             remedy = f"give {', '.join(map(repr, self._names))} or {f.ALL!r}: the vehicle's drive has no other"
             raise SpecError(source, f"{place}actuator", f"is {fault.actuator!r}", remedy)
-        return (self._names.index(fault.actuator),)
+        return [self._names.index(fault.actuator)]
 
 
-def _apply(entry: _Entry, effects: Effects) -> None:
-    """Add one acting fault to `effects`."""
-    fault, start_s = entry.fault, (entry.first_tick - 1) / TICKS_PER_S
-    match fault:
-        case f.GnssOutage() | f.GnssDegraded() | f.CorrectionsLost() | f.GnssWrongFix() | f.GnssNoisy() | f.ClockSkew():
-            _apply_gnss(fault, start_s, effects)
-        case f.MessagesLate() | f.MessagesDuplicated() | f.MessagesReordered() | f.MessagesLost():
-            _apply_messages(fault, effects)
-        case f.CameraOutage():
-            effects.camera_out = True
-        case f.ImuBias():
-            effects.gyro_bias_radps += fault.gyro_radps
-            effects.accel_bias_mps2 += fault.accel_mps2
-        case f.ImuNoisy():
-            effects.gyro_white_radps = math.hypot(effects.gyro_white_radps, fault.gyro_radps)
-            effects.accel_white_mps2 = math.hypot(effects.accel_white_mps2, fault.accel_mps2)
-        case f.ImuStuck():
-            effects.imu_stuck = True
-        case f.MagneticDisturbance():
-            effects.field_east_t += fault.east_t
-            effects.field_north_t += fault.north_t
-        case f.ActuatorFault():
-            _apply_actuators(fault, list(entry.actuators), effects)
-        case _:
-            _apply_body(fault, effects)
+def _tried(fault: f.Fault, apply: ApplyFault, acting: Acting) -> None:
+    """Apply a fault of somebody else to a robot without faults: what fails shall do so here, not in the loop.
 
-
-def _apply_gnss(
-    fault: f.GnssOutage | f.GnssDegraded | f.CorrectionsLost | f.GnssWrongFix | f.GnssNoisy | f.ClockSkew,
-    start_s: float,
-    effects: Effects,
-) -> None:
-    match fault:
-        case f.GnssOutage():
-            effects.fix_cap = FIX_NAMES["none"]
-        case f.GnssDegraded():
-            effects.fix_cap = min(effects.fix_cap, FIX_NAMES[fault.fix])
-            if fault.claimed_m is not None:
-                effects.claimed_m = min(effects.claimed_m or math.inf, fault.claimed_m)
-        case f.CorrectionsLost():
-            effects.corrections_lost = True
-        case f.GnssWrongFix():
-            effects.gnss_offset_m += fault.east_m, fault.north_m
-        case f.GnssNoisy():
-            effects.gnss_white_m = math.hypot(effects.gnss_white_m, fault.white_m)
-            if not fault.honest:
-                effects.gnss_hidden_m = math.hypot(effects.gnss_hidden_m, fault.white_m)
-        case f.ClockSkew():
-            drift = fault.drift_ppm * 1e-6
-            effects.clock_offset_s += fault.offset_s - drift * start_s
-            effects.clock_drift += drift
-
-
-def _apply_messages(
-    fault: f.MessagesLate | f.MessagesDuplicated | f.MessagesReordered | f.MessagesLost, effects: Effects
-) -> None:
-    messages, sensor = effects.messages, SENSORS.index(fault.sensor)
-    match fault:
-        case f.MessagesLate():
-            messages.late_ticks[sensor] += _ticks(fault.delay_s)
-        case f.MessagesReordered():
-            messages.spread_ticks[sensor] = max(messages.spread_ticks[sensor], _ticks(fault.spread_s))
-        case f.MessagesLost():
-            messages.lost_share[sensor] = max(messages.lost_share[sensor], fault.share)
-        case f.MessagesDuplicated():
-            messages.again_share[sensor] = max(messages.again_share[sensor], fault.share)
-            messages.again_ticks[sensor] = max(messages.again_ticks[sensor], _ticks(fault.after_s))
-
-
-def _apply_actuators(fault: f.ActuatorFault, actuators: list[int], effects: Effects) -> None:
-    match fault:
-        case f.EncoderDropout():
-            effects.encoder_out[actuators] = 1
-        case f.WheelBlocked():
-            effects.blocked[actuators] = 1
-        case f.WheelSlip():
-            for number in actuators:
-                effects.slip[number] = max(effects.slip[number], fault.share, key=lambda share: (abs(share), share))
-        case f.SteeringOffset():
-            effects.offset_rad[actuators] += fault.offset_rad
-        case f.MotorWeak():
-            effects.torque_share[actuators] = np.minimum(effects.torque_share[actuators], fault.share)
-
-
-def _apply_body(fault: f.Fault, effects: Effects) -> None:
-    match fault:
-        case f.ValveStuck():
-            effects.valve = max(effects.valve, 1.0 if fault.position == "open" else 0.0)
-        case f.DiscStuck():
-            effects.disc = max(effects.disc, 1.0 if fault.position == "down" else 0.0)
-        case f.NozzleClogged():
-            effects.flow_share = min(effects.flow_share, fault.share)
-        case f.Bumper():
-            effects.bumper = True
-        case f.BatteryLow():
-            effects.battery_share = min(effects.battery_share, fault.fraction)
-        case f.TankEmpty():
-            effects.tank_max_l = min(effects.tank_max_l, fault.litres)
-        case f.OperatorLost():
-            effects.operator_lost = True
-
-
-def _ticks(seconds: float) -> float:
-    """Whole ticks, at least one for anything above zero."""
-    return float(max(round(seconds * TICKS_PER_S), 1)) if seconds > 0.0 else 0.0
+    Raises:
+        PluginError: Its function fails.
+    """
+    try:
+        apply(fault, Effects(), acting)
+    except Exception as error:
+        problem = f"{FAULTS.described(fault.kind)} fails with {type(error).__name__}: {error}"
+        raise PluginError(f"{problem}; mend it, or leave it out") from error

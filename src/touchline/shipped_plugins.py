@@ -5,9 +5,11 @@ from touchline.schemas.plugins import (
     DRIVES,
     EXTERNAL,
     EXTERNAL_TIMED,
+    FAULTS,
     FOLLOWERS,
     METHODS,
     POSE_METHODS,
+    SENSORS,
     SPEED_LAWS,
     TOOLS,
     KindParts,
@@ -20,6 +22,8 @@ _COVERAGE = "touchline.services.planner.coverage"
 _POSES = "touchline.services.planner.poses.shipped_methods"
 _LAWS = "touchline.services.planner.poses.speed_laws"
 _WORLD = "touchline.services.robot_sim.world"
+_FAULTS = "touchline.schemas.faults"
+_FAULT_EFFECTS = "touchline.services.robot_sim.fault_effects"
 _FOLLOWERS = "touchline.onboard.control"
 
 DRIVES.register(
@@ -57,6 +61,44 @@ TOOLS.register(
     "a drum that rolls the ground, both ways and at any speed",
     KindParts(f"{_VEHICLES}:RollerTool", world=f"{_WORLD}.tools.rolling:RollerInWorld"),
 )
+# Their numbers are those that kernels know them by: what is new comes last.
+SENSORS.register("gnss", "positions of the GNSS receiver", None)
+SENSORS.register("imu", "rates and accelerations", None)
+SENSORS.register("magnetometer", "the magnetic field", None)
+SENSORS.register("encoder", "angles of the drive's actuators", None)
+SENSORS.register("camera", "poses by the camera overhead", None)
+# Kind, line for people, class of its fields; the function that applies it has the kind's name.
+for _kind, _summary, _fields, _module in (
+    ("gnss-outage", "the GNSS receiver has no position", "GnssOutage", "gnss_faults"),
+    ("gnss-degraded", "the GNSS solution is degraded", "GnssDegraded", "gnss_faults"),
+    ("corrections-lost", "no RTK corrections arrive", "CorrectionsLost", "gnss_faults"),
+    ("gnss-wrong-fix", "the GNSS has a wrong fix", "GnssWrongFix", "gnss_faults"),
+    ("gnss-noisy", "the GNSS is disturbed", "GnssNoisy", "gnss_faults"),
+    ("camera-outage", "the camera does not see the robot", "CameraOutage", "sensor_faults"),
+    ("messages-late", "messages come late", "MessagesLate", "message_faults"),
+    ("messages-duplicated", "messages come twice", "MessagesDuplicated", "message_faults"),
+    ("messages-reordered", "messages come out of order", "MessagesReordered", "message_faults"),
+    ("messages-lost", "messages are lost", "MessagesLost", "message_faults"),
+    ("clock-skew", "the GNSS receiver's clock is off", "ClockSkew", "gnss_faults"),
+    ("imu-bias", "the IMU's bias has jumped", "ImuBias", "sensor_faults"),
+    ("imu-noisy", "the IMU vibrates", "ImuNoisy", "sensor_faults"),
+    ("imu-stuck", "the IMU is frozen", "ImuStuck", "sensor_faults"),
+    ("magnetic-disturbance", "the magnetic field is disturbed", "MagneticDisturbance", "sensor_faults"),
+    ("encoder-dropout", "a wheel encoder counts nothing", "EncoderDropout", "actuator_faults"),
+    ("wheel-blocked", "a wheel is blocked", "WheelBlocked", "actuator_faults"),
+    ("wheel-slip", "a wheel slips", "WheelSlip", "actuator_faults"),
+    ("motor-weak", "a motor is weak", "MotorWeak", "actuator_faults"),
+    ("steering-offset", "the steering is off", "SteeringOffset", "actuator_faults"),
+    ("valve-stuck", "the valve is stuck", "ValveStuck", "body_faults"),
+    ("disc-stuck", "the discs are stuck", "DiscStuck", "body_faults"),
+    ("nozzle-clogged", "the nozzle is clogged", "NozzleClogged", "body_faults"),
+    ("bumper", "the bumper is pressed", "Bumper", "body_faults"),
+    ("battery-low", "the battery is low", "BatteryLow", "body_faults"),
+    ("tank-empty", "the tank is empty", "TankEmpty", "body_faults"),
+    ("operator-lost", "the operator cannot be heard", "OperatorLost", "body_faults"),
+):
+    _apply = f"{_FAULT_EFFECTS}.{_module}:{_kind.replace('-', '_')}"
+    FAULTS.register(_kind, _summary, KindParts(f"{_FAULTS}:{_fields}", world=_apply))
 METHODS.register(
     "g2",
     "quickest: turns by the wheels' limits, reversing too",
@@ -128,5 +170,5 @@ SPEED_LAWS.register("quintic", "s = 10τ³ − 15τ⁴ + 6τ⁵: smooth at both 
 SPEED_LAWS.register("cubic", "s = 3τ² − 2τ³: at rest at both ends", f"{_LAWS}:CUBIC")
 SPEED_LAWS.register("uniform", "baseline: s = τ, which begins and ends in a jump", f"{_LAWS}:UNIFORM")
 
-for _registry in (DRIVES, TOOLS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS):
+for _registry in (DRIVES, TOOLS, FAULTS, SENSORS, METHODS, AREA_METHODS, FOLLOWERS, POSE_METHODS, SPEED_LAWS):
     _registry.close_shipped()

@@ -10,6 +10,7 @@ from touchline.bus import Bus, HealthReporter
 from touchline.cli.commands import execute
 from touchline.schemas import messages as m
 from touchline.schemas import topics
+from touchline.schemas.plugins import FAULTS
 
 
 @pytest.fixture
@@ -123,3 +124,17 @@ def test_sessions_are_compared(touchline, tmp_path):
 
 def test_the_version_is_told(touchline):
     assert touchline("--version")[1].startswith("touchline 0.")
+
+
+def test_the_kinds_of_faults_are_listed_with_their_parameters(touchline):
+    code, out, _ = touchline("fault", "--list")
+    assert code == 0
+    rows = {row[0]: row[1:] for row in (line.split("\t") for line in out.splitlines()[1:])}
+    assert tuple(rows) == FAULTS.names()
+    assert rows["messages-lost"] == ["sensor, share (1.0)", "messages are lost"]
+    code, out, _ = touchline("fault", "--list", "--json")
+    listed = json.loads(out)
+    assert [each["kind"] for each in listed] == list(FAULTS.names())
+    assert listed[-1]["schema"]["properties"]["kind"]["const"] == "operator-lost"
+    code, _, err = touchline("fault")
+    assert code == 2 and "give one, or --list" in err

@@ -41,7 +41,7 @@ def example(tmp_path: Path) -> Path:
     blocks = re.findall(r"```(?:toml|python)\n# ([\w/.]+)\n(.*?)```", PAGE, re.S)
     files = dict(blocks)
     project = tomllib.loads(files.pop("pyproject.toml"))["project"]
-    assert len(files) == 4
+    assert len(files) == 5
     return install(tmp_path / "site", project["name"], project["entry-points"], files)
 
 
@@ -55,7 +55,8 @@ def touchline(site: Path, *arguments: str, cwd: Path | None = None) -> "subproce
 def test_the_pages_package_paints(example: Path, tmp_path: Path) -> None:
     (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
     chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful")
-    done = touchline(example, "simulate", "lawn.json", *chosen, "--json", cwd=tmp_path)
+    (tmp_path / "glare.json").write_text('{"faults": [{"kind": "glare", "start_s": 2, "duration_s": 1}]}')
+    done = touchline(example, "simulate", "lawn.json", *chosen, "--scenario", "glare.json", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "warning" not in done.stderr
     figures = json.loads(done.stdout)

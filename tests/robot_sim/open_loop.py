@@ -2,12 +2,12 @@
 
 import json
 import math
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 
 from touchline.onboard.interface import Command, SensorFrame
-from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.faults import fault_models, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
@@ -18,7 +18,7 @@ from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
-FAULTS = get_args(get_args(Fault)[0])
+FAULTS = tuple(fault_models().values())
 AT_REST = World(VEHICLE, Scenario(noise="none"))
 STILL = AT_REST.state
 AHEAD = Command((10.0, 10.0), True, True)

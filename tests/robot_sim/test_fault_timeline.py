@@ -3,7 +3,6 @@
 import json
 import math
 from operator import attrgetter
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -14,15 +13,16 @@ from tests.robot_sim.scripted import ScriptedOnboard, line_script
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import CommandRefused, SpecError
-from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.faults import fault_models, parse_fault
 from touchline.schemas.messages import Event, InjectFaultRequest
+from touchline.schemas.plugins import SENSORS
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.command_handlers import Commands
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fault_timeline import MAX_FAULTS, FaultTimeline
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.robot_sim.world.effects import SENSORS, Effects
+from touchline.services.robot_sim.world.effects import Effects
 
 DRIVE = Vehicle().drive
 
@@ -85,7 +85,7 @@ def effects_of(*faults):
 
 
 def sensor(which, what):
-    return f"messages.{what}", SENSORS.index(which)
+    return f"messages.{what}", SENSORS.number(which)
 
 
 def amount(effects, place):
@@ -171,10 +171,11 @@ def test_a_delay_is_told_in_whole_ticks_and_is_one_at_least(delay_s, ticks):
 
 TIMES = {"start_s": st.just(0.0), "duration_s": st.none()}
 NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
+NEEDED["sensor"] = st.sampled_from(SENSORS.names())
 ANY_FAULT = st.one_of(
     [
         st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields})
-        for model in get_args(get_args(Fault)[0])
+        for model in fault_models().values()
     ]
 )
 

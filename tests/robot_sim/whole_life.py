@@ -9,7 +9,6 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import get_args
 
 from tests.late_kernels import LateKernels
 from tests.meeting import caught_up
@@ -20,9 +19,9 @@ from touchline.bus.ports import free_port
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
-from touchline.schemas.faults import Fault
 from touchline.schemas.messages import LoadRequest
 from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plugins import FAULTS
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.robot_sim.journal import Journal
@@ -143,8 +142,7 @@ def team(life, coordinator):
 
 
 def faults(life, job):
-    for kind in get_args(get_args(Fault)[0]):
-        name = get_args(kind.model_fields["kind"].annotation)[0]
+    for name in FAULTS.names():
         life.begin()
         life.order(topics.RESET)
         life.drive(job, 3.0)

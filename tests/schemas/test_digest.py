@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.digest import SessionDigest, scenario_hash
-from touchline.schemas.faults import Fault
+from touchline.schemas.faults import fault_models
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
@@ -184,7 +184,7 @@ RICH = Scenario(
     start={"x_m": 1.0, "y_m": 2.0, "heading_rad": 3.0},
     sky=[{"name": "oaks", "outline": [[0, 0], [1, 0], [0, 1]]}],
     steel=[{"name": "post", "outline": [[0, 0]]}],
-    faults=[fault_of(model) for model in get_args(get_args(Fault)[0])],
+    faults=[fault_of(model) for model in fault_models().values()],
 )
 BOUNDED = Template(
     name="two",

@@ -6,11 +6,11 @@ from typing import get_args
 import pytest
 
 from touchline.schemas.errors import SpecError
-from touchline.schemas.faults import Fault, describe, parse_fault
+from touchline.schemas.faults import describe, fault_models, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
 
-KINDS = get_args(get_args(Fault)[0])
+KINDS = tuple(fault_models().values())
 REQUIRED = {
     "messages-late": {"sensor": "imu", "delay_s": 0.2},
     "messages-duplicated": {"sensor": "gnss"},

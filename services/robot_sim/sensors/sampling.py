@@ -13,6 +13,7 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_CAMERA, STREAM_RECEIVER, uniform
 from touchline.onboard.interface import TICKS_PER_S
+from touchline.schemas.plugins import SENSORS
 from touchline.services.robot_sim.sensors import camera as overhead
 from touchline.services.robot_sim.sensors.camera import Camera
 from touchline.services.robot_sim.sensors.fast import FastSensors, measure
@@ -44,8 +45,8 @@ class Sensing(NamedTuple):
     """Of `SkyPlace`."""
 
 
-_OF_RECEIVER = 0  # numbers of `effects.SENSORS`
-_OF_CAMERA = 4
+_OF_RECEIVER = SENSORS.number("gnss")
+_OF_CAMERA = SENSORS.number("camera")
 _JITTER = 3  # channel of STREAM_RECEIVER
 
 

@@ -18,6 +18,7 @@ from touchline.core.jit import kernel
 from touchline.core.random import STREAM_TRANSPORT, uniform
 from touchline.core.records import Record
 from touchline.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.schemas.plugins import SENSORS
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.position_report import COLUMNS
 
@@ -29,6 +30,8 @@ PENDING: Final = 1024
 ARRIVALS: Final = 64
 """Position reports that can arrive in one tick; more wait for the next."""
 
+_FIRST_FAST: Final = SENSORS.number("imu")
+"""Number of the first 100 Hz sensor; magnetometer and encoders are the next."""
 _FIRST: Final = (GYRO, MAG, ANGLES)  # of each 100 Hz sensor's readings, up to the next one's
 
 Floats = NDArray[np.float64]
@@ -64,7 +67,7 @@ def latency_ticks(moment: Moment, sensor: int) -> tuple[int, int]:
 
     Args:
         moment: When it is sent.
-        sensor: Index in `effects.SENSORS`.
+        sensor: Number of it in `SENSORS`.
     """
     seed, tick, effects = moment.seed, moment.tick, moment.effects[0].messages
     lost, spread, again = effects.lost_share[sensor], effects.spread_ticks[sensor], effects.again_share[sensor]
@@ -89,7 +92,7 @@ def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
         transport: (1,) with the sample in its `history`; all else of that sensor is updated.
     """
     t, tick = transport[0], moment.tick
-    delay, again = latency_ticks(moment, sensor + 1)
+    delay, again = latency_ticks(moment, _FIRST_FAST + sensor)
     if delay >= 0:
         t.schedule[sensor, (tick + delay) % HISTORY] = tick
     if again >= 0:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from touchline.core.records import Record
 from touchline.onboard.interface import ACTUATORS
 
-SENSORS: Final = ("gnss", "imu", "magnetometer", "encoder", "camera")
+MOST_SENSORS: Final = 8
+"""Of what is registered in `SENSORS`; more than are shipped, so that kernels need not be compiled anew for one more."""
 FREE: Final = -1.0
 """Of a plunger that is not stuck."""
 FIXED: Final = 3.0
@@ -26,14 +27,14 @@ Integers = NDArray[np.int64]
 
 
 class MessageEffects(Record):
-    """Of messages under way, in the order of `SENSORS`."""
+    """Of messages under way, by the numbers of `SENSORS`."""
 
-    late_ticks: Annotated[Floats, len(SENSORS)]
-    spread_ticks: Annotated[Floats, len(SENSORS)]
-    lost_share: Annotated[Floats, len(SENSORS)]
-    again_share: Annotated[Floats, len(SENSORS)]
+    late_ticks: Annotated[Floats, MOST_SENSORS]
+    spread_ticks: Annotated[Floats, MOST_SENSORS]
+    lost_share: Annotated[Floats, MOST_SENSORS]
+    again_share: Annotated[Floats, MOST_SENSORS]
     """Of them arrives twice, the second time after:"""
-    again_ticks: Annotated[Floats, len(SENSORS)]
+    again_ticks: Annotated[Floats, MOST_SENSORS]
 
 
 class Effects(Record):

@@ -14,6 +14,7 @@ from rich.table import Column, Table
 from touchline.bus import Bus, BusConfig, UrgentOrder, repeat_until_acknowledged
 from touchline.bus.config import named_robots
 from touchline.cli.display import print_json, print_table
+from touchline.cli.fault_kinds import print_fault_kinds
 from touchline.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.schemas import topics
 from touchline.schemas.cdr import typestore
@@ -130,17 +131,25 @@ def _continue_jobs(config: BusConfig) -> Iterator[tuple[str, CommandResponse]]:
 
 def fault(
     what: Annotated[
-        str,
+        str | None,
         typer.Argument(
             help='Fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
             "or a JSON file. start_s counts from now.",
             show_default=False,
         ),
-    ],
+    ] = None,
+    list_kinds: Annotated[
+        bool, typer.Option("--list", help="List the kinds of faults with their parameters instead.")
+    ] = False,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Inject a fault into the robot on the bus (docs/robot-sim.md lists the faults)."""
+    """Inject a fault into the robot on the bus (`--list` lists the faults, docs/robot-sim.md tells of them)."""
+    if list_kinds:
+        print_fault_kinds(as_json=as_json)
+        return
+    if what is None:
+        raise SpecError("fault", "", "is missing", "give one, or --list for the kinds that there are")
     config = config_of(robot)
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
     parse_fault(text)  # an invalid fault is refused here, whether or not a robot is there

@@ -1,0 +1,37 @@
+"""Faults of the IMU, of the magnetometer and of the camera overhead."""
+
+from __future__ import annotations
+
+import math
+
+from touchline.schemas import faults as f
+from touchline.services.robot_sim.fault_effects.acting import Acting
+from touchline.services.robot_sim.world.effects import Effects
+
+
+def camera_outage(_fault: f.CameraOutage, effects: Effects, _acting: Acting) -> None:
+    """No pose."""
+    effects.camera_out = True
+
+
+def imu_bias(fault: f.ImuBias, effects: Effects, _acting: Acting) -> None:
+    """Biases add up."""
+    effects.gyro_bias_radps += fault.gyro_radps
+    effects.accel_bias_mps2 += fault.accel_mps2
+
+
+def imu_noisy(fault: f.ImuNoisy, effects: Effects, _acting: Acting) -> None:
+    """White noises add up by their squares."""
+    effects.gyro_white_radps = math.hypot(effects.gyro_white_radps, fault.gyro_radps)
+    effects.accel_white_mps2 = math.hypot(effects.accel_white_mps2, fault.accel_mps2)
+
+
+def imu_stuck(_fault: f.ImuStuck, effects: Effects, _acting: Acting) -> None:
+    """The last reading again and again."""
+    effects.imu_stuck = True
+
+
+def magnetic_disturbance(fault: f.MagneticDisturbance, effects: Effects, _acting: Acting) -> None:
+    """Fields add up."""
+    effects.field_east_t += fault.east_t
+    effects.field_north_t += fault.north_t
