@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, ages, drive, errors, fixes, second
+from touchline.schemas.plugins import SENSORS
 
 TOUCHES = {
     "gnss-outage": ({}, {"gnss"}),
@@ -73,7 +74,12 @@ def test_a_fault_of_the_drive_changes_no_sensor_noise():
 
 
 TIMES = {"start_s": st.floats(0, 1.5), "duration_s": st.none() | st.floats(0.01, 1.5)}
-NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
+NEEDED = {
+    "delay_s": st.floats(0.01, 5),
+    "white_m": st.floats(0.001, 100),
+    "share": st.floats(0, 0.95),
+    "sensor": st.sampled_from(SENSORS.names()),
+}
 ANY_FAULT = st.one_of(
     [st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields}) for model in FAULTS]
 )
