@@ -5,7 +5,7 @@ import pytest
 from tests.tui import scenes
 from tests.tui.console import console, plain
 from tests.tui.scenes import received
-from touchline.onboard.executive import failsafe
+from touchline.onboard.executive import hazards
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
@@ -38,7 +38,7 @@ def texts(state: ConsoleState) -> list[str]:
 
 
 def test_the_limits_are_the_robots() -> None:
-    assert (alerts.EMPTY_TANK_L, alerts.FLAT_BATTERY) == (failsafe.LOW_TANK_L, failsafe.LOW_BATTERY)
+    assert (alerts.EMPTY_TANK_L, alerts.FLAT_BATTERY) == (hazards.LOW_TANK_L, hazards.LOW_BATTERY)
 
 
 def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:

@@ -22,7 +22,9 @@ from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control.path_tracker import STOPPED_MPS, has_arrived, is_held, nozzle_m, observe
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.estimation.filter import take_frame
-from touchline.onboard.executive.failsafe import NOTHING, FenceArrays, judge_safety
+from touchline.onboard.executive.failsafe import judge_safety
+from touchline.onboard.executive.geofence import FenceArrays
+from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import (
     GOOD,
     judge_pose,

@@ -1,13 +1,14 @@
 """The failsafe: what stops the robot whatever its pose (bumper, operator, fence, wheels, paint, battery).
 
-Three answers, in this order: an emergency latches until a reset; a stop lasts until somebody says `resume`, and resume
-is refused as long as the cause can still be seen; the rest is the localization monitor's.
+In every tick it observes what takes time to see, and then takes the first hazard that is there of each answer, in the
+order of the table `HAZARDS` (`hazards.py`).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,110 +17,86 @@ from touchline.core.jit import kernel
 from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.executive.geofence import Geofence, beyond_m
+from touchline.onboard.executive.geofence import FenceArrays, Geofence, beyond_m
+from touchline.onboard.executive.hazards import (
+    DRY_TANK_L,
+    HAZARD_CHAINS,
+    HAZARDS,
+    NOTHING,
+    Hazard,
+    HazardChains,
+    HazardContext,
+    SafetyMoment,
+    by_code,
+    chains_of,
+    first_found,
+    too_little_flows,
+)
 from touchline.onboard.interface import TICK_S, Pause
-from touchline.schemas import supplies
-from touchline.schemas.messages import PauseStatus
 from touchline.schemas.vehicles import Vehicle
 
 Floats = NDArray[np.float64]
 
-OPERATOR_TIMEOUT_S: Final = 2.0
 HEADING_DOUBT: Final = 2.0
 """σ of the heading: until driving has made it known, the body may be turned by so much, and is not beyond the fence."""
-LOW_BATTERY: Final = supplies.LOW_BATTERY
-LOW_TANK_L: Final = supplies.LOW_TANK_L
-DRY_TANK_L: Final = 0.0005
-ACTUATOR_TIMEOUT_S: Final = 0.4
-LEAK_SHARE: Final = 0.4
-"""Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
-DRY_SHARE: Final = 0.8
-"""Of the nominal flow, over the window, while it is open: nothing comes out, or so little that the line is narrow."""
 REFILL_L: Final = 0.02
 """No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
 
 
-# What may stop the robot.
-NOTHING: Final = 0
-BUMPER: Final = 1
-FENCE: Final = 2
-OPERATOR: Final = 3
-EMPTY_TANK: Final = 4
-LOW_TANK: Final = 5
-BATTERY: Final = 6
-DRY: Final = 20
-LEAK: Final = 21
-ACTUATOR: Final = 22  # the first one; one more for each after it
-
-_HAZARDS: Final = {
-    EMPTY_TANK: "tank-empty",
-    LOW_TANK: "tank-low",
-    BATTERY: "battery-low",
-    DRY: "too-little-paint",
-    LEAK: "valve-leaks",
-}
-"""Names of what only stops the robot; that of an actuator is `actuator`."""
-
-
-class FenceArrays(NamedTuple):
-    """A geofence, as `geofence.beyond_m` takes it; without corners there is none."""
-
-    outline: Floats
-    body: Floats
-
-
 @kernel
 def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
-    """Judge a tick, during which the last command was in force.
+    """Judge a tick, during which the last command was in force, by the hazards of the table.
 
     Args:
         tick: That the estimator has seen.
         computer: (1,) the findings `safety` are updated.
         fence: Round the loaded plan.
     """
-    c = computer[0]
-    found, robot, valve = c.safety, c.frame, c.command.valve
-    found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
-    found.emergency = BUMPER if robot.bumper else _outside(c, fence)
-    operator = _operator(robot.operator_alive, found)
-    disobeyed = _disobeyed(c) if robot.encoder_tick == tick else NOTHING
-    sprays = found.nominal_l > 0.0  # else there is neither tank nor valve
-    flow = _paint(robot.tank_l, valve, found) if sprays else NOTHING
-    if operator != NOTHING:
-        found.lasting = operator
-    elif sprays and robot.tank_l < LOW_TANK_L:
-        found.lasting = EMPTY_TANK if robot.tank_l <= DRY_TANK_L else LOW_TANK
-    elif robot.battery_fraction < LOW_BATTERY:
-        found.lasting = BATTERY
-    else:
-        found.lasting = NOTHING if valve else flow
-    found.stop = found.lasting
-    if found.stop == NOTHING:
-        found.stop = disobeyed if disobeyed != NOTHING else flow
+    judge_hazards(tick, computer, fence, HAZARD_CHAINS)
 
 
 @kernel
-def _outside(c: ComputerState, fence: FenceArrays) -> int:
+def judge_hazards(tick: int, computer: Computer, fence: FenceArrays, hazards: HazardChains) -> None:
+    """As `judge_safety`, by other hazards, in their order of priority."""
+    c = computer[0]
+    _observe(tick, c, fence)
+    found, moment = c.safety, SafetyMoment(tick, fence)
+    found.emergency = first_found(hazards.emergency, moment, c)
+    found.lasting = first_found(hazards.lasting, moment, c)
+    found.stop = found.lasting
+    if found.stop == NOTHING:
+        found.stop = first_found(hazards.passing, moment, c)
+
+
+@kernel
+def _observe(tick: int, c: ComputerState, fence: FenceArrays) -> None:
+    """Keep what hazards are judged by that takes more than this tick to see."""
+    found, robot = c.safety, c.frame
+    found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
+    if not robot.bumper:
+        _observe_fence(c, fence)
+    found.unheard_s = 0.0 if robot.operator_alive else found.unheard_s + TICK_S
+    if robot.encoder_tick == tick:
+        _observe_actuators(c)
+    if found.nominal_l > 0.0:  # else there is neither tank nor valve
+        _observe_paint(robot.tank_l, c.command.valve, found)
+
+
+@kernel
+def _observe_fence(c: ComputerState, fence: FenceArrays) -> None:
     outline, body = fence
     found, slot = c.safety, c.times.tick % m.RING
     if len(outline) == 0 or c.times.first_tick < 0:
-        return NOTHING
+        return
     x = c.filter.states[slot]
     doubt_m = HEADING_DOUBT * math.sqrt(c.filter.covariances[slot, m.HEADING, m.HEADING]) * found.body_radius_m
     beyond = beyond_m(outline, body, found.body_radius_m, x[m.EAST], x[m.NORTH], x[m.HEADING])
     found.outside_s = 0.0 if beyond <= found.fence_margin_m + doubt_m else found.outside_s + TICK_S
-    return FENCE if found.outside_s >= found.fence_timeout_s else NOTHING
 
 
 @kernel
-def _operator(alive: bool, found: SafetyFindings) -> int:
-    found.unheard_s = 0.0 if alive else found.unheard_s + TICK_S
-    return OPERATOR if found.unheard_s > OPERATOR_TIMEOUT_S else NOTHING
-
-
-@kernel
-def _disobeyed(c: ComputerState) -> int:
-    found, problem = c.safety, NOTHING
+def _observe_actuators(c: ComputerState) -> None:
+    found = c.safety
     for i in range(len(found.expected)):
         expected = found.expected[i]
         change = found.lag_share[i] * (c.command.actuators[i] - expected)
@@ -128,33 +105,25 @@ def _disobeyed(c: ComputerState) -> int:
         tolerance = max(found.tolerance[i], found.tolerance_share[i] * abs(expected))
         follows = abs(c.buffer.measured[i] - expected) <= tolerance
         found.astray_s[i] = 0.0 if follows else found.astray_s[i] + TICK_S
-        if found.astray_s[i] >= ACTUATOR_TIMEOUT_S:
-            problem = ACTUATOR + i
-    return problem
 
 
 @kernel
-def _paint(tank_l: float, valve: bool, found: SafetyFindings) -> int:
+def _observe_paint(tank_l: float, valve: bool, found: SafetyFindings) -> None:
     found.dry_s = 0.0
     used_l = found.tank_l - tank_l
     found.tank_l = tank_l
     if tank_l <= DRY_TANK_L:
         _restart_flow(found)
         found.dry_s = TICK_S
-        return NOTHING
+        return
     if valve != found.valve or not abs(used_l) < REFILL_L:
         _restart_flow(found)
     found.valve = valve
     found.valve_ticks += 1
     if found.valve_ticks > found.settle_ticks:
         _add_flow(used_l, found)
-    if found.flow_count < FLOW_WINDOW_TICKS:
-        return NOTHING
-    share = found.flow_sum_l / (FLOW_WINDOW_TICKS * found.nominal_l)
-    if valve and share < DRY_SHARE:
+    if valve and too_little_flows(found):
         found.dry_s = _dry_ticks(found) * TICK_S
-        return DRY
-    return LEAK if not valve and share > LEAK_SHARE else NOTHING
 
 
 @kernel
@@ -203,14 +172,30 @@ def restart_flow(computer: Computer) -> None:
 class Failsafe:
     """See the module.
 
+    Args:
+        vehicle: That it watches over.
+        computer: Whose estimate, command and frame it judges by.
+        fence_timeout_s: For how long the body may be beyond the fence.
+        hazards: That it looks for; kernels that run many ticks look for those of `HAZARDS`.
+
     Attributes:
         findings: Of the last tick.
+        seen: What words about hazards are made of.
     """
 
-    def __init__(self, vehicle: Vehicle, computer: ComputerState, fence_timeout_s: float) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        computer: ComputerState,
+        fence_timeout_s: float,
+        hazards: Sequence[Hazard] = HAZARDS,
+    ) -> None:
         """Nothing seen yet."""
         self._computer, self.findings = computer, computer.safety
-        self._drive = drive = drive_of(vehicle)
+        self._others = None if hazards is HAZARDS else chains_of(hazards)
+        self._rows = by_code(hazards)
+        drive = drive_of(vehicle)
+        self.seen = HazardContext(computer.safety, drive.disobeyed)
         self.findings.reset(
             fence_timeout_s=fence_timeout_s,
             lag_share=drive.lag_share,
@@ -220,24 +205,23 @@ class Failsafe:
             nominal_l=vehicle.tool.flow_lps * TICK_S,
             settle_ticks=math.ceil(max(vehicle.tool.opens_s, vehicle.tool.closes_s) / TICK_S) + 2,
         )
-        self._fence: Geofence | None = None
         self.fence_arrays = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
         """As kernels take it."""
 
     @property
     def fence(self) -> Geofence | None:
         """Round the loaded plan."""
-        return self._fence
+        return self.seen.fence
 
     @fence.setter
     def fence(self, fence: Geofence) -> None:
-        self._fence = fence
+        self.seen.fence = fence
         self.fence_arrays = FenceArrays(np.ascontiguousarray(fence.outline), np.ascontiguousarray(fence.body))
         self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
     def take_fence_away(self) -> None:
         """There is no plan any more."""
-        self._fence, self.fence_arrays = None, FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
+        self.seen.fence, self.fence_arrays = None, FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
 
     def forget(self) -> None:
         """Start all observations over time anew, as the operator wants to go on."""
@@ -247,7 +231,10 @@ class Failsafe:
 
     def look(self, tick: int) -> None:
         """Judge a tick."""
-        judge_safety(tick, self._computer.array, self.fence_arrays)
+        if self._others is None:
+            judge_safety(tick, self._computer.array, self.fence_arrays)
+        else:
+            judge_hazards(tick, self._computer.array, self.fence_arrays, self._others)
 
     @property
     def emergency(self) -> str:
@@ -262,10 +249,8 @@ class Failsafe:
     @property
     def pause(self) -> Pause:
         """Who or what orders the stop."""
-        code = self.findings.stop
-        if code == OPERATOR:
-            return Pause(PauseStatus.LINK, "operator not heard")
-        return Pause(PauseStatus.HAZARD, _HAZARDS.get(code, "actuator"))
+        hazard = self._rows[self.findings.stop]
+        return Pause(hazard.by, hazard.name)
 
     @property
     def lasting(self) -> str:
@@ -276,16 +261,5 @@ class Failsafe:
         """What a finding means to people; "" if all is well."""
         if code == NOTHING:
             return ""
-        if code == FENCE and self._fence is not None:
-            return f"the robot has left {self._fence.name} by more than {self._fence.margin_m:g} m"
-        if code >= ACTUATOR:
-            return self._drive.disobeyed[code - ACTUATOR]
-        return {
-            BUMPER: "the bumper is pressed",
-            OPERATOR: f"the operator has not been heard for {OPERATOR_TIMEOUT_S:.0f} s",
-            EMPTY_TANK: "the tank is empty",
-            LOW_TANK: "the tank is all but empty",
-            BATTERY: f"the battery is low ({100.0 * self.findings.battery_fraction:.0f} %)",
-            DRY: "the valve is open, but too little paint comes out",
-            LEAK: "paint comes out although the valve is closed",
-        }[code]
+        hazard = self._rows[code]
+        return hazard.words(self.seen, code - hazard.code)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,13 @@ def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north:
         y = north + sin * body[i, 0] + cos * body[i, 1]
         farthest = max(farthest, _outside(outline, complex(x, y)))
     return farthest
+
+
+class FenceArrays(NamedTuple):
+    """A geofence, as `beyond_m` takes it; without corners there is none."""
+
+    outline: Floats
+    body: Floats
 
 
 class Geofence:

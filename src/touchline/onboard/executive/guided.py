@@ -15,7 +15,7 @@ from touchline.onboard.control.path_tracker import STOPPED_MPS
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
-from touchline.onboard.executive.failsafe import FenceArrays
+from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.guided_tick import GuidedCourse, drive_on, stopping_point
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.traversal_job import JobProgress, Step

@@ -15,7 +15,8 @@ from touchline.onboard.computer_state import Computer
 from touchline.onboard.control.cell_steering import HEADING, SPEED, SteeringLimits, X, Y, steer_in_cell
 from touchline.onboard.control.path_tracker import observe
 from touchline.onboard.drives.onboard_drive import command as drive_command
-from touchline.onboard.executive.failsafe import NOTHING, FenceArrays
+from touchline.onboard.executive.geofence import FenceArrays
+from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import GOOD, speaks_against_driving
 from touchline.onboard.interface import TICK_S
 
