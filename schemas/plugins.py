@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
@@ -49,20 +49,25 @@ def located(made: Any) -> Any:
 
 @dataclass(frozen=True)
 class KindParts:
-    """A kind of drive, tool or fault: a class in each room that has to know it, or where that is found.
+    """A kind of drive, tool, sensor or fault: a class in each room that has to know it, or where that is found.
 
     Attributes:
-        spec: What a file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles, a `Fault` of schemas/faults.py.
+        spec: What a file says of it: a `DriveSpec`, `ToolSpec` or `SensorSpec` of schemas/vehicles, a `Fault` of
+            schemas/faults.py.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Only drives have one.
-        onboard: What the robot's computer asks: an `OnboardDrive` of onboard/drives. Only drives have one.
-        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world; of a fault the function
-            that applies it, an `ApplyFault` of services/robot_sim/fault_effects/acting.py.
+        onboard: What the robot's computer asks: an `OnboardDrive` of onboard/drives, an `OnboardSensor` of
+            onboard/estimation. Tools and faults have none, nor have sensors that it does not use.
+        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world, a `WorldSensor` of
+            services/robot_sim/sensors; of a fault the function that applies it, an `ApplyFault` of
+            services/robot_sim/fault_effects/acting.py.
+        truth: What a scenario says of sensors of this kind: a `SensorTruth` of schemas. Only sensors have one.
     """
 
     spec: Any
     planner: Any = None
     onboard: Any = None
     world: Any = None
+    truth: Any = None
 
     def part(self, room: str) -> Any:
         """The class for one room, by the attribute's name."""
@@ -93,6 +98,12 @@ class Plugin(Generic[T]):
         """The class or function that makes it, imported if need be."""
         made: T = located(self.make)
         return made
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names, one or more, in words: ``'a', 'b' or 'c'``."""
+    *others, last = map(repr, names)
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 class Registry(Generic[T]):
@@ -226,8 +237,7 @@ class Registry(Generic[T]):
     @property
     def listed(self) -> str:
         """All names in words: ``'a', 'b' or 'c'``."""
-        *others, last = map(repr, self._all())
-        return f"{', '.join(others)} or {last}" if others else last
+        return listed(self._all())
 
     def has(self, name: str) -> bool:
         """True if there is one of that name; only for names that are not shipped other packages are looked at."""
@@ -277,7 +287,7 @@ def tracebacks_wanted() -> bool:
     return bool(os.environ.get(VERBOSE))
 
 
-def part_for(registry: Registry[KindParts], kind: str, room: str, source: str = "vehicle") -> Any:
+def part_for(registry: Registry[Any], kind: str, room: str, source: str = "vehicle") -> Any:
     """The class that a kind has for one room, by the attribute's name of `KindParts`; `source` is what has named it.
 
     Raises:
@@ -299,8 +309,9 @@ TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
 FAULTS: Registry[KindParts] = Registry("fault")
 """What may go wrong with a robot, by the `kind` of a fault."""
-SENSORS: Registry[None] = Registry("sensor")
-"""What sends messages that faults may delay or lose; `number` is where kernels have what is of one of them."""
+SENSORS: Registry[KindParts | None] = Registry("sensor")
+"""What measures. Those that are part of every robot have no parts; the others are auxiliary ones, by the `kind` of each
+of a vehicle's `sensors`. `number` is where kernels have what faults do to the messages of one of them."""
 METHODS: Registry[Any] = Registry("transition method")
 """How painted lines are joined: a `Method` of services/planner/transitions/method_choice.py each."""
 AREA_METHODS: Registry[Any] = Registry("area method")

@@ -2,10 +2,13 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
 from touchline.schemas.faults import AnyFault, Share
 from touchline.schemas.given_angles import Angle
+from touchline.schemas.kinds import of_its_kind
+from touchline.schemas.plugins import SENSORS
+from touchline.schemas.sensor_truth import SensorTruth
 from touchline.schemas.spec import GrownSpec, Spec
 
 Noise = Literal["default", "none"]
@@ -17,6 +20,7 @@ Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
 
 
 _Point = tuple[Coordinate, Coordinate]
+_Sensor = Annotated[SerializeAsAny[SensorTruth], WrapValidator(of_its_kind(SENSORS, "truth"))]
 
 
 OF_THE_COMPUTER = frozenset(("follower", "fence", "link_timeout_s"))
@@ -210,7 +214,10 @@ class Scenario(GrownSpec):
     faults: Annotated[tuple[AnyFault, ...], Field(max_length=1000)] = ()
     """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
 
-    later_fields = ("camera",)
+    sensors: Annotated[tuple[_Sensor, ...], Field(max_length=20)] = ()
+    """Auxiliary sensors, by their kinds; a kind that is not here is as by default."""
+
+    later_fields = ("camera", "sensors")
 
     @model_validator(mode="before")
     @classmethod

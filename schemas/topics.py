@@ -95,6 +95,8 @@ GNSS_FIX = Topic("gnss/fix", m.NavSatFix, 10, units="deg, m", tolerance=1e-9)
 GNSS_STATUS = Topic("gnss/status", m.GnssStatus, 10, latched=True, units="m, s", tolerance=1e-9)
 #: Of a robot that a camera overhead positions; it has no GNSS.
 CAMERA_POSE = Topic("camera/pose", m.PoseWithCovarianceStamped, 15, units="m, rad", tolerance=1e-9, general=False)
+#: Of auxiliary sensors, if the vehicle has any.
+SENSOR_SAMPLE = Topic("sensors/samples", m.SensorSample, tolerance=1e-9, general=False)
 IMU = Topic("imu/data_raw", m.Imu, 100, units="rad/s, m/s2", tolerance=1e-9)
 MAGNETIC_FIELD = Topic("imu/mag", m.MagneticField, 100, units="T", tolerance=1e-12)
 JOINT_STATES = Topic("joint_states", m.JointState, 100, units="rad, rad/s", tolerance=1e-9)

@@ -150,6 +150,18 @@ class PauseStatus(Message):
     earliest: Time = Time()
 
 
+class SensorSample(Message):
+    """A measurement of an auxiliary sensor, stamped with its time; the header's frame is the sensor's name.
+
+    ``kind`` is what it is registered as; the order and units of ``values`` are in the documentation of that kind.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/SensorSample"
+    header: Header = Header()
+    kind: str = ""
+    values: Float64Array = zeros(0)
+
+
 class AboutToMove(Message):
     """The warning that a robot gives before it moves off: what its horn and beacon are to do.
 

@@ -8,6 +8,7 @@ from touchline.schemas.vehicles.no_tool import NoTool
 from touchline.schemas.vehicles.positioning import GNSS, ODOMETRY, OVERHEAD_CAMERA, Positioning
 from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteeredDrive
 from touchline.schemas.vehicles.roller_tool import RollerTool
+from touchline.schemas.vehicles.sensor_spec import SensorSpec
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle import Vehicle
@@ -27,6 +28,7 @@ __all__ = [
     "Positioning",
     "RearSteeredDrive",
     "RollerTool",
+    "SensorSpec",
     "SprayerTool",
     "ToolSpec",
     "Vehicle",

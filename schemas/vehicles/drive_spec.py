@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from touchline.schemas.misfit import misfit
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.ground_contact import GroundContact
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.quantities import Acceleration, Speed
 
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from touchline.schemas.misfit import misfit
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
+from touchline.schemas.misfit import misfit
 from touchline.schemas.vehicles.drive_spec import DriveSpec
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.quantities import Place, Speed
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody

@@ -5,11 +5,11 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from touchline.schemas.misfit import misfit
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.differential_drive import Motor
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.ground_contact import GroundContact
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.quantities import (
     Acceleration,
     Delay,

@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from touchline.schemas.misfit import misfit
 from touchline.schemas.vehicles.drive_spec import DriveSpec
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.quantities import Delay, Length, Mass, Place, Speed
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody

@@ -1,26 +1,30 @@
 """Vehicles: a robot as data. The defaults are the Turf Tank Two."""
 
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import (
     Field,
     SerializeAsAny,
     ValidationInfo,
-    ValidatorFunctionWrapHandler,
+    WrapValidator,
     field_validator,
     model_validator,
 )
 
-from touchline.schemas.plugins import DRIVES, TOOLS, Registry
+from touchline.schemas.kinds import of_its_kind
+from touchline.schemas.misfit import misfit
+from touchline.schemas.plugins import DRIVES, SENSORS, TOOLS
 from touchline.schemas.spec import GrownSpec
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.former_vehicles import in_parts
-from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.positioning import GNSS, Positioning
+from touchline.schemas.vehicles.sensor_spec import SensorSpec
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
+
+Sensor = Annotated[SerializeAsAny[SensorSpec], WrapValidator(of_its_kind(SENSORS))]
 
 
 class Vehicle(GrownSpec):
@@ -30,28 +34,35 @@ class Vehicle(GrownSpec):
     body: VehicleBody = VehicleBody()
     positioning: Positioning = GNSS
     """Recorded only if it is another one: vehicles, and their hashes, are thus what they were before."""
-    drive: SerializeAsAny[DriveSpec] = DifferentialDrive()
-    tool: SerializeAsAny[ToolSpec] = Field(default=SprayerTool(), validate_default=True)
+    drive: Annotated[SerializeAsAny[DriveSpec], WrapValidator(of_its_kind(DRIVES))] = DifferentialDrive()
+    tool: Annotated[SerializeAsAny[ToolSpec], WrapValidator(of_its_kind(TOOLS))] = Field(
+        default=SprayerTool(), validate_default=True
+    )
+    sensors: Annotated[tuple[Sensor, ...], Field(max_length=20)] = ()
+    """Auxiliary sensors, recorded only if there are any."""
 
     @model_validator(mode="before")
     @classmethod
     def _in_parts(cls, given: Any) -> Any:
         return in_parts(given)
 
-    later_fields = ("positioning",)
+    later_fields = ("positioning", "sensors")
 
-    @field_validator("drive", mode="wrap")
+    @field_validator("tool")
     @classmethod
-    def _drive_of_its_kind(cls, given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        return _of_its_kind(DRIVES, given, info) if isinstance(given, dict) else handler(given)
-
-    @field_validator("tool", mode="wrap")
-    @classmethod
-    def _tool_of_its_kind(cls, given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        tool = _of_its_kind(TOOLS, given, info) if isinstance(given, dict) else handler(given)
+    def _tool_suits(cls, tool: ToolSpec, info: ValidationInfo) -> ToolSpec:
         if "body" in info.data and "drive" in info.data:
             tool.check(info.data["body"], info.data["drive"])
         return tool
+
+    @field_validator("sensors")
+    @classmethod
+    def _sensors_have_names_of_their_own(cls, sensors: tuple[SensorSpec, ...]) -> tuple[SensorSpec, ...]:
+        names = [each.name for each in sensors]
+        for name in names:
+            if names.count(name) > 1:
+                raise misfit("name", name, "give each sensor a name of its own")
+        return sensors
 
     @property
     def mass_full_kg(self) -> float:
@@ -69,11 +80,3 @@ class Vehicle(GrownSpec):
         updates = {"body": body, "drive": drive, "tool": tool}
         parts = {name: getattr(self, name).model_copy(update=update) for name, update in updates.items() if update}
         return self.model_copy(update=parts)
-
-
-def _of_its_kind(registry: Registry[Any], given: dict[str, Any], info: ValidationInfo) -> Any:
-    """The drive or tool, as the kind that it names has it; the first one registered if it names none."""
-    kind = given.get("kind", registry.default)
-    if kind not in registry.names():
-        raise misfit("kind", kind, registry.advice)
-    return registry.find(kind).part("spec").model_validate(given, context=info.context)

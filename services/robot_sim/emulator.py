@@ -21,6 +21,7 @@ from touchline.onboard.executive.traversal import (
 )
 from touchline.onboard.interface import (
     TICKS_PER_S,
+    AuxiliarySample,
     Checkpoint,
     OnboardEvent,
     SensorFrame,
@@ -47,6 +48,7 @@ from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metri
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.recovery_state import Remains, Totals, restored_json
+from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -141,7 +143,8 @@ class Emulator:
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
-        world, sensors, faults, onboard: The parts.
+        world, sensors, auxiliary, faults, onboard: The parts.
+        samples: Those of auxiliary sensors that arrived in the last tick; its computer takes them before the next one.
         orders: Commands that were obeyed.
         ledger, account, track: Of the loaded traversal; the account only if a covering tool works on areas in it.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
@@ -164,6 +167,8 @@ class Emulator:
         _check_receiver(vehicle, scenario, self.config)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
+        self.auxiliary = AuxiliaryTruth(vehicle, scenario)
+        self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
         self.ledger = self._no_paint()
@@ -263,6 +268,7 @@ class Emulator:
                 does not agree with the one that it is to replace.
         """
         resume, remains = job.resume, job.remains
+        self.hand_over_samples()
         initial = self._state() if job.taking is not Taking.UNDER_WAY else None
         duration_s = self._hand_to_onboard(job)
         self.initial = initial
@@ -302,7 +308,7 @@ class Emulator:
 
     @property
     def _parts(self) -> RobotParts:
-        return RobotParts(self.world, self.sensors, self.faults, self.onboard)
+        return RobotParts(self.world, self.sensors, self.auxiliary, self.faults, self.onboard)
 
     def _hand_to_onboard(self, job: LoadedJob) -> float:
         if job.taking is Taking.UNDER_WAY:
@@ -319,6 +325,8 @@ class Emulator:
         first = Moment(self.world.state.array, self.world.no_effects.array, self.scenario.seed, self.tick_count + 1)
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
+        self.samples = ()
+        self.auxiliary.restore((), tick)
         self.faults.step(tick)
 
     def begin_guided(self) -> None:
@@ -328,6 +336,7 @@ class Emulator:
             CommandRefused: Not now, or not such a robot.
         """
         self.check_load()
+        self.hand_over_samples()
         initial = self._state()
         self.onboard.begin_guided()
         self.initial = initial
@@ -444,6 +453,7 @@ class Emulator:
 
     def tick(self) -> None:
         """Let 10 ms pass."""
+        self.hand_over_samples()
         self.tick_count += 1
         self.faults.step(self.tick_count)
         self.world.step(self.command, self.tick_count, self.faults.effects)
@@ -451,6 +461,16 @@ class Emulator:
         self.command = self.onboard.step(self.frame)
         self._record()
         self._follow_up()
+
+    def hand_over_samples(self) -> None:
+        """Give the onboard computer what arrived of auxiliary sensors at the end of the last tick, once."""
+        if self.samples:
+            self.onboard.take_samples(self.samples)
+            self.samples = ()
+
+    def sense_auxiliary(self) -> None:
+        """Let auxiliary sensors measure at the end of this tick."""
+        self.samples = self.auxiliary.step(self.tick_count, self.world.state, self.faults.effects)
 
     def end_tick(self, frame: SensorFrame, stage: int) -> None:
         """End a tick of which a part was done elsewhere: the world and the sensors, and what is PERCEIVED, if it is."""
@@ -478,6 +498,7 @@ class Emulator:
         self.track.enter(self.tick_count, self.world.pose, self.ledger.points)
 
     def _follow_up(self) -> None:
+        self.sense_auxiliary()
         self.settled = False
         if self.onboard.state in UNDER_WAY:
             self._ended_ticks = 0

@@ -339,7 +339,8 @@ class FastRunner:
         """Run from the emulator's tick on, to `last_tick` at most; to the end of the first tick that is not nominal."""
         emulator = self._emulator
         first = emulator.tick_count
-        last_tick = min(last_tick, emulator.faults.unchanged_until)
+        emulator.hand_over_samples()
+        last_tick = min(last_tick, emulator.faults.unchanged_until, emulator.auxiliary.next_tick)
         effects = emulator.faults.effects
         if first < self._not_before or last_tick <= first or effects.bumper or effects.operator_lost:
             return
@@ -401,7 +402,9 @@ class FastRunner:
         emulator.command = onboard.driven(tick if stage == WHOLE else tick - 1)
         emulator.tick_count = tick
         emulator.ledger.put_aside()
-        if stage != WHOLE:
+        if stage == WHOLE:
+            emulator.sense_auxiliary()
+        else:
             self._not_before = tick + 1
             frame = emulator.sensors.frame(tick, progress.fixes, emulator.world.state, emulator.faults.effects)
             emulator.end_tick(frame, stage)

@@ -24,6 +24,7 @@ from touchline.onboard.interface import ANGLES, Command
 from touchline.schemas.errors import SpecError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
+from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth, UnderWay
 from touchline.services.robot_sim.sensors.receiver import FIXED
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.sensors.transport import HISTORY, PENDING
@@ -84,6 +85,7 @@ class RobotParts(NamedTuple):
 
     world: World
     sensors: Sensors
+    auxiliary: AuxiliaryTruth
     faults: FaultTimeline
     onboard: OnboardComputer
 
@@ -129,6 +131,7 @@ class InitialState(NamedTuple):
         faults: That act, or are still to come.
         gathered: What an estimator that has not started has gathered; None if it has started.
         fields: Of the records, by path; see `RobotParts.fields`.
+        under_way: Of auxiliary sensors, to the computer.
     """
 
     tick: int
@@ -137,13 +140,14 @@ class InitialState(NamedTuple):
     faults: tuple[TimedFault, ...]
     gathered: Gathered | None
     fields: Arrays
+    under_way: tuple[UnderWay, ...] = ()
 
     @classmethod
     def of(cls, parts: RobotParts, tick: int, orders: int, command: Command) -> Self:
         """That of a robot at the end of a tick."""
         fields = {path: field.copy() for path, field in parts.fields().items()}
         gathered = parts.onboard.estimator.gathered if isinstance(parts.onboard, Onboard) else None
-        return cls(tick, orders, command, parts.faults.timed, gathered, fields)
+        return cls(tick, orders, command, parts.faults.timed, gathered, fields, parts.auxiliary.under_way)
 
     def restore(self, parts: RobotParts) -> None:
         """Bring a robot that has just been switched on into this state.
@@ -154,6 +158,7 @@ class InitialState(NamedTuple):
         self.check_actuators(len(parts.world.state.angles_rad))
         self._set(parts.fields())
         parts.faults.restore(self.faults, self.tick)
+        parts.auxiliary.restore(self.under_way, self.tick)
         if isinstance(parts.onboard, Onboard):
             parts.onboard.estimator.gathered = self.gathered
 
@@ -209,6 +214,7 @@ class InitialState(NamedTuple):
                 "command": [list(actuators), *rest],
                 "faults": [each.as_json() for each in self.faults],
                 "gathered": self.gathered,
+                "under_way": [each.as_json() for each in self.under_way],
                 "fields": layout,
                 "fields_zlib": base64.b64encode(zlib.compress(data, 1)).decode(),
             },
@@ -233,6 +239,7 @@ class InitialState(NamedTuple):
                 tuple(map(TimedFault.from_json, told["faults"])),
                 None if gathered is None else Gathered.from_json(gathered),
                 _unpacked(told["fields"], told["fields_zlib"]),
+                tuple(map(UnderWay.from_json, told.get("under_way", ()))),
             )
             found._check()
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError, zlib.error, SpecError) as error:

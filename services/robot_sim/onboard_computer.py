@@ -10,6 +10,7 @@ from touchline.onboard.executive.traversal import (
     PAUSED_BY_OPERATOR,
 )
 from touchline.onboard.interface import (
+    AuxiliarySample,
     Checkpoint,
     Command,
     Consistency,
@@ -119,6 +120,9 @@ class OnboardComputer(Protocol):
 
     def link_lost(self) -> None:
         """The operator cannot be heard any more: pause if under way."""
+
+    def take_samples(self, samples: Sequence[AuxiliarySample]) -> None:
+        """Use what auxiliary sensors have measured."""
 
     def step(self, frame: SensorFrame) -> Command:
         """One tick."""

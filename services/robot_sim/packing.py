@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
-from touchline.onboard.interface import CameraSample, MoveOffWarning, Pause, Status
+from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, Pause, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
@@ -86,6 +86,23 @@ def positions(sensors: Sensors) -> list[Payload]:
     """The fixes or poses that arrived in the last tick."""
     fixes = [payload for report in sensors.gnss_reports for payload in gnss(report)]
     return fixes + [camera_pose(sample) for sample in sensors.camera_poses]
+
+
+def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str]) -> list[Payload]:
+    """Measurements of auxiliary sensors, stamped with their times; `kinds` is by the sensors' names."""
+    return [
+        (
+            topics.SENSOR_SAMPLE,
+            encode(
+                m.SensorSample(
+                    header=m.Header(stamp=m.Time.of_ns(round(each.stamp_s * 1e9)), frame_id=each.sensor),
+                    kind=kinds[each.sensor],
+                    values=each.values,
+                )
+            ),
+        )
+        for each in samples
+    ]
 
 
 def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:

@@ -33,6 +33,7 @@ from touchline.services.robot_sim.packing import (
     header,
     pause_status,
     positions,
+    sensor_samples,
     stamp,
     status,
     true_coverage,
@@ -264,7 +265,7 @@ class Telemetry:
         if row[tick_log.TICK] != tick:
             self._note(row)
             self._positions += [(last, payload) for payload in positions(emulator.sensors)]
-        due: list[Payload] = []
+        due = sensor_samples(emulator.samples, emulator.auxiliary.kinds)
         if tick % WHEREABOUTS_TICKS == 0 and (said := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, said)))
         if tick % _PAINT_TICKS == 0:

@@ -7,7 +7,7 @@ biases), and else the worst one counts.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from touchline.core.records import Record
 from touchline.onboard.interface import ACTUATORS
 
-MOST_SENSORS: Final = 8
+MOST_SENSORS: Final = 16
 """Of what is registered in `SENSORS`; more than are shipped, so that kernels need not be compiled anew for one more."""
 FREE: Final = -1.0
 """Of a plunger that is not stuck."""
@@ -94,3 +94,9 @@ class Effects(Record):
     encoder_out: Annotated[Integers, ACTUATORS]
     """As `blocked`."""
     messages: MessageEffects
+
+    def reset(self, **values: Any) -> None:
+        """Set these values, and all other fields to their defaults."""
+        super().reset(**values)
+        #: What faults of other packages do, by names of their own; no kernel sees it.
+        self.others: dict[str, float] = {}

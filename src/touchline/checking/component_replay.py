@@ -9,11 +9,11 @@ from touchline.checking.divergence import ESTIMATOR, PART_OF, SessionDiff
 from touchline.checking.estimator_alone import TopicPayloads, estimates_again
 from touchline.checking.open_loop_computer import OpenLoopComputer, decisions
 from touchline.checking.rebuild import Rebuild
-from touchline.checking.recorded_sensors import RecordedSensors
+from touchline.checking.recorded_sensors import RecordedAuxiliary, RecordedSensors
 from touchline.checking.recorded_session import TICK_NS, NotRebuilt, RecordedSession
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.robot_tables import ProcessTables
-from touchline.checking.sensor_frames import SENSED, sensor_frames
+from touchline.checking.sensor_frames import SENSED, auxiliary_samples, sensor_frames
 from touchline.checking.streamed_comparison import Progress, compare_rest, compare_streams
 from touchline.recordings.channels import topic_at
 from touchline.recordings.recorded import Recorded
@@ -78,7 +78,7 @@ def estimated_again(recorded: ProcessTables) -> tuple[RecordedSession, list[list
     came = recorded.since(session.since).of(SENSED | ESTIMATES)
     session.last_tick = max([session.last_tick, *(int(each.log_time_ns[-1]) // TICK_NS for each in came.values())])
     frames = sensor_frames(session.setup, came, session.last_tick, session.initial)
-    return session, list(estimates_again(session, frames, _accepted(causes)))
+    return session, list(estimates_again(session, frames, _accepted(causes), auxiliary_samples(came)))
 
 
 def check_follower(
@@ -108,7 +108,8 @@ def decided_again(
     came = messages.tables(SENSED).of(SENSED)
     computer = OpenLoopComputer(session.setup, session.commands)
     sensors = RecordedSensors(session.setup, sensor_frames(session.setup, came, session.last_tick, session.initial))
-    compare_streams(diff, Rebuild(session, computer, sensors), (), session.last_tick, progress)
+    auxiliary = RecordedAuxiliary(session.setup, auxiliary_samples(came))
+    compare_streams(diff, Rebuild(session, computer, (sensors, auxiliary)), (), session.last_tick, progress)
     return computer
 
 

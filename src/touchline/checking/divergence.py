@@ -46,6 +46,7 @@ PART_OF: Final[Mapping[str, str]] = {
     topics.GNSS_FIX.name: SENSORS,
     topics.GNSS_STATUS.name: SENSORS,
     topics.CAMERA_POSE.name: SENSORS,
+    topics.SENSOR_SAMPLE.name: SENSORS,
     topics.IMU.name: SENSORS,
     topics.MAGNETIC_FIELD.name: SENSORS,
     topics.JOINT_STATES.name: SENSORS,
@@ -79,7 +80,9 @@ TOLD_FROM_OUTSIDE: Final = frozenset(
     )
 )
 """Events of the robot's process, which are not rebuilt."""
-_LATE: Final = frozenset(each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE))
+_LATE: Final = frozenset(
+    each.name for each in (topics.GNSS_FIX, topics.GNSS_STATUS, topics.CAMERA_POSE, topics.SENSOR_SAMPLE)
+)
 """Their stamps are times of measurement; their times of arrival matter, too."""
 _STANDING: Final = frozenset((topics.STATUS.name, topics.TRUE_COVERAGE.name))
 _AWAKE: Final = frozenset(each.name for each in (topics.ODOMETRY, topics.GNSS_STATUS, topics.SPRAYER, topics.BATTERY))

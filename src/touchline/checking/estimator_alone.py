@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections import deque
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -10,11 +11,12 @@ from numpy.typing import NDArray
 
 from touchline.checking.estimator_ticks import COUNTED, EstimatedTicks, EstimatorTicks
 from touchline.checking.recorded_session import RecordedSession
+from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.frame_series import SIGMAS, FrameSeries
 from touchline.onboard.estimation.report import report
 from touchline.onboard.filter_model import FilterCounters
-from touchline.onboard.interface import Checkpoint
+from touchline.onboard.interface import AuxiliarySample, Checkpoint
 from touchline.onboard.trajectory.trajectory import resume_pose
 from touchline.schemas import topics
 from touchline.schemas.layout import Payloads
@@ -29,11 +31,15 @@ TopicPayloads = tuple[Topic, Payloads]
 _AT_ONCE: Final = 6000
 """Ticks per kernel call, so that memory is bounded."""
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
+NO_SAMPLES: Final[Mapping[int, Sequence[AuxiliarySample]]] = {}
 _BEGINNING: Final = Checkpoint(0, 0.0, None)
 
 
 def estimates_again(
-    session: RecordedSession, frames: FrameSeries, accepted: Collection[int] = ()
+    session: RecordedSession,
+    frames: FrameSeries,
+    accepted: Collection[int] = (),
+    samples: Mapping[int, Sequence[AuxiliarySample]] = NO_SAMPLES,
 ) -> Iterator[list[TopicPayloads]]:
     """Yield the present estimator's output on both of its topics.
 
@@ -41,8 +47,9 @@ def estimates_again(
         session: Jobs and orders of the robot.
         frames: Sensor frames of its computer.
         accepted: Ticks at whose ends the position was moved to where the receiver had jumped.
+        samples: Measurements of auxiliary sensors, by the tick in which they arrived.
     """
-    run = _EstimatorOutput(session, frames)
+    run = _EstimatorOutput(session, frames, samples)
     jobs = iter(session.jobs)
     for order in session.orders:
         yield from run.until(order.tick)
@@ -58,12 +65,16 @@ def estimates_again(
 class _EstimatorOutput:
     """An estimator and its output."""
 
-    def __init__(self, session: RecordedSession, frames: FrameSeries) -> None:
+    def __init__(
+        self, session: RecordedSession, frames: FrameSeries, samples: Mapping[int, Sequence[AuxiliarySample]]
+    ) -> None:
         self._first_tick = frames.first_tick
         self._ticks = EstimatorTicks(session.setup, frames, _AT_ONCE, Estimator)
         if session.initial is not None:
             self._ticks.restore(session.initial)
         self._packer = OdometryPacker(_AT_ONCE)
+        self._auxiliary = AuxiliarySensors(session.setup.vehicle, self.estimator)
+        self._samples, self._arrivals = samples, deque(sorted(samples))
 
     @property
     def estimator(self) -> Estimator:
@@ -74,7 +85,14 @@ class _EstimatorOutput:
         """Run up to the end of a tick."""
         end = tick - self._first_tick + 1
         while self._ticks.done < end:
-            yield self._due(self._ticks.run(min(end - self._ticks.done, _AT_ONCE)))
+            next_end = end
+            if self._arrivals:
+                arrival = self._arrivals[0] - self._first_tick + 1
+                if arrival <= self._ticks.done:  # the computer takes them before the next tick
+                    self._auxiliary.take(self._samples[self._arrivals.popleft()])
+                    continue
+                next_end = min(end, arrival)
+            yield self._due(self._ticks.run(min(next_end - self._ticks.done, _AT_ONCE)))
 
     def _due(self, ticks: EstimatedTicks) -> list[TopicPayloads]:
         """Return messages due on both topics."""

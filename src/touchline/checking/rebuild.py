@@ -15,6 +15,7 @@ from touchline.services.robot_sim.initial_state import DamagedState, InitialStat
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recovery_state import restored_from
+from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
@@ -30,7 +31,7 @@ class Rebuild:
     Args:
         session: The recorded session.
         onboard: Computer of the robot; None: Touchline's own.
-        sensors: Sensors of the robot; None: the emulated ones.
+        sensors: Sensors of the robot, auxiliary ones apart; None: the emulated ones.
 
     Attributes:
         refused: Orders that the present robot refuses, with the reasons.
@@ -40,13 +41,16 @@ class Rebuild:
     """
 
     def __init__(
-        self, session: RecordedSession, onboard: OnboardComputer | None = None, sensors: Sensors | None = None
+        self,
+        session: RecordedSession,
+        onboard: OnboardComputer | None = None,
+        sensors: tuple[Sensors, AuxiliaryTruth] | None = None,
     ) -> None:
         setup = session.setup
         self._session = session
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
         if sensors is not None:
-            self._emulator.sensors = sensors
+            self._emulator.sensors, self._emulator.auxiliary = sensors
         self._telemetry = Telemetry(self._emulator)
         if session.initial is not None:
             self._restore(session.initial)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -14,6 +15,7 @@ from touchline.onboard.interface import (
     ANGLES,
     MAG,
     TICKS_PER_S,
+    AuxiliarySample,
     CameraSample,
     GnssSample,
     ImuSample,
@@ -21,6 +23,7 @@ from touchline.onboard.interface import (
     SensorFrame,
 )
 from touchline.schemas.setup import Setup
+from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
@@ -92,3 +95,21 @@ class RecordedSensors(Sensors):
             tank_l=state.tank_l,
             operator_alive=effects is None or not effects.operator_lost,
         )
+
+
+class RecordedAuxiliary(AuxiliaryTruth):
+    """Recorded measurements of auxiliary sensors in place of emulated ones.
+
+    Args:
+        setup: The robot and its world.
+        samples: Measurements by the tick in which they arrived.
+    """
+
+    def __init__(self, setup: Setup, samples: Mapping[int, tuple[AuxiliarySample, ...]]) -> None:
+        """Serve recorded measurements."""
+        super().__init__(setup.vehicle, setup.scenario)
+        self._samples = samples
+
+    def step(self, tick: int, body: BodyState, effects: Effects) -> tuple[AuxiliarySample, ...]:
+        """Return what arrived in a tick."""
+        return self._samples.get(tick, ())

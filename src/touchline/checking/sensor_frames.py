@@ -14,12 +14,13 @@ from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.computer_state import ReceivedFix
 from touchline.onboard.estimation.frame_series import FrameSeries
 from touchline.onboard.estimation.received import FIX_FIXED
-from touchline.onboard.interface import ANGLES, MAG
+from touchline.onboard.interface import ANGLES, MAG, AuxiliarySample
 from touchline.recordings.message_table import MessageTable
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.layout import FixedLayout
+from touchline.schemas.messages import SensorSample
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.initial_state import InitialState
@@ -37,6 +38,7 @@ SENSED: Final = frozenset(
         topics.GNSS_FIX,
         topics.GNSS_STATUS,
         topics.CAMERA_POSE,
+        topics.SENSOR_SAMPLE,
     )
 )
 """Topics from which frames are made."""
@@ -171,3 +173,27 @@ def _poses(camera: MessageTable) -> tuple[NDArray[Any], Integers]:
     found["variance_m2"], found["heading_variance_rad2"] = variance_m2[:, 0], variance_rad2[:, 0]
     found["heading_rad"] = 2.0 * np.arctan2(turned[:, 0], turned[:, 1])
     return found, camera.log_time_ns // TICK_NS
+
+
+def auxiliary_samples(came: OfTopic) -> dict[int, tuple[AuxiliarySample, ...]]:
+    """Return measurements of auxiliary sensors by the tick in which they arrived.
+
+    Args:
+        came: Messages of each topic in `SENSED`.
+
+    Raises:
+        NotRebuilt: A message cannot be decoded.
+    """
+    messages = came.get(topics.SENSOR_SAMPLE.name)
+    found: dict[int, tuple[AuxiliarySample, ...]] = {}
+    if messages is None:
+        return found
+    for log_time_ns, payload in zip(messages.log_time_ns.tolist(), messages.payloads.each(), strict=True):
+        try:
+            told = decode(SensorSample, payload)
+        except PayloadError as error:
+            raise NotRebuilt(f"{messages.topic} cannot be read today: {error}") from error
+        sample = AuxiliarySample(told.header.frame_id, told.header.stamp.seconds, tuple(told.values.tolist()))
+        tick = log_time_ns // TICK_NS
+        found[tick] = (*found.get(tick, ()), sample)
+    return found

@@ -28,6 +28,7 @@ STREAM_FAULT: Final = 10  # noise of faults
 STREAM_CAMERA: Final = 11  # errors, gaps and delays of a camera's poses
 STREAM_TEAM_START: Final = 12  # start poses of a team
 STREAM_RADIO: Final = 13  # loss and delay of messages between a team's robots and its coordinator
+STREAM_AUXILIARY: Final = 14  # of auxiliary sensors
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -80,7 +81,7 @@ def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_RADIO.
+        stream: STREAM_CHASSIS to STREAM_AUXILIARY.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """
@@ -93,7 +94,7 @@ def normal(seed: int, stream: int, tick: int, channel: int) -> float:
 
     Args:
         seed: Seed of the session.
-        stream: STREAM_CHASSIS to STREAM_RADIO.
+        stream: STREAM_CHASSIS to STREAM_AUXILIARY.
         tick: Tick of the draw.
         channel: Number within stream and tick.
     """

@@ -12,9 +12,10 @@ from touchline.onboard.computer_state import Computer, ComputerState
 from touchline.onboard.control import Ask, make_follower, nobody
 from touchline.onboard.control.guarded_follower import GuardedFollower
 from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.report import report
-from touchline.onboard.executive.events import EventLog
+from touchline.onboard.executive.events import WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.guided_tick import GuidedCourse
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
@@ -29,6 +30,7 @@ from touchline.onboard.executive.traversal import (
     Traversal,
 )
 from touchline.onboard.interface import (
+    AuxiliarySample,
     Checkpoint,
     Command,
     Consistency,
@@ -84,6 +86,7 @@ class Onboard:
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
+        self._auxiliary = AuxiliarySensors(vehicle, self._estimator)
         self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:
@@ -178,6 +181,12 @@ class Onboard:
         """Pause, as the operator cannot be heard any more."""
         self._traversal.link_lost()
 
+    def take_samples(self, samples: Sequence[AuxiliarySample]) -> None:
+        """Use what auxiliary sensors have measured; before the first tick that follows their arrival."""
+        for flaw in self._auxiliary.take(samples):
+            self._log.report(WARN, "sensor-failed", f"{flaw}; it is not used any more")
+        self._estimate = None
+
     def step(self, frame: SensorFrame) -> Command:
         """One tick; frames must come in order, none left out."""
         self._estimator.step(frame)
@@ -227,6 +236,11 @@ class Onboard:
     def take_events(self) -> list[OnboardEvent]:
         """What happened since the last call."""
         return self._log.take()
+
+    @property
+    def auxiliary(self) -> AuxiliarySensors:
+        """Auxiliary sensors, and how many of their measurements were used."""
+        return self._auxiliary
 
     @property
     def estimator(self) -> Estimator:

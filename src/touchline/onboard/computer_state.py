@@ -27,6 +27,7 @@ from touchline.onboard.interface import (
 from touchline.onboard.tracking_state import NOW
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 FLOW_WINDOW_TICKS = 50
 """Over which the flow of paint is judged."""
@@ -120,6 +121,10 @@ class FilterState(Record):
     """By the tick that they are valid in."""
     arrived: m.FixInTick
     """The fix that has just arrived."""
+    update_rows: Annotated[Floats, m.RING, m.MOST_UPDATES, m.UPDATE_COLUMNS]
+    """Scalar measurements of auxiliary sensors, by the tick that they are valid in."""
+    update_counts: Annotated[Integers, m.RING]
+    """Their numbers."""
     figures: m.FilterFigures
     counters: m.FilterCounters
     learned: m.LearnedFigures

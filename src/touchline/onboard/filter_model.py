@@ -47,6 +47,13 @@ GNSS_EAST: Final = 10
 GNSS_NORTH: Final = 11
 STATES: Final = 12
 
+MOST_UPDATES: Final = 8
+"""Scalar measurements of auxiliary sensors that are used in a tick at most."""
+UPDATE_VALUE: Final = STATES
+"""Column of such a measurement, after the row of its Jacobian."""
+UPDATE_VARIANCE: Final = STATES + 1
+UPDATE_COLUMNS: Final = STATES + 2
+
 RING: Final = 64
 """Ticks of history kept for late fixes [0.64 s]."""
 

@@ -61,6 +61,16 @@ class CameraSample(NamedTuple):
     sigma_rad: float
 
 
+class AuxiliarySample(NamedTuple):
+    """A measurement of an auxiliary sensor; `stamp_s` is when, a latency before it arrives."""
+
+    sensor: str
+    """Its name in the vehicle."""
+    stamp_s: float
+    values: tuple[float, ...]
+    """As the kind of sensor documents them."""
+
+
 class ImuSample(NamedTuple):
     """Body-frame angular rates [rad/s] and specific force [m/s²]: z reads +g at rest on level ground."""
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.core.arrays import copy
 from touchline.core.jit import kernel
-from touchline.onboard.computer_state import FilterState
+from touchline.onboard.computer_state import Computer, FilterState
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
 from touchline.onboard.estimation.measurements import (
@@ -30,11 +31,12 @@ from touchline.onboard.estimation.measurements import (
 from touchline.onboard.estimation.prediction import add_scale_error, predict
 from touchline.onboard.estimation.standing import settle_dispute
 from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, likelihood_of_one
-from touchline.onboard.estimation.updates import nis_of_two
+from touchline.onboard.estimation.updates import apply_rows, nis_of_two, passes_gate
 from touchline.onboard.filter_model import (
     ACCEL_BIAS,
     EAST,
     GATE_1_DOF,
+    MOST_UPDATES,
     NORTH,
     RING,
     SPEED,
@@ -91,6 +93,8 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
         _step(ring, drive, slot, tick == live, scratch)
         if fixes[slot].used:
             use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
+        if ring.update_counts[slot] > 0:
+            apply_rows(xs[slot], Ps[slot], ring.update_rows[slot], ring.update_counts[slot], scratch[1])
 
 
 @kernel
@@ -109,6 +113,7 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
     fixes[tick % RING].used = False
+    ring.update_counts[tick % RING] = 0
     settled = (tick + 1) % RING
     if settled % LEARN_TICKS == 0 or fixes[settled].used:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, learned)
@@ -180,5 +185,31 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     fixes[where] = fix
     fixes[where].used = True
     use_fix(valid, fixes[where], c, (h, g))
+    _rerun(ring, drive, at + 1, tick, -1, (h, g))
+    return True
+
+
+@kernel
+def take_row(computer: Computer, drive: Any, at: int, row: Floats) -> bool:
+    """Use a scalar measurement of an auxiliary sensor in the tick in which it is valid, and run the ticks since again.
+
+    Args:
+        computer: (1,) whose filter is updated from that tick on.
+        drive: Figures of the drive.
+        at: The tick in which it is valid: one of the last RING − 2, and not before the filter was started.
+        row: (UPDATE_COLUMNS,) Jacobian, value and variance.
+
+    Returns:
+        Whether it is used: it lies within its gate, and there is room.
+    """
+    ring, tick, slot = computer[0].filter, computer[0].times.tick, at % RING
+    x, P, count = ring.states[slot], ring.covariances[slot], ring.update_counts[slot]
+    if count >= MOST_UPDATES or not passes_gate(x, P, row):
+        return False
+    copy(row, ring.update_rows[slot, count])
+    ring.update_counts[slot] = count + 1
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    apply_rows(x, P, ring.update_rows[slot, count:], 1, g)
     _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

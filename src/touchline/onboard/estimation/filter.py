@@ -21,7 +21,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.calibration import start_learning
-from touchline.onboard.estimation.delayed_fusion import advance, take_fix
+from touchline.onboard.estimation.delayed_fusion import advance, take_fix, take_row
 from touchline.onboard.estimation.noise import noise_figures
 from touchline.onboard.estimation.received import FIX_FIXED, received
 from touchline.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
@@ -204,6 +204,7 @@ class Estimator:
         self.times.reset()
         self._gather_anew()
         self.ring.fixes.reset()
+        self.ring.update_counts[:] = 0
         self.ring.inputs.reset()  # nothing of it is learned from
         start_learning(self.ring.figures, self.ring.learned)
         self.counters.reset()
@@ -313,6 +314,14 @@ class Estimator:
         take_frame(frame.tick, fixes.array, len(fixes), self.drive, self._computer.array)
         if not started:
             self._gather(frame, fixes)
+
+    def prepare_rows(self) -> None:
+        """Have `take_row` compiled before the robot would have to wait for it."""
+        self._take_row = take_row.for_types_of((self._computer.array, self.drive, 0, np.zeros(m.UPDATE_COLUMNS)))
+
+    def take_row(self, at: int, row: Floats) -> bool:
+        """Use a scalar measurement of an auxiliary sensor; see `delayed_fusion.take_row`."""
+        return bool(self._take_row(self._computer.array, self.drive, at, row))
 
     def accept_lasting_jump(self) -> float:
         """Accept that the receiver has jumped, if the configuration says that nobody has to be asked.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.jit import kernel
-from touchline.onboard.filter_model import STATES
+from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE
 
 Floats = NDArray[np.float64]
 
@@ -104,3 +104,40 @@ def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float,
     for i in range(STATES):
         y1 -= h[1, i] * (x[i] - before[i])
     apply(x, P, h[1], y1, r, g)
+
+
+@kernel
+def passes_gate(x: Floats, P: Floats, row: Floats) -> bool:
+    """Return whether a scalar measurement lies within its gate: y² ≤ χ² · (h P hᵀ + r).
+
+    Args:
+        x: (STATES,) state.
+        P: (STATES, STATES) its covariance.
+        row: (UPDATE_COLUMNS,) Jacobian, value and variance.
+    """
+    innovation, s = row[UPDATE_VALUE], row[UPDATE_VARIANCE]
+    for i in range(STATES):
+        innovation -= row[i] * x[i]
+        for k in range(STATES):
+            s += row[i] * P[i, k] * row[k]
+    inside: bool = innovation * innovation <= GATE_1_DOF * s
+    return inside
+
+
+@kernel
+def apply_rows(x: Floats, P: Floats, rows: Floats, count: int, g: Floats) -> None:
+    """Update with scalar measurements z = h x + v, one by one.
+
+    Args:
+        x: (STATES,) updated.
+        P: (STATES, STATES) its covariance, updated.
+        rows: (n, UPDATE_COLUMNS) Jacobian h, value z and variance of v of each.
+        count: How many of them there are.
+        g: (STATES,) scratch.
+    """
+    for index in range(count):
+        row = rows[index]
+        innovation = row[UPDATE_VALUE]
+        for i in range(STATES):
+            innovation -= row[i] * x[i]
+        apply(x, P, row[:STATES], innovation, row[UPDATE_VARIANCE], g)
