@@ -4,7 +4,7 @@ A plug-in has a name, by which options ask for it, a summary for people, and wha
 registered by `touchline.shipped_plugins` with where they are found, so that the command line and the console can list
 them without importing them.
 Those of other packages are entry points that name a `Plugin` each; a registry looks for them when it is first asked for
-more than what is shipped (see docs/plugins.md).
+more than what is shipped (see docs/guides/plugins.md).
 """
 
 from __future__ import annotations

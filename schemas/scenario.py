@@ -68,7 +68,7 @@ class GnssNoise(Spec):
 class CameraNoise(Spec):
     """The camera overhead that sees the robot: errors of a pose (1 σ an axis; of the heading), delays, misses.
 
-    A study of a network of small robots names such cameras and no figures; these are assumed (docs/robot-sim.md).
+    A study of a network of small robots names such cameras and no figures; these are assumed.
     """
 
     white_m: NotNegative = 0.01

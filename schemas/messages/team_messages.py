@@ -1,4 +1,4 @@
-"""What a robot of a team and its coordinator tell each other: docs/fleet.md has the rules."""
+"""What a robot of a team and its coordinator tell each other: docs/explanation/teams.md has the rules."""
 
 from typing import ClassVar, Final
 

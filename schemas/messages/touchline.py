@@ -295,7 +295,7 @@ class Event(Message):
 class RobotOrder(Message):
     """A command that the robot has obeyed, as it counts for its session: the stamp is of the tick after which it came.
 
-    ``details_json`` is a JSON object with what belongs to the command, as docs/recording.md tells.
+    ``details_json`` is a JSON object with what belongs to the command, as docs/reference/recordings.md tells.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/RobotOrder"

@@ -272,7 +272,7 @@ def test_parameters_change_the_field() -> None:
 
 
 def test_the_documentation_names_every_template_and_range() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "templates.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "reference" / "templates.md").read_text(encoding="utf-8")
     table = text[text.index("| `american-football`") :].partition("\n\n")[0]
     rows = {line.split("`")[1]: line for line in table.splitlines() if line.startswith("| `")}
     assert set(rows) == set(shipped_templates())

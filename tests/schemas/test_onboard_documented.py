@@ -1,4 +1,4 @@
-"""docs/onboard.md names every field of the computer's configuration with its default and range."""
+"""docs/reference/onboard.md names every field of the computer's configuration with its default and range."""
 
 import json
 import re
@@ -10,9 +10,8 @@ import pytest
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.spec import Spec
 
-TEXT = (Path(__file__).parents[2] / "docs" / "onboard.md").read_text(encoding="utf-8")
-TABLE = TEXT[TEXT.index("## Configuration") : TEXT.index("## Followers")]
-ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TABLE.splitlines()) if len(cells) == 6}
+TEXT = (Path(__file__).parents[2] / "docs" / "reference" / "onboard.md").read_text(encoding="utf-8")
+ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TEXT.splitlines()) if len(cells) == 6}
 FIELDS = {name: field for name, field in OnboardConfig.model_fields.items() if not isinstance(field.default, Spec)}
 FIELDS |= {
     f"{group}.{name}": field

@@ -1,4 +1,4 @@
-"""docs/vehicles.md names every field of the roller, which is found by its name; what cannot be is refused."""
+"""docs/reference/vehicles.md names every field of the roller, which is found by its name; what cannot be is refused."""
 
 import json
 import re
@@ -19,7 +19,7 @@ from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteered
 from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED
 
-TEXT = (Path(__file__).parents[2] / "docs" / "vehicles.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[2] / "docs" / "reference" / "vehicles.md").read_text(encoding="utf-8")
 ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TEXT.splitlines()) if len(cells) == 8}
 FIELDS = {f"drive.{name}": field for name, field in RearSteeredDrive.model_fields.items() if name != "motor"}
 FIELDS |= {f"drive.motor.{name}": field for name, field in DrumMotor.model_fields.items()}

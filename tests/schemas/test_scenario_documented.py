@@ -1,4 +1,4 @@
-"""docs/robot-sim.md names every field of a scenario with its default, and its example is one."""
+"""docs/reference/scenarios.md names every field of a scenario with its default, and its example is one."""
 
 import re
 from pathlib import Path
@@ -12,9 +12,9 @@ from touchline.schemas.spec import Spec, parse, read_text
 
 OTHERS = {"small-robot.json", "three-robots.json"}
 EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.json") if path.name not in OTHERS)
-TEXT = (Path(__file__).parents[2] / "docs" / "robot-sim.md").read_text(encoding="utf-8")
-SCENARIO = TEXT[TEXT.index("## Scenario") : TEXT.index("## Faults")]
-FAULTS = TEXT[TEXT.index("## Faults") :]
+REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
+SCENARIO = (REFERENCE / "scenarios.md").read_text(encoding="utf-8")
+FAULTS = (REFERENCE / "faults.md").read_text(encoding="utf-8")
 ROWS = [line for line in SCENARIO.splitlines() if line.startswith("| `")]
 GROUPS = {"sky[]": Obstruction, "steel[]": Steel}
 GROUPS |= {

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Polygon, Template, TemplateSegment
 
-PAGE = (Path(__file__).parents[2] / "docs" / "templates.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "templates.md").read_text(encoding="utf-8")
 FIELDS = PAGE.split("## Fields")[1].split("\n## ")[0]
 
 

@@ -1,4 +1,4 @@
-"""docs/robot-sim.md names every field of a vehicle with its default, unit and range; the shipped example is one."""
+"""docs/reference/vehicles.md has every field of a vehicle with default, unit and range; the example is one."""
 
 import json
 import re
@@ -12,8 +12,8 @@ from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicles import Motor, Vehicle
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "robot-sim.md").read_text(encoding="utf-8")
-TABLE = TEXT[TEXT.index("## Your own robot") : TEXT.index("## Scenario")]
+TEXT = (ROOT / "docs" / "reference" / "vehicles.md").read_text(encoding="utf-8")
+TABLE = TEXT[TEXT.index("## Your own robot") :]
 ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TABLE.splitlines()) if len(cells) == 7}
 PARTS = {"body": Vehicle().body, "drive": Vehicle().drive, "tool": Vehicle().tool}
 FIELDS = {name: Vehicle.model_fields[name] for name in ("name", "positioning")}

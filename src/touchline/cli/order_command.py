@@ -140,7 +140,7 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Inject a fault into the robot on the bus (docs/robot-sim.md lists the faults)."""
+    """Inject a fault into the robot on the bus (docs/reference/faults.md lists the faults)."""
     config = config_of(robot)
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
     parse_fault(text)  # an invalid fault is refused here, whether or not a robot is there
