@@ -68,7 +68,7 @@ class KindParts:
 
 
 class BrokenPlugin(TouchlineError):
-    """What makes a plug-in of another package cannot be imported."""
+    """Error: the object that makes a plug-in of another package cannot be imported."""
 
 
 @dataclass(frozen=True)
@@ -197,12 +197,12 @@ class Registry(Generic[T]):
         return {**own, **rest} if covers else rest
 
     def empty(self, name: str, option: str) -> str | None:
-        """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
+        """Meaning of an option that is left empty, with the plug-in of that name; None: the vehicle's value."""
         return self._plugins[self.known(name)].empty.get(option)
 
     @property
     def advice(self) -> str:
-        """What to give instead of an unknown name: ``give 'a', 'b' or 'c'``."""
+        """Remedy for an unknown name: ``give 'a', 'b' or 'c'``."""
         *others, last = map(repr, self._all())
         return f"give {', '.join(others)} or {last}" if others else f"give {last}"
 
@@ -258,13 +258,13 @@ def part_for(registry: Registry[KindParts], kind: str, room: str) -> Any:
 
 
 DRIVES: Registry[KindParts] = Registry("drive")
-"""What moves a vehicle, by the `kind` of its `drive`."""
+"""Drives, by the `kind` of its `drive`."""
 TOOLS: Registry[KindParts] = Registry("tool")
-"""What a vehicle works with, by the `kind` of its `tool`."""
+"""Tools, by the `kind` of its `tool`."""
 METHODS: Registry[Any] = Registry("transition method")
-"""How painted lines are joined: a `Method` of services/planner/transitions/method_choice.py each."""
+"""Transition methods: a `Method` of services/planner/transitions/method_choice.py each."""
 AREA_METHODS: Registry[Any] = Registry("area method")
-"""How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
+"""Area methods: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 FOLLOWERS: Registry[Any] = Registry("follower")
 """Steering along the path: each a function from `Vehicle` and `Ask` to a `Follower` of onboard/control."""
 EXTERNAL = "external"
@@ -273,6 +273,6 @@ EXTERNAL_TIMED = "external-timed"
 """And the same with a reference that keeps the plan's time."""
 ASKED = (EXTERNAL, EXTERNAL_TIMED)
 POSE_METHODS: Registry[Any] = Registry("pose method")
-"""How to get from one pose to another: a `PoseMethod` of services/planner/poses each."""
+"""Pose methods: a `PoseMethod` of services/planner/poses each."""
 SPEED_LAWS: Registry[Any] = Registry("speed law")
 """Speed laws between two poses: a `SpeedLaw` of services/planner/poses/speed_laws.py each; None: by the limits."""

@@ -1,9 +1,11 @@
-"""The docs name files that are there."""
+"""The docs name files that are there, and their tables are those of the models."""
 
 import re
 from pathlib import Path
 
 import pytest
+
+from tests.doc_tables import written
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -39,3 +41,9 @@ def test_every_link_between_pages_leads_somewhere(page: Path) -> None:
                 for head in re.findall(r"^#+ (.*)$", text, re.M)
             ]
             assert anchor[1:] in heads, f"{target}{anchor}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_table_is_as_the_models_are(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert written(text) == text, "run python -m tests.doc_tables"

@@ -1,54 +1,18 @@
-"""docs/reference/vehicles.md names every field of the roller, which is found by its name; what cannot be is refused."""
+"""The clay roller is found by its name; what cannot be is refused."""
 
 import json
 import re
-from pathlib import Path
 
-import annotated_types
 import pytest
 
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.remedies import unit_of
 from touchline.schemas.scenario import DriveNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteeredDrive
-from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED
-
-TEXT = (Path(__file__).parents[2] / "docs" / "reference" / "vehicles.md").read_text(encoding="utf-8")
-ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TEXT.splitlines()) if len(cells) == 8}
-FIELDS = {f"drive.{name}": field for name, field in RearSteeredDrive.model_fields.items() if name != "motor"}
-FIELDS |= {f"drive.motor.{name}": field for name, field in DrumMotor.model_fields.items()}
-FIELDS |= {f"tool.{name}": field for name, field in RollerTool.model_fields.items()}
-SIGNS = {
-    annotated_types.Ge: ("≥", "ge"),
-    annotated_types.Gt: (">", "gt"),
-    annotated_types.Le: ("≤", "le"),
-    annotated_types.Lt: ("<", "lt"),
-}
-
-
-def test_the_table_has_the_fields_and_no_others():
-    assert set(ROWS) - {"field", "---"} == set(FIELDS)
-
-
-@pytest.mark.parametrize("name", sorted(FIELDS))
-def test_default_unit_and_range_are_the_ones_told(name):
-    field, row = FIELDS[name], ROWS[name]
-    assert json.loads(row[2]) == field.default
-    unit = unit_of((name.rpartition(".")[2],))
-    assert row[3].strip() == (unit or ("ticks" if "encoder_ticks" in name else ""))
-    held = {
-        (SIGNS[type(bound)][0], float(getattr(bound, SIGNS[type(bound)][1])))
-        for bound in field.metadata
-        if type(bound) in SIGNS
-    }
-    assert held == {(sign, float(number)) for sign, number in re.findall(r"([<>≤≥]) (-?[\d.]+)", row[4])}
-    assert held or field.annotation not in (int, float)
 
 
 def test_it_is_found_by_its_name_and_written_as_a_file_that_can_be_given(tmp_path):
