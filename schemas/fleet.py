@@ -23,11 +23,15 @@ class FleetRobot(Spec):
     """One robot: its name on the bus, itself, its computer and its world; what is left out is as by default."""
 
     namespace: str
+    """Letters, digits, `_` and single `/`, at most 64 characters; unique."""
     vehicle: Vehicle = Vehicle()
+    """A vehicle, a shipped one's name, or a file; default: the shipped robot."""
     onboard: OnboardConfig = OnboardConfig()
+    """The computer's configuration, or a file; default: the shipped robot's."""
     scenario: Scenario = Scenario()
+    """The robot's world, or a file; default: the default scenario."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] | None = None
-    """In place of the scenario's: robots of the same seed have the same noise."""
+    """Seed in place of the scenario's; robots of the same seed have the same noise."""
 
     @field_validator("namespace")
     @classmethod
@@ -38,7 +42,7 @@ class FleetRobot(Spec):
 
     @property
     def setup(self) -> Setup:
-        """What decides its sessions."""
+        """Setup that decides its sessions."""
         setup = Setup(vehicle=self.vehicle, onboard=self.onboard, scenario=self.scenario)
         return setup if self.seed is None else setup.with_seed(self.seed)
 
@@ -79,7 +83,7 @@ class Fleet(Spec):
         )
 
     def setups(self) -> dict[str, Setup]:
-        """What decides each robot's sessions, by namespace."""
+        """Setup that decides each robot's sessions, by namespace."""
         return {robot.namespace: robot.setup for robot in self.robots}
 
 

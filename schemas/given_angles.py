@@ -14,7 +14,7 @@ Angle = Annotated[float, Field(ge=-FULL_TURN_RAD, le=FULL_TURN_RAD)]
 
 
 def instead_of_degrees(degrees: float) -> str:
-    """What to give for an angle that was given in degrees: ``in radians, not degrees: 3.14159``."""
+    """Remedy for an angle that was given in degrees: ``in radians, not degrees: 3.14159``."""
     turned = degrees if abs(degrees) <= 360.0 else math.remainder(degrees, 360.0)
     return f"in radians, not degrees: {math.radians(turned):.6g}"
 

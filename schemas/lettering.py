@@ -20,7 +20,7 @@ MAX_CHARACTERS = 200
 
 
 class Corners(StrEnum):
-    """How soft corners are drawn."""
+    """Ways to draw soft corners."""
 
     SQUARE = "square"
     CUT = "cut"
@@ -90,7 +90,7 @@ def write(
         text: Capital letters, digits and a few signs; small letters are written as capitals.
         height_m: Of the letters, to the outside of the strokes.
         line_width_m: Of the strokes.
-        corners: How soft corners are drawn.
+        corners: Ways to draw soft corners.
         width_m: Of one letter, to the outside of the strokes; two thirds of the height by default.
 
     Raises:

@@ -35,7 +35,7 @@ Column = ColumnName | ScaledColumn
 
 
 class StreamSource(Spec):
-    """Where a sensor's readings come from."""
+    """Source of a sensor's readings."""
 
     stream: StreamName
     columns: Annotated[dict[str, Column], Field(max_length=50)] = Field(default_factory=dict)
@@ -52,7 +52,7 @@ class FixSource(StreamSource):
     sigma_m: Annotated[float, Field(gt=0, le=1000)] | None = None
     """Reported 1 σ an axis of all fixes, whatever the log says."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.1
-    """How old a fix is when it comes."""
+    """Age of a fix when it arrives."""
 
 
 class ImuSource(StreamSource):
@@ -90,14 +90,14 @@ class HeadingSource(Spec):
     """Counter-clockwise from east. By default it is the course over the first metres by the fixes, less that by the
     odometry."""
     course_m: Annotated[float, Field(gt=0, le=1000)] = 3.0
-    """How many metres, for that."""
+    """Metres that this takes."""
 
 
 class TrackSource(StreamSource):
     """The track that another instrument measured, to compare the estimate with."""
 
     point: Literal["body", "antenna"] = "body"
-    """What of the robot it is the track of."""
+    """Point of the robot whose track it is."""
 
 
 class LogMapping(Spec):
@@ -105,7 +105,7 @@ class LogMapping(Spec):
 
     name: str = ""
     source: str = ""
-    """Where the log is from, for people."""
+    """Origin of the log, for people."""
     licence: str = ""
     vehicle: Annotated[str, Field(min_length=1, max_length=1000)] = "turf-tank-two"
     """A shipped robot, or a file beside the mapping's."""
@@ -115,7 +115,7 @@ class LogMapping(Spec):
     origin: Origin | None = None
     """Of the map frame; by default the first fix."""
     from_s: Annotated[float, Field(ge=0, le=1e9)] = 0.0
-    """What is before, counted from the log's begin, is left out."""
+    """Time from the log's begin before which all is left out."""
     until_s: Annotated[float, Field(gt=0, le=1e9)] | None = None
     fixes: FixSource | None = None
     imu: ImuSource | None = None

@@ -7,7 +7,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 
 def misfit(field: str, given: Any, remedy: str) -> ValidationError:
-    """What a validator of a model raises about one of its fields.
+    """Error that a validator of a model raises about one of its fields.
 
     Args:
         field: Its name.

@@ -33,16 +33,23 @@ class GnssSheet(GrownSpec):
     """The RTK-GNSS receiver with corrections: errors per horizontal axis (1 σ), rate and delay."""
 
     white_m: Deviation = 0.00471
+    """White part of a fix's error, 1 σ an axis."""
     gauss_markov_1_m: Deviation = 0.0025
+    """Slow wander of a fix, 1 σ an axis."""
     gauss_markov_1_tau_s: Seconds = 115.0
+    """Correlation time of that wander."""
     gauss_markov_2_m: Deviation = 0.0025
+    """A slower wander, 1 σ an axis."""
     gauss_markov_2_tau_s: Seconds = 900.0
+    """Correlation time of the slower wander."""
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
+    """Fixes per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
+    """Age of a fix when it arrives."""
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
+    """Largest addition to that age."""
     jump_fixes: Annotated[int, Field(ge=10, le=1000)] | None = None
-    """Outlying fixes in a row after which the estimator itself accepts that the receiver has jumped; by default only an
-    operator's `resume` does."""
+    """Outlying fixes in a row after which a jump is accepted; null: only `resume` accepts one."""
 
     later_fields = ("jump_fixes",)
 
@@ -51,80 +58,107 @@ class CameraSheet(Spec):
     """The camera overhead: errors of a pose along an axis and of its heading (1 σ), rate and delay."""
 
     white_m: Deviation = 0.01
+    """Error of a pose's position, 1 σ an axis."""
     white_rad: Deviation = 0.01745
+    """Error of a pose's heading, 1 σ (1°)."""
     rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
+    """Poses per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
+    """Age of a pose when it arrives."""
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02
+    """Largest addition to that age."""
 
 
 class OdometrySheet(Spec):
     """Odometry alone: how well the start pose is known (1 σ an axis; heading), and what nothing can correct later."""
 
     start_sigma_m: Annotated[float, Field(ge=0.0001, le=100)] = 0.01
+    """Uncertainty of the start position, 1 σ an axis."""
     start_sigma_rad: Annotated[float, Field(ge=0.0001, le=1)] = 0.01745
+    """Uncertainty of the start heading, 1 σ (1°)."""
     scale_relative: Annotated[float, Field(ge=0, le=0.5)] = 0.005
-    """1 σ of the wheels' radius and lasting slip: how much longer or shorter a way is than they count."""
+    """Lasting error of all distances that the wheels count, 1 σ (radius, slip)."""
     max_sigma_m: Annotated[float, Field(gt=0, le=10_000)] | None = None
-    """Of the position, beyond which the robot does not drive; by default it drives however unsure it is."""
+    """Position σ beyond which the robot does not drive; null: it always drives."""
 
 
 class ImuSheet(Spec):
     """Gyroscope and accelerometer: densities, bias walk, drift with temperature (1 σ), and how warm they get."""
 
     gyro_density_radps_rthz: Deviation = 0.000244
+    """Noise density of the gyro, rad/s/√Hz (0.014 °/s/√Hz)."""
     gyro_bias_walk_radps_rts: Deviation = 0.00001
+    """Random walk of the gyro's bias, rad/s/√s."""
     gyro_temperature_radps_per_k: Deviation = 0.00009
+    """Drift of the gyro's bias with temperature, 1 σ per K."""
     accel_density_mps2_rthz: Deviation = 0.001716
+    """Noise density of the accelerometer, m/s²/√Hz (175 µg/√Hz)."""
     accel_turn_on_bias_mps2: Deviation = 0.196
+    """Accelerometer's bias at switch-on, 1 σ (20 mg)."""
     accel_bias_walk_mps2_rts: Deviation = 0.0002
+    """Random walk of the accelerometer's bias, m/s²/√s."""
     accel_temperature_mps2_per_k: Deviation = 0.002
+    """Drift of the accelerometer's bias with temperature, 1 σ per K."""
     warming_k: Deviation = 15.0
+    """Temperature rise after switch-on, K."""
     warming_tau_s: Seconds = 600.0
+    """Time constant of that rise."""
 
 
 class MagnetometerSheet(Spec):
     """The magnetometer as built in: white noise, hard iron and disturbances of the surroundings (1 σ, as heading)."""
 
     white_rad: Deviation = 0.01
+    """White noise, 1 σ as heading."""
     bias_rad: Deviation = 0.04
+    """Hard iron, 1 σ an axis, as heading."""
     disturbance_rad: Deviation = 0.04
+    """Disturbance by the surroundings, 1 σ as heading."""
     disturbance_tau_s: Seconds = 20.0
+    """Correlation time of the disturbance."""
 
 
 class DriveSheet(GrownSpec):
-    """How far the wheels slip on the ground that the robot is meant for (1 σ), and how well its track is known."""
+    """Slip of the wheels on the robot's usual ground, and errors of its track (1 σ)."""
 
     track_width_relative: Deviation = 0.002
+    """Error of the vehicle's track width, 1 σ as a share."""
     slip_relative: Deviation = 0.02
+    """Slip of the wheels on the robot's usual ground, 1 σ as a share."""
     slip_tau_s: Seconds = 0.5
+    """Correlation time of the slip."""
     side_slip_m_rtm: Deviation = 0.001
-    """How far it drifts sideways, as a random walk: 1 σ after a metre."""
+    """Random walk sideways, 1 σ after a metre (logs of other robots: 0.02)."""
 
     later_fields = ("side_slip_m_rtm",)
 
 
 class FenceLimits(Spec):
-    """How far any part of the robot's body may leave the fence, and for how long, before it stops hard."""
+    """Distance and time for which any part of the body may be beyond the fence before the robot stops hard."""
 
     margin_m: Annotated[float, Field(ge=0, le=1000)] = 2.0
-    """Beyond the convex hull of what the body sweeps along the plan, for a template without a boundary."""
+    """Allowed distance beyond the hull of what the body sweeps along the plan."""
     boundary_margin_m: Annotated[float, Field(ge=0, le=1000)] = 0.1
-    """Beyond a template's boundary."""
+    """Allowed distance beyond a template's boundary, which then is the fence."""
     timeout_s: Annotated[float, Field(ge=0.01, le=10)] = 0.2
-    """In sim time."""
+    """Sim time beyond it after which the robot stops."""
 
 
 class LanePursuit(Spec):
-    """What the follower `pursuit-lanes` steers and drives by; the defaults are those of the study that it is from."""
+    """Settings of the follower `pursuit-lanes`; the defaults are those of the study that it is from."""
 
     lookahead_m: Annotated[float, Field(gt=0, le=100)] = 5.0
+    """Distance ahead along the path at which `pursuit-lanes` aims."""
     min_speed_mps: Annotated[float, Field(gt=0, le=10)] = 0.1
+    """Speed at which a lane begins and ends."""
     max_speed_mps: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """Highest speed, if the drive's is not lower."""
     acceleration_mps2: Annotated[float, Field(gt=0, le=10)] = 0.1
+    """Acceleration and deceleration along a lane."""
     tolerance_m: Annotated[float, Field(ge=0, le=10)] = 0.2
-    """To a lane's end, within which the lane is done and is rolled out, slower than `min_speed_mps` too."""
+    """Distance to a lane's end within which it rolls out, below `min_speed_mps` too."""
     steer_first: bool = False
-    """Whether it stands at the begin of a lane until the steering is where it is wanted."""
+    """Stand at the start of a lane until the steering is within 0.02 rad."""
 
     @model_validator(mode="after")
     def _sets_off_slower(self) -> Self:
@@ -139,41 +173,48 @@ class TrackingGains(Spec):
     frequency_radps: Annotated[float, Field(gt=0, le=20)] = 1.0
     """Natural frequency a of `linear`, `regularised` and `dynamic`."""
     damping: Annotated[float, Field(gt=0, le=10)] = 1.0
-    """ζ of all that track time."""
+    """Damping ζ of all trackers."""
     scale_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 10.0
-    """b of `linear-scaled` and `nonlinear`."""
+    """Gain b of `linear-scaled` and `nonlinear`."""
     slow_mps: Annotated[float, Field(gt=0, le=1)] = 0.02
-    """v_ε of `regularised`, and the speed below which `dynamic` counts as resting."""
+    """v_ε of `regularised`; below it `dynamic` counts as nearly at rest."""
     lateral_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 4.0
-    """k_a of `frenet`."""
+    """Gain k_a of `frenet`."""
     heading_1ps: Annotated[float, Field(gt=0, le=100)] = 4.0
-    """k_b of `frenet`."""
+    """Gain k_b of `frenet`."""
 
 
 class MoveOffLimits(Spec):
-    """How long the robot warns before it moves off, and after how long a stop only a person may end it."""
+    """Warnings before the robot moves off, and the longest stop that it ends by itself."""
 
     warning_s: Annotated[float, Field(ge=2, le=60)] = 2.0
-    """After a pause, in sim time."""
+    """Warning before the robot moves off after a pause, sim time."""
     start_warning_s: Annotated[float, Field(ge=0, le=60)] = 0.0
-    """After a start, a goal, or the begin of guidance, in sim time. The emulated robot sets off at once: give a real
-    machine at least 2 s."""
+    """Warning after a start, a goal or the begin of guidance, sim time.
+
+    The emulated robot sets off at once: give a real machine at least 2 s.
+    """
     person_after_s: Annotated[float, Field(gt=0, le=1_000_000)] | None = None
-    """Longest stop, in sim time, that the robot ends by itself; a longer one is ended by `resume` only. By default 30 s
-    for a robot with a tool or of more than 20 kg, and no limit for others."""
+    """Longest stop that the robot ends by itself; null: 30 s with a tool or above 20 kg, else none."""
 
 
 class TeamLimits(Spec):
-    """How a robot keeps to the cells in which a team's coordinator guides it."""
+    """Limits within which a robot keeps to the cells that a team's coordinator gives it."""
 
     lease_s: Annotated[float, Field(gt=0, le=60)] = 1.0
-    """It brakes when it has not been told for so long that it is heard; the coordinator counts on that."""
+    """Time without an echo of its messages after which a guided robot brakes.
+
+    The coordinator counts on that.
+    """
     doubt_m: Annotated[float, Field(ge=0, le=1)] = 0.005
-    """By how much it may believe itself outside of a cell that it takes; part of the radius that is kept free."""
+    """Distance by which it may believe itself outside a cell that it takes.
+
+    It is part of the radius that is kept free.
+    """
     there_m: Annotated[float, Field(gt=0, le=1)] = 0.01
-    """So near to its target it stands…"""
+    """Distance to the target at which it stops."""
     away_m: Annotated[float, Field(gt=0, le=1)] = 0.02
-    """…until that is so far away."""
+    """Distance of the target at which it sets off again."""
 
     @model_validator(mode="after")
     def _sets_off_farther_away(self) -> Self:
@@ -186,6 +227,7 @@ class OnboardConfig(GrownSpec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
     follower: Follower = FOLLOWERS.default
+    """Name of the follower; `--follower` takes precedence."""
     gnss: GnssSheet = GnssSheet()
     camera: CameraSheet = CameraSheet()
     odometry: OdometrySheet = OdometrySheet()
@@ -198,6 +240,6 @@ class OnboardConfig(GrownSpec):
     team: TeamLimits = TeamLimits()
     move_off: MoveOffLimits = MoveOffLimits()
     link_timeout_s: Seconds = 2.0
-    """Wall-clock seconds without operator and planner after which the robot stops by itself."""
+    """Wall clock without operator and planner after which the robot stops."""
 
     later_fields = ("camera", "odometry", "lane_pursuit", "tracking", "team", "move_off")

@@ -45,7 +45,7 @@ class Transform:
         return cls(-1.0, 0.0, 0.0, 0.0)
 
     def point(self, point: Point) -> Point:
-        """Where ``point`` (m) goes."""
+        """Place to which ``point`` (m) is moved."""
         x, y = point[0], -point[1] if self.mirror else point[1]
         # + 0.0 turns −0.0 into 0.0
         return (self.cos * x - self.sin * y + self.x_m + 0.0, self.sin * x + self.cos * y + self.y_m + 0.0)

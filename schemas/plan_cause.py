@@ -1,4 +1,4 @@
-"""What a plan was made from, besides its template and vehicle: with these anybody can plan it again."""
+"""Inputs of a plan besides its template and vehicle: with them it can be planned again."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ A plug-in has a name, by which options ask for it, a summary for people, and wha
 registered by `touchline.shipped_plugins` with where they are found, so that the command line and the console can list
 them without importing them.
 Those of other packages are entry points that name a `Plugin` each; a registry looks for them when it is first asked for
-more than what is shipped (see docs/plugins.md).
+more than what is shipped (see docs/guides/plugins.md).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class KindParts:
 
 
 class BrokenPlugin(TouchlineError):
-    """What makes a plug-in of another package cannot be imported."""
+    """Error: the object that makes a plug-in of another package cannot be imported."""
 
 
 @dataclass(frozen=True)
@@ -226,12 +226,12 @@ class Registry(Generic[T]):
         return {**own, **rest} if covers else rest
 
     def empty(self, name: str, option: str) -> str | None:
-        """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
+        """Meaning of an option that is left empty, with the plug-in of that name; None: the vehicle's value."""
         return self._plugins[self.known(name)].empty.get(option)
 
     @property
     def advice(self) -> str:
-        """What to give instead of an unknown name: ``give 'a', 'b' or 'c'``."""
+        """Remedy for an unknown name: ``give 'a', 'b' or 'c'``."""
         return f"give {self.listed}"
 
     @property
@@ -263,7 +263,7 @@ class Registry(Generic[T]):
         return self.imported(name, self._plugins[self.known(name)].found)
 
     def imported(self, name: str, found: Callable[[], U]) -> U:
-        """What `found` imports of the plug-in of that name.
+        """Object that `found` imports of the plug-in of that name.
 
         Raises:
             BrokenPlugin: It is of another package, which fails to import it.
@@ -304,18 +304,18 @@ def part_for(registry: Registry[Any], kind: str, room: str, source: str = "vehic
 
 
 DRIVES: Registry[KindParts] = Registry("drive")
-"""What moves a vehicle, by the `kind` of its `drive`."""
+"""Drives, by the `kind` of its `drive`."""
 TOOLS: Registry[KindParts] = Registry("tool")
-"""What a vehicle works with, by the `kind` of its `tool`."""
+"""Tools, by the `kind` of its `tool`."""
 FAULTS: Registry[KindParts] = Registry("fault")
-"""What may go wrong with a robot, by the `kind` of a fault."""
+"""Faults of a robot, by their `kind`."""
 SENSORS: Registry[KindParts | None] = Registry("sensor")
-"""What measures. Those that are part of every robot have no parts; the others are auxiliary ones, by the `kind` of each
-of a vehicle's `sensors`. `number` is where kernels have what faults do to the messages of one of them."""
+"""Sensors. Those that are part of every robot have no parts; the others are auxiliary ones, by the `kind` of each of a
+vehicle's `sensors`. `number` is where kernels have what faults do to the messages of one of them."""
 METHODS: Registry[Any] = Registry("transition method")
-"""How painted lines are joined: a `Method` of services/planner/transitions/method_choice.py each."""
+"""Transition methods: a `Method` of services/planner/transitions/method_choice.py each."""
 AREA_METHODS: Registry[Any] = Registry("area method")
-"""How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
+"""Area methods: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 FOLLOWERS: Registry[Any] = Registry("follower")
 """Steering along the path: each a function from `Vehicle` and `Ask` to a `Follower` of onboard/control."""
 EXTERNAL = "external"
@@ -324,6 +324,6 @@ EXTERNAL_TIMED = "external-timed"
 """And the same with a reference that keeps the plan's time."""
 ASKED = (EXTERNAL, EXTERNAL_TIMED)
 POSE_METHODS: Registry[Any] = Registry("pose method")
-"""How to get from one pose to another: a `PoseMethod` of services/planner/poses each."""
+"""Pose methods: a `PoseMethod` of services/planner/poses each."""
 SPEED_LAWS: Registry[Any] = Registry("speed law")
 """Speed laws between two poses: a `SpeedLaw` of services/planner/poses/speed_laws.py each; None: by the limits."""

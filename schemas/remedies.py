@@ -40,7 +40,7 @@ _MISTAKEN: Mapping[str, Callable[[float], str]] = {
     "m": lambda given: " (in metres, not cm or mm)",
     "rad": lambda given: f" ({instead_of_degrees(given)})",
 }
-"""What a number that is far too large was probably meant in."""
+"""Unit in which a number that is far too large was probably meant."""
 _ENDS = {"le": "at most", "ge": "at least", "lt": "less than", "gt": "more than"}
 _TYPES = {
     "float_parsing": "a number",

@@ -17,7 +17,7 @@ _JUMP_BYTES: Final = 4
 
 @dataclass(frozen=True)
 class ReplayRun:
-    """What a replay sends between two of its jumps.
+    """Messages that a replay sends between two of its jumps.
 
     Attributes:
         key: Tells this replay from all others: 6 bytes.
@@ -46,7 +46,7 @@ class ReplayRun:
 
 
 class Belonging(Enum):
-    """What the publisher of a message says about it."""
+    """Replay and jump that a message's publisher names."""
 
     LIVE = "live"
     """It is no replay's."""

@@ -1,4 +1,4 @@
-"""How far the keys go that move a replay, in the console and where it runs."""
+"""Steps of the keys that move a replay, in the console and where it runs."""
 
 import math
 from collections.abc import Sequence

@@ -24,7 +24,7 @@ _Sensor = Annotated[SerializeAsAny[SensorTruth], WrapValidator(of_its_kind(SENSO
 
 
 OF_THE_COMPUTER = frozenset(("follower", "fence", "link_timeout_s"))
-"""What scenarios had before the robot's own computer had a configuration of its own."""
+"""Fields that scenarios had before the robot's own computer had a configuration of its own."""
 
 
 class GnssNoise(Spec):
@@ -35,32 +35,45 @@ class GnssNoise(Spec):
     """
 
     white_m: NotNegative = 0.00471
+    """White part of a fix's error, 1 σ an axis (12,510 moving ZED-F9P fixes)."""
     gauss_markov_1_m: NotNegative = 0.0025
+    """Slow wander, 1 σ an axis (fits the same test)."""
     gauss_markov_1_tau_s: Positive = 115.0
+    """Correlation time of that wander (published RTK error spectra)."""
     gauss_markov_2_m: NotNegative = 0.0025
+    """Slower wander, 1 σ an axis."""
     gauss_markov_2_tau_s: Positive = 900.0
+    """Correlation time of the slower wander."""
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
+    """Fixes per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
+    """Delay of every fix, rounded up to ticks of 10 ms (110–120 ms)."""
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
-    """Fixes take up to this much longer, in whole ticks of 10 ms, each number of them as often."""
+    """Largest further delay, in whole ticks that are equally likely."""
     float_m: NotNegative = 0.3
+    """Error of a float solution, 1 σ (typical)."""
     float_tau_s: Positive = 60.0
+    """Correlation time of that error."""
     float_overconfident_share: Share = 0.2
-    """Share of the float spells in which the receiver claims ``float_claimed_m``."""
+    """Share of the float spells that claim `float_claimed_m` (assumed)."""
     float_claimed_m: Positive = 0.02
+    """Accuracy that such a spell claims."""
     single_m: NotNegative = 1.3
+    """Error of a single solution, 1 σ an axis (data sheet)."""
     single_tau_s: Positive = 60.0
+    """Correlation time of that error."""
     hold_s: NotNegative = 60.0
-    """How long a fix is held without corrections."""
+    """Time for which a fix is held without corrections."""
     hold_drift_mps: NotNegative = 0.0005
-    """How fast a held fix drifts off: 3 cm a minute."""
+    """Drift of a held fix (3 cm/min)."""
     reacquire_s: NotNegative = 2.0
-    """From signals to the first position."""
+    """Time from signals to the first position (data sheet)."""
     float_after_s: NotNegative = 1.0
-    """From the first position to a float solution."""
+    """Time from the first position to a float solution (assumed)."""
     converge_min_s: NotNegative = 2.0
+    """Shortest time from float to fixed, drawn evenly."""
     converge_max_s: NotNegative = 6.5
-    """From a float solution to a fix: drawn evenly from this range."""
+    """Longest time from float to fixed (less than 10 s in all)."""
 
     @model_validator(mode="after")
     def _range_is_one(self) -> Self:
@@ -72,58 +85,74 @@ class GnssNoise(Spec):
 class CameraNoise(Spec):
     """The camera overhead that sees the robot: errors of a pose (1 σ an axis; of the heading), delays, misses.
 
-    A study of a network of small robots names such cameras and no figures; these are assumed (docs/robot-sim.md).
+    A study of a network of small robots names such cameras and no figures; these are assumed.
     """
 
     white_m: NotNegative = 0.01
+    """Error of a pose's position, 1 σ an axis (assumed)."""
     white_rad: NotNegative = 0.01745
+    """Error of a pose's heading, 1 σ: 1° (assumed)."""
     rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
+    """Pictures per second."""
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
+    """Delay of every pose."""
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02
-    """Poses take up to this much longer, in whole ticks of 10 ms, each number of them as often."""
+    """Largest further delay, in whole ticks that are equally likely."""
     dropout_share: Share = 0.02
-    """Of the pictures, in which the robot is not found."""
+    """Share of the pictures in which the robot is not found."""
 
 
 class Obstruction(Spec):
     """Trees, a stand, a roof: within its outline the solution is no better than ``best_fix``."""
 
     name: str = ""
+    """Name for people."""
     outline: Annotated[tuple[_Point, ...], Field(min_length=3, max_length=100)]
-    """Corners of a polygon in the map frame [m]."""
+    """Corners of a polygon in the map frame."""
     best_fix: Literal["none", "single", "float", "fixed"] = "float"
+    """Best solution inside."""
     margin_m: Annotated[float, Field(ge=0, le=100)] = 3.0
-    """How far outside the outline a part of the sky is still hidden."""
+    """Distance outside the outline at which a part of the sky is still hidden."""
     noise_factor: Annotated[float, Field(ge=1, le=100)] = 2.0
-    """White noise at the outline, against that in the open; 1 again at the margin's end."""
+    """White noise at the outline, relative to that in the open (assumed)."""
 
 
 class Steel(Spec):
     """Steel in or on the ground: a field towards it that falls with the third power of the distance."""
 
     name: str = ""
+    """Name for people."""
     outline: Annotated[tuple[_Point, ...], Field(min_length=1, max_length=100)]
-    """A point, or the corners of a polygon, in the map frame [m]."""
+    """A point, or the corners of a polygon, in the map frame."""
     field_t: Annotated[float, Field(gt=0, le=1e-3)] = 10e-6
-    """Horizontal, at the outline and inside of it."""
+    """Horizontal field at the outline and inside it."""
     reach_m: Annotated[float, Field(gt=0, le=100)] = 2.0
-    """Distance from the outline at which an eighth of it is left."""
+    """Distance at which an eighth of the field remains (assumed)."""
 
 
 class ImuNoise(Spec):
     """Gyroscope and accelerometer: densities, turn-on bias (1 σ), bias walk, and drift with temperature (1 σ)."""
 
     gyro_density_radps_rthz: NotNegative = 0.000244
+    """Noise density of the gyro, rad/s/√Hz (data sheet)."""
     gyro_turn_on_bias_radps: NotNegative = 0.01745
+    """Gyro's bias at switch-on, 1 σ: 1 °/s (data sheet)."""
     gyro_bias_walk_radps_rts: NotNegative = 0.00001
+    """Random walk of the gyro's bias, rad/s/√s (assumed)."""
     gyro_temperature_radps_per_k: NotNegative = 0.00009
+    """Drift of the gyro's bias, 1 σ per K: 0.005 °/s/K."""
     accel_density_mps2_rthz: NotNegative = 0.001716
+    """Noise density of the accelerometer, m/s²/√Hz (data sheet)."""
     accel_turn_on_bias_mps2: NotNegative = 0.196
+    """Accelerometer's bias at switch-on, 1 σ: 20 mg (data sheet)."""
     accel_bias_walk_mps2_rts: NotNegative = 0.0002
+    """Random walk of the accelerometer's bias, m/s²/√s (assumed)."""
     accel_temperature_mps2_per_k: NotNegative = 0.002
+    """Drift of the accelerometer's bias, 1 σ per K (data sheet)."""
     warming_k: NotNegative = 15.0
-    """How much warmer than at switch-on the sensor gets."""
+    """Temperature rise after switch-on, K (assumed)."""
     warming_tau_s: Positive = 600.0
+    """Time constant of that rise (assumed)."""
 
 
 class MagnetometerNoise(Spec):
@@ -133,34 +162,45 @@ class MagnetometerNoise(Spec):
     """
 
     white_rad: NotNegative = 0.01
+    """White noise, 1 σ as heading."""
     bias_rad: NotNegative = 0.04
+    """Hard iron, 1 σ an axis, as heading."""
     soft_iron_relative: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    """Error of gains and cross-gains, 1 σ (assumed)."""
     disturbance_rad: NotNegative = 0.04
+    """Slow disturbance by the surroundings, 1 σ as heading."""
     disturbance_tau_s: Positive = 20.0
+    """Correlation time of the disturbance."""
 
 
 class DriveNoise(GrownSpec):
-    """How far the real wheels and their steering are from the nominal ones (1 σ) and how much they slip on grass."""
+    """Errors of the real wheels and steering (1 σ), and slip on grass."""
 
     wheel_radius_relative: NotNegative = 0.003
+    """Error of each wheel's radius per seed, 1 σ as a share (assumed)."""
     track_width_relative: NotNegative = 0.002
+    """Error of the track width per seed, 1 σ as a share (assumed)."""
     slip_relative: NotNegative = 0.02
+    """Random slip of the wheels, 1 σ as a share (2–5 % seen on grass)."""
     slip_tau_s: Positive = 0.5
+    """Correlation time of the random slip."""
     steering_offset_rad: NotNegative = 0.0175
-    """How far a steered wheel is off when its encoder says straight ahead; written only if it is another figure.
+    """Error of a steered wheel's straight-ahead angle per seed, 1 σ: 1° (assumed).
 
-    Scenarios of robots that steer with their wheels' speeds, and their hashes, are thus what they were before.
+    Written only if it is another figure. Scenarios of robots that steer with their wheels' speeds, and their hashes,
+    are thus what they were before.
     """
 
     later_fields = ("steering_offset_rad",)
 
 
 class Ground(Spec):
-    """What the robot drives on: one surface, one slope."""
+    """Ground that the robot drives on: one surface, one slope."""
 
     surface: SurfaceName = "grass"
+    """Surface; by default that of the shipped vehicle."""
     grade: Annotated[float, Field(ge=0, le=0.15)] = 0.0
-    """Rise over run; 0.02 is 2 %."""
+    """Rise over run: 0.02 is 2 %."""
     uphill_rad: Angle = 0.0
     """Direction of the rise in the map frame: 0 east, π/2 north."""
 
@@ -169,22 +209,29 @@ class EncoderNoise(Spec):
     """Wheel encoders: quantised to whole ticks or not at all."""
 
     quantised: bool = True
+    """Encoders count whole ticks (1024 × 4 on the motor shaft)."""
 
 
 class Pose2(Spec):
     """Position (m) and heading (rad) in the map frame."""
 
     x_m: Coordinate
+    """East."""
     y_m: Coordinate
+    """North."""
     heading_rad: Angle
+    """Heading, counter-clockwise from east."""
 
 
 class Origin(Spec):
     """WGS 84 position of the map frame's origin: degrees, metres above the ellipsoid."""
 
     latitude_deg: Annotated[float, Field(ge=-89, le=89)] = 57.0124
+    """Latitude (WGS 84); the default is a pitch in northern Denmark."""
     longitude_deg: Annotated[float, Field(ge=-180, le=180)] = 9.9915
+    """Longitude."""
     altitude_m: Annotated[float, Field(ge=-500, le=9000)] = 20.0
+    """Height above the ellipsoid."""
 
 
 class Scenario(GrownSpec):
@@ -194,8 +241,11 @@ class Scenario(GrownSpec):
     """
 
     name: str = "default"
+    """Name for people."""
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
+    """Seed of all randomness."""
     noise: Noise = "default"
+    """`none` sets all noise figures to zero; latency, ground, sky, steel and faults stay."""
     gnss: GnssNoise = GnssNoise()
     camera: CameraNoise = CameraNoise()
     """Of robots that have one overhead; written only if it is another one, as scenarios were before there was any."""
@@ -205,14 +255,14 @@ class Scenario(GrownSpec):
     encoder: EncoderNoise = EncoderNoise()
     ground: Ground = Ground()
     sky: Annotated[tuple[Obstruction, ...], Field(max_length=100)] = ()
-    """What hides the sky from the GNSS antenna, and where."""
+    """Obstructions that hide the sky from the GNSS antenna."""
     steel: Annotated[tuple[Steel, ...], Field(max_length=100)] = ()
-    """What disturbs the magnetometer, and where."""
+    """Steel that disturbs the magnetometer."""
     start: Pose2 | None = None
-    """Where the robot stands at first; by default at the start of the plan."""
+    """Pose at first; null: where the plan begins."""
     origin: Origin = Origin()
     faults: Annotated[tuple[AnyFault, ...], Field(max_length=1000)] = ()
-    """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
+    """Timeline of faults."""
 
     sensors: Annotated[tuple[_Sensor, ...], Field(max_length=20)] = ()
     """Auxiliary sensors, by their kinds; a kind that is not here is as by default."""
@@ -231,7 +281,7 @@ class Scenario(GrownSpec):
         return self if origin is None else self.model_copy(update={"origin": origin})
 
     def standing(self) -> Pose2:
-        """Where a robot stands that no plan is made for yet: at the start, or at 0, 0, 0 if there is none."""
+        """Pose of a robot that has no plan yet: the start, or 0, 0, 0 if there is none."""
         return self.start or Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
     def effective(self) -> Self:
@@ -254,7 +304,7 @@ _NOISE_FIGURES: dict[str, tuple[str, ...]] = {
     "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative", "steering_offset_rad"),
     "encoder": ("quantised",),
 }
-"""What ``noise: none`` puts to zero: what makes two runs in the same place differ. The places and faults stay."""
+"""Figures that ``noise: none`` sets to zero: those that make two runs in the same place differ."""
 
 
 def _silenced(group: Spec, figures: tuple[str, ...]) -> Spec:

@@ -157,7 +157,7 @@ def _json_name(value: object) -> str:
 
 
 def _form(class_name: str) -> str:
-    """What an object of that class must have at least: ``an object {"corners": …}``."""
+    """Shortest object of that class: ``an object {"corners": …}``."""
     kinds = list(Spec.__subclasses__())
     for kind in kinds:
         kinds += kind.__subclasses__()

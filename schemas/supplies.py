@@ -18,7 +18,7 @@ _TIMES = {1: "once", 2: "twice"}
 
 @dataclass(frozen=True)
 class Supply:
-    """What a job needs of one thing and what is there of it, both in its unit (L or Wh); None where nobody has said.
+    """Need and level of one supply, both in its unit (L or Wh); None if unknown.
 
     Attributes:
         full: What is there after a refill.
@@ -37,7 +37,7 @@ class Supply:
 
     @property
     def refills(self) -> int:
-        """How often the job has to be interrupted to fill it up, each time when nothing usable is left."""
+        """Number of refills during the job, each when nothing usable remains."""
         if self.lasts or self.needed is None or self.there is None:
             return 0
         missing = self.needed - max(self.there - self.reserve, 0.0)
@@ -58,7 +58,7 @@ class Supplies:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """What the job needs of a level that nobody has reported, in words."""
+        """Need of a supply whose level is unknown, in words."""
         told = []
         if self.paint.needed is not None and self.paint.there is None:
             told.append(f"needs {_amount(self.paint.needed)} L of paint, and the level of the tank is unknown")
@@ -68,7 +68,7 @@ class Supplies:
 
     @property
     def shortages(self) -> tuple[str, ...]:
-        """What will run out, and what to do about it, in words."""
+        """Supplies that will run out, and the remedy, in words."""
         told, tank, battery = [], self.paint, self.battery
         if not tank.lasts:
             told.append(

@@ -26,7 +26,7 @@ PLACE_M2: Final = 2.5
 
 
 class TeamArea(Spec):
-    """Where a team drives: a polygon, convex or not, less obstacles (m, map frame)."""
+    """Area in which a team drives: a polygon, convex or not, less obstacles (m, map frame)."""
 
     outline: Ring
     obstacles: Annotated[tuple[Ring, ...], Field(max_length=100)] = ()
@@ -132,31 +132,50 @@ class TeamScenario(Spec):
     """
 
     name: str = "team"
+    """Name for people."""
     robots: Annotated[int, Field(ge=1, le=MOST_ROBOTS)] = 10
+    """Number of robots: `tb1`, `tb2`, …"""
     places: dict[str, Pose2] = Field(default_factory=dict)
-    """Where robots stand at the start, by their names; they are then all there are."""
+    """Start pose of each robot by name; there are then no others."""
     area: TeamArea | None = None
-    """Without one: a square of 2.5 m² a robot, or as large as the circle of a swap needs."""
+    """`outline` and `obstacles`, corners in m; null: a square of 2.5 m² a robot."""
     task: TaskSpec = DeployTask()
+    """`deploy` with an `importance`, `swap`, `goals` or `formation`."""
     vehicle: Vehicle = SHIPPED["turtlebot2"].vehicle
+    """Vehicle of all robots; default: `turtlebot2`."""
     onboard: OnboardConfig = with_its_own("turtlebot2", OnboardConfig())
+    """Configuration of all computers."""
     world: Scenario = on_its_ground("turtlebot2", Scenario())
-    """Of every robot, but for its place and its seed: that of `tb7` is 6 more than this one's."""
+    """Scenario of all robots; the seed of `tb7` is 6 more than the world's."""
     avoid: Literal["cells", "none"] = "cells"
-    """`none`: as in the study, each on its own path, with the follower `frenet` and by the study's law of speed."""
+    """`none`: as in the study, each on its own path.
+
+    The follower is then `frenet`, the speed that of the study's law.
+    """
     path: Literal["bearing", "free"] = "bearing"
-    """Of robots that avoid nobody: Dubins paths to a heading by the study's rule, or to any heading."""
+    """Heading at the goal for robots that avoid nobody: the bearing, or any."""
     radius_m: Annotated[float, Field(gt=0, le=100)] = 0.2
-    """r_s that every centre keeps from walls, and half of what two keep from each other: the body, and what estimate,
-    follower and delay make of it."""
+    """Radius r_s that each centre keeps free.
+
+    It is kept from walls, and half of what two robots keep from each other: it holds the body, and the errors of
+    estimate, follower and delay.
+    """
     update_s: Annotated[float, Field(ge=0.1, le=5, multiple_of=0.1)] = 0.4
-    """From one set of cells to the next."""
+    """Time from one set of cells to the next."""
     links: TeamLinks = TeamLinks()
+    """`loss` (share of messages) and `delay_s` (largest delay)."""
     faults: dict[str, Annotated[tuple[AnyFault, ...], Field(max_length=100)]] = Field(default_factory=dict)
-    """What goes wrong with which robot, by its name; `world.faults` go wrong with all."""
+    """Faults by robot.
+
+    Faults of `world` apply to all.
+    """
     frozen: dict[str, Annotated[tuple[Freeze, ...], Field(max_length=100)]] = Field(default_factory=dict)
-    """Whose computer stands still, and when; only where robots and coordinator are of one process."""
+    """When a robot's computer stands still: `start_s`, `duration_s`, by robot.
+
+    Only where robots and coordinator are of one process.
+    """
     duration_s: Annotated[float, Field(gt=0, le=100_000)] = 120.0
+    """Longest sim time; goals, swaps and formations end on arrival."""
 
     @model_validator(mode="after")
     def _names_robots_that_there_are(self) -> Self:
@@ -184,7 +203,7 @@ class TeamScenario(Spec):
         return tuple(sorted(self.places or (f"tb{number}" for number in range(1, self.robots + 1))))
 
     def setup(self, name: str, start: Pose2) -> Setup:
-        """What decides a robot's session.
+        """Setup that decides a robot's session.
 
         Args:
             name: One of `names`.

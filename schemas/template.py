@@ -56,7 +56,9 @@ class LineSpec(Spec):
     """A straight line from ``start`` to ``end``, metres in the map frame."""
 
     start: Position
+    """Start, m."""
     end: Position
+    """End, m, at least 1 cm away."""
 
     @model_validator(mode="after")
     def _has_length(self) -> Self:
@@ -69,8 +71,11 @@ class ArcSpec(Spec):
     """A circular arc about ``center`` from ``start``; ``sweep_angle`` in radians, counter-clockwise positive."""
 
     start: Position
+    """Start, m."""
     center: Position
+    """Center, m."""
     sweep_angle: Angle
+    """Angle from start to end, rad, counter-clockwise positive."""
 
     @model_validator(mode="after")
     def _has_length(self) -> Self:
@@ -86,10 +91,15 @@ class TemplateSegment(Spec):
     """One line or arc to be painted."""
 
     id: Name
+    """Unique name."""
     label: Text = ""
+    """Text for people."""
     line: LineSpec | None = None
+    """`start` and `end`; a segment has either a line or an arc."""
     arc: ArcSpec | None = None
+    """`start`, `center` and `sweep_angle`."""
     actuation: Literal["SPRAY", "DISC_SPRAY"] = "DISC_SPRAY"
+    """`SPRAY` leaves the discs up."""
 
     @model_validator(mode="after")
     def _one_curve(self) -> Self:
@@ -109,9 +119,13 @@ class Placement(Spec):
     """A rigid motion of the drawing: mirrored about its x axis, then turned about its origin, then moved."""
 
     x_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    """Shift to the east."""
     y_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    """Shift to the north."""
     rotation_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    """Turn about the drawing's origin, counter-clockwise."""
     mirror: bool = False
+    """Mirror the drawing about its x axis first."""
 
     def __str__(self) -> str:
         """In words."""
@@ -137,20 +151,25 @@ class Polygon(Spec):
     """An outline with a name."""
 
     id: Name = "boundary"
+    """Name."""
     corners: Corners
+    """Corners, m, either way round; the last joins the first."""
 
 
 class Area(Spec):
-    """What is painted solid: the inside of an outline, less its holes.
+    """Area that is painted solid: the inside of an outline, less its holes.
 
     It is planned as swaths, lines that lie side by side at the width of the tool, each a segment of its own.
     """
 
     id: Annotated[Name, Field(max_length=80)]
+    """Unique name; its swaths are the segments `ID#1`, `ID#2`, …"""
     outline: Corners
+    """3 to 1,000 corners, either way round; it crosses and touches itself nowhere."""
     holes: Annotated[tuple[Corners, ...], Field(max_length=100)] = ()
+    """Outlines that are left out: inside, not touching the outline or each other."""
     angle_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
-    """Direction of the swaths, degrees counter-clockwise from +x; None: which suits best."""
+    """Direction of the swaths, counter-clockwise from +x; null: the best."""
 
     @field_validator("holes")
     @classmethod
@@ -190,19 +209,30 @@ class Template(GrownSpec):
     """
 
     name: Name
+    """Name for people and file names."""
     title: Text = ""
+    """A line for people."""
     source: Text = ""
+    """Source of the measures."""
     line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
+    """Width of lines and arcs; paint counts within it."""
     tolerance_m: Annotated[float, Field(ge=0.001, le=0.3)] = DEFAULT_TOLERANCE_M
-    """How far the middle of the paint may be off its line: decides whether the paint is accepted."""
+    """Largest distance of the paint's middle from its line that is accepted."""
     placement: Placement | None = None
-    """Where a file's drawing lies in the map frame; None once `touchline.schemas.catalogue` has carried it there."""
+    """Position of the drawing in the map frame; null: at the origin.
+
+    None once `touchline.schemas.catalogue` has carried it out.
+    """
     origin: Origin | None = None
-    """Where on the earth the map frame's (0, 0) lies; None: wherever the robot's is."""
+    """Position of (0, 0) on the earth; null: the robot's origin."""
     segments: tuple[TemplateSegment, ...] = ()
+    """Lines and arcs; a template has at least one of these or one area."""
     areas: Annotated[tuple[Area, ...], Field(max_length=100)] = ()
+    """Areas that are painted solid or covered."""
     boundary: Polygon | None = None
+    """`corners` of where the robot's body must stay."""
     obstacles: Annotated[tuple[Polygon, ...], Field(max_length=1000)] = ()
+    """`id` and `corners` of what the body keeps off."""
 
     @field_validator("segments")
     @classmethod

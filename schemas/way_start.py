@@ -1,4 +1,4 @@
-"""Where the way to a goal begins: one rule for the robot, which drives it, and for whoever previews it."""
+"""Start of the path to a goal: one rule for the robot, which drives it, and for previews of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NOT_WHILE: Final = {
 
 
 def hindrance(state: int) -> str:
-    """What a robot is in this state of its traversal, with the remedy, if it takes no goals then; "" if it does."""
+    """Reason and remedy if a robot takes no goals in this state of its traversal; "" if it does."""
     return _NOT_WHILE.get(state, "")
 
 

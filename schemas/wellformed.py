@@ -21,7 +21,7 @@ _LARGEST_CHECKED_BYTES = 256 * 1024
 
 
 class _Skeleton(NamedTuple):
-    """What makes a payload one of its type: the bytes that matter, from where to where, and where nanoseconds are."""
+    """Marks of a payload of one type: ranges of the bytes that matter, and places of nanoseconds."""
 
     kept: tuple[tuple[int, int, bytes], ...]
     nanoseconds: tuple[int, ...]

@@ -3,11 +3,13 @@
 Behind that, by room, how many functions have more parameters than there should be. Subcommands, which Typer registers
 by `app.command`, are left out of what is said of parameters: theirs are the options of the command line.
 
-Ends with exit code 1 if a function has more than PARAMETERS_LIMIT parameters or nests deeper than NESTING_LIMIT, or if
-a public class or a module name stands for two things.
+Ends with exit code 1 if a function has more than PARAMETERS_LIMIT parameters or nests deeper than NESTING_LIMIT, if a
+public class or a module name stands for two things, if a docstring begins with a question word, if documentation or a
+docstring uses a word that another one stands for, or if a line of the documentation is too long.
 """
 
 import ast
+import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -20,6 +22,21 @@ SHOWN = 5
 #: What there should be at most, and what is refused; the limit comes down as the functions beyond do.
 PARAMETERS_MOST, PARAMETERS_LIMIT = 6, 7
 NESTING_LIMIT = 4
+#: Characters of a line of documentation; tables and code may be wider.
+PROSE_LIMIT, TABLE_LIMIT = 120, 160
+#: Words that another one stands for (docs/reference/glossary.md).
+REPLACED = {
+    "errand": "assignment",
+    "errands": "assignments",
+    "judge": "evaluate",
+    "judged": "evaluated",
+    "judges": "evaluates",
+    "judging": "evaluating",
+    "conduct": "behaviour",
+}
+QUESTION = re.compile(r"\W*(What|Who|Where|How)\b")
+#: Code whose docstrings are not checked yet: it is being changed elsewhere.
+DOCSTRINGS_TO_COME = ("src/touchline/onboard/", "services/robot_sim/", "schemas/faults.py")
 #: Names that say in every room what the room's file is for.
 COMMON_MODULES = frozenset(("__init__", "service"))
 #: Methods of a Typer application that make a subcommand of a function.
@@ -98,6 +115,44 @@ def twice() -> list[str]:
     return [f"{name}: {', '.join(paths)}" for name, paths in sorted(named.items()) if len(paths) > 1]
 
 
+def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Texts that stand alone in a module, a class or a function, with their lines."""
+    for node in ast.walk(tree):
+        for each in getattr(node, "body", ()) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) else ():
+            match each:
+                case ast.Expr(value=ast.Constant(value=str(text))):
+                    yield each.lineno, text
+
+
+def pages() -> Iterator[tuple[Path, str]]:
+    """Every page of the documentation."""
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
+        yield path.relative_to(ROOT), path.read_text(encoding="utf-8")
+
+
+def replaced(place: str, text: str) -> Iterator[str]:
+    """Find words that another one stands for."""
+    for word in REPLACED.keys() & set(re.findall(r"[a-z]+", text.lower())):
+        yield f"{word}: use {REPLACED[word]}: {place}"
+
+
+def wording() -> Iterator[str]:
+    """Find what is wrong with docstrings and pages."""
+    for path, tree in sources():
+        if not str(path).startswith(DOCSTRINGS_TO_COME):
+            for line, text in docstrings(tree):
+                yield from replaced(f"{path}:{line}", text)
+                if QUESTION.match(text):
+                    yield f"begins with a question word: {path}:{line}"
+    for path, text in pages():
+        yield from replaced(str(path), text)
+        fenced = False
+        for number, line in enumerate(text.splitlines(), start=1):
+            fenced ^= line.lstrip().startswith("```")
+            if len(line) > (TABLE_LIMIT if fenced or line.startswith("|") else PROSE_LIMIT):
+                yield f"{len(line)} characters: {path}:{number}"
+
+
 def main() -> None:
     """Print it."""
     found = [function for path, tree in sources() for function in functions(path, tree)]
@@ -108,6 +163,7 @@ def main() -> None:
     problems = [f"{f.parameters} parameters: {f.place}" for f in found if f.parameters > PARAMETERS_LIMIT]
     problems += [f"nests {f.nesting} deep: {f.place}" for f in found if f.nesting > NESTING_LIMIT]
     problems += [f"one name for several things: {name}" for name in twice()]
+    problems += wording()
     if problems:
         sys.exit("\n".join(problems))
 

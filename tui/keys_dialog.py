@@ -12,40 +12,10 @@ from textual.widgets import Label, Static
 from touchline.tui import theme
 from touchline.tui.colors import has_colors
 from touchline.tui.dialogs import Dialog, DialogBox
+from touchline.tui.keys import FLEET_TABLE, TABLE, listed
 from touchline.tui.map_raster import MISSED_MARK, Ink
 from touchline.tui.mono_cells import MARKS
 
-KEYS_TEXT = (
-    ("Job", (
-        ("t, p, l, s", "choose a template, plan it, load it, start"), ("d", "drive to a goal"),
-        ("space, g", "pause, go on"), ("a", "abort (asks first)"),
-        ("r", "reset after a stop or an abort"),
-        ("u, b", "tank filled up, battery replaced"),
-    )),
-    ("Goal", (
-        ("arrows, drag", "move it (Shift: finely); drag its heading"), ("< >, h", "turn it, any heading"),
-        ("m, enter, esc", "how to drive; preview, then drive; leave"),
-    )),
-    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
-    ("Time", (("[ , and ] .", "slower and faster"),)),
-    ("Replay", (("< > { } n", "10 s, a minute; a step; space pauses, goes on"),)),
-    ("Map", (
-        ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f, 0, home", "follow the robot, show the whole job"),
-    )),
-    ("Fleet", (("v, o, x", "all robots; the next one; orders to all"),)),
-    ("Console", (("tab", "next panel"), ("ctrl+p, q", "all commands by name, quit"))),
-)  # fmt: skip
-FLEET_KEYS_TEXT = (
-    ("Robot", (
-        ("arrows, click", "pick one; enter or a second click: alone"),
-        ("space, g", "pause it, let it go on"), ("a, r", "abort (asks first), reset"), ("o", "pick the next by name"),
-    )),
-    ("All", (("x", "pause, resume, abort, reset (asks first)"),)),
-    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
-    ("List", (("n", "sort by name, or those in trouble first"), ("m", "map and list, list, map"))),
-    ("Map", (("+ -, wheel, drag", "zoom, pan"), ("f, 0", "follow the robot, show all"))),
-    ("Console", (("esc, v", "put answers away, then back to one robot"), ("ctrl+p, q", "all commands, quit"))),
-)  # fmt: skip
 FLEET_LEGEND = (
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "picked"),
     ("→", f"{theme.BLACK} on {theme.MUTED}", "other"),
@@ -83,7 +53,7 @@ class KeysDialog(Dialog[None]):
     def __init__(self, *, fleet: bool = False) -> None:
         """Create the list for the screen of one robot, or of the `fleet`."""
         super().__init__()
-        self._text = FLEET_KEYS_TEXT if fleet else KEYS_TEXT
+        self._keys = listed(FLEET_TABLE if fleet else TABLE)
         self._legend = FLEET_LEGEND if fleet else LEGEND
 
     def compose(self) -> ComposeResult:
@@ -93,13 +63,14 @@ class KeysDialog(Dialog[None]):
             yield Label("Keys", classes="title")
             marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in legend]
             lines = [Content.assemble(*(part for pair in marks for part in pair))]
-            width = 1 + max(len(key) for _, keys in self._text for key, _ in keys)
-            for group, keys in self._text:
-                for index, (key, text) in enumerate(keys):
-                    name = group if index == 0 else ""
-                    lines.append(
-                        Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<{width}}", f"bold {theme.SKY}"), text)
-                    )
+            width = 1 + max(len(key) for _, key, _ in self._keys)
+            before = ""
+            for group, key, effect in self._keys:
+                name = "" if group == before else group
+                before = group
+                lines.append(
+                    Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<{width}}", f"bold {theme.SKY}"), effect)
+                )
             yield Static(Content("\n").join(lines))
 
     def on_mount(self) -> None:

@@ -57,7 +57,7 @@ class Field:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What can be set, in order."""
+        """Parameters that can be set, in order."""
         described = self.kind.model_json_schema().get("properties", {})
         return tuple(
             Parameter(name, each["description"], each["default"], each.get("minimum"), each.get("maximum"))

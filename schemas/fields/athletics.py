@@ -57,7 +57,7 @@ def straight_m(p: AthleticsTrack) -> float:
 
 
 def stagger_m(p: AthleticsTrack, lane: int, bends: int) -> float:
-    """How much further a lane runs than lane 1 over so many bends, m."""
+    """Length that a lane has more than lane 1 over so many bends, m."""
     return bends * math.pi * (run_radius_m(p, lane) - run_radius_m(p, 1))
 
 

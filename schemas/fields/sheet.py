@@ -111,7 +111,7 @@ class Sheet:
         ]
 
     def template(self, name: str, title: str, source: str) -> Template:
-        """What has been drawn."""
+        """Template of all that has been drawn."""
         return Template(
             name=name, title=title, source=source, line_width_m=self.line_width_m, segments=tuple(self.segments)
         )

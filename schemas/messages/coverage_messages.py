@@ -16,7 +16,7 @@ class MissedPatch(Message):
 
 
 class AreaProgress(Message):
-    """How much of the template's areas a covering tool has really been over, counted in cells of a raster.
+    """True coverage of the template's areas by a covering tool, counted in cells of a raster.
 
     ``overlap_m2`` was passed over more than once; ``cell_m`` is the edge of a cell.
     """
@@ -58,7 +58,7 @@ class AreaReport(Message):
 
 
 class PlannedCoverage(Message):
-    """How a plan covers areas, by the drum's or the tool's exact sweep along it.
+    """Coverage of areas by a plan, from the exact sweep of the drum or tool along it.
 
     ``reachable_m2`` is what the tool could get to with the body off boundary and obstacles by the margin, and
     ``reachable_pct`` how much of that is covered. ``overlap_m2`` is covered more than once; ``body_outside_m`` is how

@@ -63,7 +63,7 @@ class RosParameter(Message):
 
 
 class FloatingPointRange(Message):
-    """What a double may be."""
+    """Range of a double."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/msg/FloatingPointRange"
     from_value: float = 0.0
@@ -72,7 +72,7 @@ class FloatingPointRange(Message):
 
 
 class IntegerRange(Message):
-    """What an integer may be."""
+    """Range of an integer."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/msg/IntegerRange"
     from_value: Int64 = 0
@@ -81,7 +81,7 @@ class IntegerRange(Message):
 
 
 class ParameterDescriptor(Message):
-    """What a parameter is."""
+    """Description of a parameter."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/msg/ParameterDescriptor"
     name: str = ""
@@ -176,7 +176,7 @@ class SetParametersRequest(Message):
 
 
 class SetParametersResponse(Message):
-    """What became of each."""
+    """Result of each parameter."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/srv/SetParameters_Response"
     results: tuple[SetParametersResult, ...] = ()
@@ -190,7 +190,7 @@ class SetParametersAtomicallyRequest(Message):
 
 
 class SetParametersAtomicallyResponse(Message):
-    """What became of all."""
+    """Result of all parameters."""
 
     ros_type: ClassVar[str] = "rcl_interfaces/srv/SetParametersAtomically_Response"
     result: SetParametersResult = SetParametersResult()

@@ -1,4 +1,4 @@
-"""What is asked of the planner, and what it answers."""
+"""Requests to the planner, and its answers."""
 
 import math
 from typing import Annotated, ClassVar
@@ -12,7 +12,7 @@ from touchline.schemas.messages.turf_tank import Trajectory
 
 
 class PlanOptions(Message):
-    """How to plan; 0, empty text and an empty ``start`` mean the vehicle's default.
+    """Options of a plan; 0, empty text and an empty ``start`` mean the vehicle's default.
 
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
@@ -68,7 +68,7 @@ class LeftOutStretch(Message):
 
     @property
     def length_m(self) -> float:
-        """How much of the line is left out."""
+        """Length of the line that is left out."""
         return self.to_m - self.from_m
 
     @property

@@ -1,4 +1,4 @@
-"""How a replay stands, and what it can be told to do."""
+"""Status of a replay, and requests to it."""
 
 from typing import ClassVar
 
@@ -6,7 +6,7 @@ from touchline.schemas.messages.base import Message, UInt32
 
 
 class ReplayStatus(Message):
-    """How a replay stands: told of each robot that it replays, ten times a second and when it changes.
+    """Status of a replay, sent for each robot that it replays, ten times a second and when it changes.
 
     Times are s on the recording's own clock, that of its robot. ``speed`` is sim time per wall time, negative as fast
     as it goes. It is in pass ``loop``, from 1, of ``loops``, 0 without end. ``jumps`` counts seeks and new passes: with
@@ -62,7 +62,7 @@ class ReplayStepResponse(Message):
 
 
 class ReplaySetLoopsRequest(Message):
-    """How many passes there are in all, the present and former ones with them; 0 without end."""
+    """Number of passes in all, former ones and the present one included; 0 without end."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/ReplaySetLoops_Request"
     request_id: str = ""

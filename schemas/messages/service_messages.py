@@ -10,7 +10,7 @@ from touchline.schemas.messages.turf_tank import Trajectory
 
 
 class LoadRequest(Message):
-    """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it.
+    """Load a trajectory; with the template (JSON text, may be empty) paint is evaluated against it.
 
     ``resume``: go on where the robot was in this very trajectory when it was aborted or its process died; without
     segments, in the one that its journal keeps. ``here``: the robot stands where it begins, and is not carried there.
@@ -125,7 +125,7 @@ class InjectFaultResponse(Message):
 
 
 class FollowerStepRequest(Message):
-    """What an external follower is asked in every tick in which the robot is to move; sim time waits for the answer.
+    """Request to an external follower in every tick in which the robot moves; sim time waits for the answer.
 
     Errors are the robot's against its path (left positive), ``ahead_…`` the means over each of the next ticks of 10 ms.
     The last four are of a reference that keeps the plan's time, 0 unless the follower is ``external-timed``: how far it
@@ -187,7 +187,7 @@ class RecordStopRequest(Message):
 
 
 class RecordStopResponse(Message):
-    """What the finished recording holds; ``lost`` counts messages that never reached the recorder."""
+    """Contents of the finished recording; ``lost`` counts messages that never reached the recorder."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/RecordStop_Response"
     success: bool = False
@@ -220,7 +220,7 @@ class GetDiagnosticsRequest(Message):
 
 
 class GetDiagnosticsResponse(Message):
-    """How the service is."""
+    """Health of the service."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/GetDiagnostics_Response"
     diagnostics: DiagnosticArray = DiagnosticArray()

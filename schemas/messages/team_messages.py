@@ -1,4 +1,4 @@
-"""What a robot of a team and its coordinator tell each other: docs/fleet.md has the rules."""
+"""Messages between a robot of a team and its coordinator: docs/explanation/teams.md has the rules."""
 
 from typing import ClassVar, Final
 
@@ -13,7 +13,7 @@ NOTHING_HEARD_S: Final = -1e9
 
 
 class Guidance(Message):
-    """Where a robot may be and where it should go, until there is something newer.
+    """Cell that a robot may be in and target that it drives to, until a newer message.
 
     The cell is the intersection of ``half_planes`` n·q ≤ offset, three numbers each: outward unit normal (x, y) and
     offset in m, map frame. ``number`` counts the cells; ``echo_s`` is the newest stamp of the robot's whereabouts that
@@ -30,7 +30,7 @@ class Guidance(Message):
 
 
 class Whereabouts(Message):
-    """Where a guided robot is, where it would stand if it braked now, and which cell it keeps to.
+    """Place of a guided robot, place where it would stand if it braked now, and cell that it keeps to.
 
     ``stamp_s`` is of its own clock, and later in every message. Until it is ``aligned`` it does not know where it is,
     and the places say nothing. ``adopted`` is the number of the cell that it keeps to,
@@ -50,7 +50,7 @@ class Whereabouts(Message):
 
 
 class TrueWay(Message):
-    """Where an emulated robot truly was in each tick since it told so last, map frame; the header is of the last.
+    """True places of an emulated robot in each tick since the last message, map frame; the header is of the last tick.
 
     It tells so at every exchange with its team in lockstep.
     """
@@ -91,7 +91,7 @@ class TeamCells(Message):
 
 
 class TeamStatus(Message):
-    """How a team stands, as its coordinator believes.
+    """Status of a team, as its coordinator believes.
 
     ``arrived`` are within reach of their last goals. ``cost_of_squares`` is how well it is spread, H/H_□: 1 if every
     robot were amid a square of its own. ``nearest_m`` is the least distance of two stopping segments.
@@ -112,7 +112,7 @@ class TeamStatus(Message):
 
 
 class TeamReport(Message):
-    """What became of a team's task that has ended, as its coordinator believes.
+    """Result of a team's task that has ended, as its coordinator believes.
 
     ``finished``: its time is up or all have arrived; else another task took its place. ``missing`` are those that have
     goals and are not there, each with the reason: "tb3: it is not heard". ``nearest_m`` is the least distance of two

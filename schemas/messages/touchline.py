@@ -9,7 +9,7 @@ from touchline.schemas.messages.standard import Header, Time
 
 
 class ActuatorCommand(Message):
-    """What the drive's actuators are told: of each ``names`` one of ``values``, in rad/s or rad as its drive says."""
+    """Commands to the drive's actuators: one of ``values`` for each of ``names``, in rad/s or rad as its drive says."""
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorCommand"
     header: Header = Header()
@@ -18,7 +18,7 @@ class ActuatorCommand(Message):
 
 
 class GnssStatus(Message):
-    """What NavSatFix cannot say: the RTK state of the fix."""
+    """RTK state of the fix, which NavSatFix has no field for."""
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/GnssStatus"
     NONE: ClassVar[int] = 0
@@ -33,7 +33,7 @@ class GnssStatus(Message):
 
 
 class EstimatorStatus(Message):
-    """How consistent the robot's estimator is: innovations, normalised squares (NIS) and what was not used.
+    """Consistency of the robot's estimator: innovations, normalised squares (NIS) and what was not used.
 
     A consistent estimator has a mean NIS of the measurement's dimension: 2 for fixes and wheels, 1 for the
     magnetometer. Counts and means are since the estimator was last started.
@@ -92,7 +92,7 @@ class PaintMarks(Message):
 
 
 class TraversalStatus(Message):
-    """Where the traversal stands, as the robot believes; ``TrueCoverage`` has the truth.
+    """Status of the traversal, as the robot believes; ``TrueCoverage`` has the truth.
 
     ``painted_ids`` are the path's sprayed segments, ``painted_fraction`` is the share of each, in that order, along
     which the valve was open by the robot's own progress, and ``coverage_pct`` that of all of them. ``lateral_error_m``
@@ -196,7 +196,7 @@ class UnfinishedJob(Message):
 
 
 class TrueCoverage(Message):
-    """What has really been painted, which only an emulator can know.
+    """True paint, which only an emulator can know.
 
     ``painted_ids`` are the template's lines, or, without a template, the path's sprayed segments; ``painted_fraction``
     is the share of each over which paint lies, in that order, and ``coverage_pct`` that of all of them. Of a covering
@@ -307,7 +307,7 @@ class Event(Message):
 class RobotOrder(Message):
     """A command that the robot has obeyed, as it counts for its session: the stamp is of the tick after which it came.
 
-    ``details_json`` is a JSON object with what belongs to the command, as docs/recording.md tells.
+    ``details_json`` is a JSON object with what belongs to the command, as docs/reference/recordings.md tells.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/RobotOrder"
@@ -317,7 +317,7 @@ class RobotOrder(Message):
 
 
 class Progress(Message):
-    """How far a long request has come; ``fraction`` is 0…1."""
+    """Progress of a long request; ``fraction`` is 0…1."""
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/Progress"
     request_id: str = ""

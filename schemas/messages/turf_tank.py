@@ -134,7 +134,7 @@ class VelocityProfile(Message):
 
 
 class Trajectory(Message):
-    """What the robot executes."""
+    """Trajectory that the robot executes."""
 
     ros_type: ClassVar[str] = "tt_trajectory_msgs/msg/Trajectory"
     path: Path = Path()

@@ -18,7 +18,7 @@ class TransformMessage(Message):
 
 
 class TransformStamped(Message):
-    """Where ``child_frame_id`` is in ``header.frame_id``."""
+    """Pose of ``child_frame_id`` in ``header.frame_id``."""
 
     ros_type: ClassVar[str] = "geometry_msgs/msg/TransformStamped"
     header: Header = Header()

@@ -18,20 +18,28 @@ class DriveSpec(Spec):
     """
 
     kind: str
+    """Kind of drive."""
     transit_speed_mps: Speed = 1.4
     """Planned speed where nothing is worked on."""
     max_acceleration_mps2: Acceleration = 1.0
-    """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
+    """Planned acceleration along the path.
+
+    A full tank and grass bear it without slipping or slopping.
+    """
     max_lateral_acceleration_mps2: Acceleration = 1.2
-    """Planned acceleration across the path: what tyres on grass bear with hardly any slip. (The study's 1.5 m/s in
-    turns of 1.125 1/m need 2.53 m/s², at which the emulated robot slides.)"""
+    """Planned acceleration across the path.
+
+    Tyres on grass bear it with hardly any slip. (The study's 1.5 m/s in turns of 1.125 1/m need 2.53 m/s², at which the
+    emulated robot slides.)
+    """
     default_kappa_max_1pm: Annotated[float, Field(gt=0, le=100)] = 1.125
+    """Largest curvature of `ccd` and `dubins-padded`."""
     default_sigma_max_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 2.1
-    """Of turns with a method that has one kind of them for all speeds."""
+    """Largest sharpness of `ccd` and `dubins-padded`."""
     can_reverse: bool = True
-    """Whether plans may drive backward: the robot's own computer drives segments of direction BACKWARD."""
+    """Plans may drive backward."""
     can_spin: bool = False
-    """Whether plans may turn on the spot: the robot's own computer drives ANGULAR velocity."""
+    """Plans may turn on the spot."""
 
     says_no_more: ClassVar[str] = "the drive does no more"
     """Why no speed may be above `max_speed_mps`, as a remedy tells it."""
@@ -43,7 +51,7 @@ class DriveSpec(Spec):
 
     @property
     def actuators(self) -> tuple[Actuator, ...]:
-        """What is commanded, in the order in which commands have them."""
+        """Actuators, in the order of commands."""
         raise NotImplementedError
 
     def steering_rad(self, speed_mps: float, yaw_rate_radps: float) -> float | None:
@@ -52,7 +60,7 @@ class DriveSpec(Spec):
 
     @property
     def contacts(self) -> tuple[GroundContact, ...]:
-        """Where it touches the ground."""
+        """Contacts with the ground."""
         raise NotImplementedError
 
     @property

@@ -13,8 +13,11 @@ class NoTool(ToolSpec):
     """A point of the body that follows lines: that of a camera, say, or the body's origin."""
 
     kind: Literal["none"] = "none"
+    """Follows lines and leaves nothing on them."""
     point_x_m: Place = 0.0
+    """Point that follows lines, ahead of the origin."""
     point_y_m: Place = 0.0
+    """The same point, to the left."""
     line_speed_mps: Speed = 1.0
     """Planned speed along lines."""
 

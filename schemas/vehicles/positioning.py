@@ -1,4 +1,4 @@
-"""What tells a robot where it is."""
+"""Sources of a robot's position."""
 
 from typing import Final, Literal
 

@@ -26,13 +26,19 @@ class DrumMotor(Motor):
     """As the drum feels it. Nothing of it is published: it moves 2.5 t on clay, up a slope of 10 %, too."""
 
     gear_ratio: Annotated[float, Field(ge=0.1, le=1_000)] = 100.0
+    """Motor turns for each turn of the drum."""
     constant_nm_per_a: Annotated[float, Field(ge=0.0001, le=100)] = 0.1
+    """Torque constant; also V per rad/s."""
     resistance_ohm: Annotated[float, Field(ge=0.0001, le=1_000)] = 0.01
+    """Resistance of the winding."""
     max_current_a: Annotated[float, Field(ge=0.01, le=10_000)] = 300.0
+    """Limit of the amplifier: 2.55 kN m at the drum."""
     inertia_kgm2: Annotated[float, Field(ge=0.0001, le=100)] = 90.0
-    """Of the drum, 0.7 t in its shell, with gear and rotor."""
+    """Inertia of drum (0.7 t in its shell), gear and rotor."""
     friction_nm: Annotated[float, Field(ge=0, le=1_000)] = 40.0
+    """Dry friction, at the drum."""
     viscous_nms: Annotated[float, Field(ge=0, le=100)] = 5.0
+    """Viscous friction, at the drum."""
 
 
 class RearSteeredDrive(DriveSpec):
@@ -44,46 +50,59 @@ class RearSteeredDrive(DriveSpec):
     """
 
     kind: Literal["rear-steered"] = "rear-steered"
+    """A driven drum, and a steered wheel behind it."""
     transit_speed_mps: Speed = 1.0
+    """Planned speed where nothing is worked on (study)."""
     max_acceleration_mps2: Acceleration = 0.1
+    """Planned acceleration along the path (study)."""
     max_lateral_acceleration_mps2: Acceleration = 0.5
+    """Planned acceleration across the path; the tightest turn at 1 m/s takes 0.27."""
     default_kappa_max_1pm: Annotated[float, Field(gt=0, le=100)] = 0.27
+    """Largest curvature of `ccd` and `dubins-padded`."""
     default_sigma_max_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 0.25
+    """Largest sharpness of `ccd` and `dubins-padded`."""
 
     wheelbase_m: Track = 2.0
-    """From the drum's axle to the steered wheel's."""
+    """Distance of the drum's axle from the wheel's; each seed has its own error."""
     drum_radius_m: Wheel = 0.4
+    """Nominal radius; each seed has its own error."""
     drum_width_m: Length = 2.2
+    """Width of the drum on the ground."""
     top_speed_mps: Speed = 1.0
-    """No plan is faster."""
+    """Highest speed of any plan (study)."""
     max_drum_speed_radps: WheelRate = 2.75
-    """The motor's limit, with something left for slip at the top speed."""
+    """Limit of the drum's speed, with a reserve for slip."""
     max_drum_acceleration_radps2: WheelAcceleration = 2.5
-    """The same: emergency stops use it, plans keep to `max_acceleration_mps2`."""
+    """Limit of the drum's acceleration; emergency stops use it."""
     drum_time_constant_s: Delay = 0.2
-    """Of the drum's speed profile."""
+    """Lag of the drum behind its command."""
     motor: DrumMotor = DrumMotor()
     encoder_ticks_per_revolution: Annotated[int, Field(gt=0, le=1_000_000_000)] = 4096 * 100
-    """Of the drum: 1024 lines × 4 on the motor shaft behind a 100:1 gear."""
+    """Encoder ticks per turn of the drum.
+
+    1024 lines × 4 on the motor shaft behind a 100:1 gear.
+    """
 
     max_steering_rad: Annotated[float, Field(ge=0.01, le=1.2)] = 0.5
-    """Plans keep to it, to either side."""
+    """Largest steering angle of plans, to either side (study)."""
     max_steering_rate_radps: Annotated[float, Field(ge=0.01, le=10)] = 0.5
-    """The same."""
+    """Largest steering rate of plans."""
     steering_reserve: Annotated[float, Field(ge=0, le=0.25)] = 0.15
-    """Share of both that the steering has on top, to correct while a plan is at its limit."""
+    """Share of both that the steering has on top, for corrections."""
     steering_time_constant_s: Delay = 0.2
-    """With which the angle follows its command, as long as the rate lets it."""
+    """Lag of the angle behind its command."""
     steering_encoder_rad: Annotated[float, Field(ge=0.000001, le=0.1)] = 0.0017
-    """Between two counts."""
+    """Angle between two counts: 0.1°."""
     steering_offset_rad: Annotated[float, Field(ge=0, le=0.2)] = 0.0175
-    """1 σ: how well straight ahead was adjusted, as the robot's own computer assumes it."""
+    """Error of straight ahead, 1 σ, as the computer assumes it: 1°."""
     side_slip_rad_per_mps2: Annotated[float, Field(ge=0, le=1)] = 0.0064
-    """Sideways slip angle per lateral acceleration on clay, as the computer assumes it."""
+    """Slip angle per lateral acceleration, as the computer assumes it: 1/(g·16)."""
     drum_load_share: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
-    """Of the weight; the rest is on the steered wheel."""
+    """Share of the weight on the drum; the wheel bears the rest."""
     rear_wheel_radius_m: Wheel = 0.35
+    """Radius of the steered wheel."""
     rear_wheel_width_m: Length = 0.4
+    """Width of the steered wheel on the ground."""
 
     says_no_more: ClassVar[str] = "the drive does no more (top_speed_mps)"
 
@@ -94,12 +113,12 @@ class RearSteeredDrive(DriveSpec):
 
     @property
     def steering_stop_rad(self) -> float:
-        """Where the mechanism ends."""
+        """Steering angle at which the mechanism ends."""
         return self.max_steering_rad * (1.0 + self.steering_reserve)
 
     @property
     def steering_rate_limit_radps(self) -> float:
-        """What the mechanism does at most."""
+        """Highest steering rate of the mechanism."""
         return self.max_steering_rate_radps * (1.0 + self.steering_reserve)
 
     @property

@@ -13,12 +13,15 @@ class RollerTool(ToolSpec):
     """It puts nothing on the ground and has nothing to switch; it works at any speed, forward and backward."""
 
     kind: Literal["roller"] = "roller"
+    """Works on its whole width wherever it rolls."""
     axle_x_m: Place = 0.0
-    """Where the middle of the drum touches the ground."""
+    """Middle of the drum ahead of the frame's origin."""
     axle_y_m: Place = 0.0
+    """Middle of the drum to the left."""
     rolled_width_m: Length = 2.2
+    """Width of the strip that it rolls."""
     roll_speed_mps: Speed = 1.0
-    """Planned at most while it works."""
+    """Highest planned speed while it works (study)."""
 
     @property
     def point_m(self) -> tuple[float, float]:

@@ -56,7 +56,7 @@ CLAY_ROLLER: Final = Vehicle(
     drive=RearSteeredDrive(),
     tool=RollerTool(),
 )
-"""A roller for salt pans, after a published study; what that does not say is assumed (docs/vehicles.md)."""
+"""A roller for salt pans, after a published study; what that does not say is assumed (docs/reference/vehicles.md)."""
 
 TURTLEBOT3_WAFFLE_PI: Final = Vehicle(
     name="turtlebot3-waffle-pi",

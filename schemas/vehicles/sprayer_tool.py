@@ -15,24 +15,39 @@ class SprayerTool(ToolSpec):
     """Paints at one speed; the body's mass is that of the vehicle without paint."""
 
     kind: Literal["sprayer"] = "sprayer"
+    """A nozzle that paints lines."""
     nozzle_x_m: Place = 0.0
+    """Nozzle ahead of the axle."""
     nozzle_y_m: Place = -0.41124
+    """Nozzle to the left; the shipped one is to the right."""
     spray_width_m: Length = 0.12
+    """Width of a painted line."""
     paint_speed_mps: Speed = 1.0
+    """Speed while painting; a plan's option can ask for another."""
     paint_l_per_m: Annotated[float, Field(gt=0, le=10)] = 0.0077
-    """Paint for a metre of line: 20 L make about one American football field (2.6 km of line)."""
+    """Paint for a metre of line at `paint_speed_mps`.
+
+    20 L make about one American football field (2.6 km of line).
+    """
     tank_l: Annotated[float, Field(gt=0, le=10_000)] = 20.0
+    """Paint in a full tank."""
     mass_full_kg: Mass = 100.0
-    """Of the whole vehicle with a full tank."""
+    """Mass of the whole robot with a full tank."""
     valve_on_delay_s: Delay = 0.015
+    """Delay from command to paint."""
     valve_off_delay_s: Delay = 0.030
+    """Delay from command to no paint."""
     disc_delay_s: Delay = 0.5
+    """Time to lower or lift the discs."""
     drying_time_s: Annotated[float, Field(gt=0, le=1_000_000)] = 900.0
-    """Until then wheels and casters smear the paint (the no-pick-up time of ASTM D711, on grass)."""
+    """Time for which wheels and casters smear the paint.
+
+    The no-pick-up time of ASTM D711, on grass.
+    """
     smear_share: Annotated[float, Field(ge=0, le=1)] = 0.5
-    """Of fresh paint that is rolled over, so much sticks to the tread; less as it dries. 0: none ever does."""
+    """Share of fresh paint that sticks to a tread that rolls over it; 0: none."""
     smear_length_m: Annotated[float, Field(gt=0, le=100)] = 1.0
-    """Way over which the paint on a tread falls to 1/e."""
+    """Distance over which the paint on a tread falls to 1/e."""
 
     @property
     def point_m(self) -> tuple[float, float]:

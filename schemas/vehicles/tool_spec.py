@@ -18,7 +18,7 @@ class ToolSpec(Spec):
 
     @property
     def point_m(self) -> tuple[float, float]:
-        """What shall follow the line (x, y), in the body's frame."""
+        """Point that follows the line (x, y), in the body's frame."""
         raise NotImplementedError
 
     @property
@@ -28,7 +28,7 @@ class ToolSpec(Spec):
 
     @property
     def flow_lps(self) -> float:
-        """What it uses up while it works [l/s]; 0: it puts nothing on the ground."""
+        """Consumption while it works [l/s]; 0: it puts nothing on the ground."""
         return 0.0
 
     @property
@@ -38,7 +38,7 @@ class ToolSpec(Spec):
 
     @property
     def capacity_l(self) -> float:
-        """What its tank holds."""
+        """Volume of its tank."""
         return 0.0
 
     @property
@@ -58,22 +58,22 @@ class ToolSpec(Spec):
 
     @property
     def drying_s(self) -> float:
-        """How long that must not be rolled over."""
+        """Time for which its work must not be rolled over."""
         return 0.0
 
     @property
     def opens_s(self) -> float:
-        """How long before a line's start it has to be told to work."""
+        """Time before a line's start at which it is switched on."""
         return 0.0
 
     @property
     def closes_s(self) -> float:
-        """How long before a line's end it has to be told to stop."""
+        """Time before a line's end at which it is switched off."""
         return 0.0
 
     @property
     def lowers_s(self) -> float:
-        """How long before a line's start it has to be lowered."""
+        """Time before a line's start at which it is lowered."""
         return 0.0
 
     def full_kg(self, body: VehicleBody) -> float:

@@ -31,9 +31,10 @@ class Vehicle(GrownSpec):
     """A body with a drive and a tool, each of one of the kinds that are registered."""
 
     name: str = "turf-tank-two"
+    """Name for people, and in reports."""
     body: VehicleBody = VehicleBody()
     positioning: Positioning = GNSS
-    """Recorded only if it is another one: vehicles, and their hashes, are thus what they were before."""
+    """Source of the robot's position; recorded only if it is not GNSS."""
     drive: Annotated[SerializeAsAny[DriveSpec], WrapValidator(of_its_kind(DRIVES))] = DifferentialDrive()
     tool: Annotated[SerializeAsAny[ToolSpec], WrapValidator(of_its_kind(TOOLS))] = Field(
         default=SprayerTool(), validate_default=True

@@ -16,7 +16,7 @@ from touchline.schemas.topics import SETUP
 
 _DOT: Final = "."
 _LARGEST: Final = 2**63 - 1
-READ_ONLY: Final = "is read-only: it was set when the robot was started (see docs/ros2.md)"
+READ_ONLY: Final = "is read-only: it was set when the robot was started (see docs/guides/ros2.md)"
 
 
 class RobotParameters:

@@ -14,7 +14,7 @@ from touchline.schemas import entry_points
 from touchline.schemas.plugins import BrokenPlugin, Plugin, Registry
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "guides" / "plugins.md").read_text(encoding="utf-8")
 LAWN = {
     "name": "lawn",
     "segments": [{"id": "edge", "line": {"start": [0, 2], "end": [3, 2]}}],

@@ -20,7 +20,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.vehicles import Vehicle
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "reports.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "reports.md"
 
 
 class DeadBus:

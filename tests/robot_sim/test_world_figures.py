@@ -33,7 +33,7 @@ def drive(world, command, ticks, effects=None):
 
 
 def test_the_surfaces_are_those_of_the_documentation():
-    text = Path(__file__).parents[2].joinpath("docs", "robot-sim.md").read_text()
+    text = Path(__file__).parents[2].joinpath("docs", "explanation", "robot-sim.md").read_text()
     row = r"\| `([a-z-]+)` \| ([\d.]+) \| ([\d.]+), ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|"
     told = {name: tuple(map(float, figures)) for name, *figures in re.findall(row, text)}
     assert told == {name: tuple(surface) for name, surface in SURFACES.items()}

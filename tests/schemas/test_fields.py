@@ -271,13 +271,7 @@ def test_parameters_change_the_field() -> None:
     assert paint(single, "singles-sideline-north").bounds[NORTH] == pytest.approx(8.23 / 2)
 
 
-def test_the_documentation_names_every_template_and_range() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "templates.md").read_text(encoding="utf-8")
-    table = text[text.index("| `american-football`") :].partition("\n\n")[0]
-    rows = {line.split("`")[1]: line for line in table.splitlines() if line.startswith("| `")}
-    assert set(rows) == set(shipped_templates())
-    for name, known in FIELDS.items():
-        for parameter in known.parameters:
-            assert f"`{parameter.name}`" in rows[name]
-            if parameter.least is not None:
-                assert f"({parameter.allowed})" in rows[name]
+def test_the_documentation_names_every_template() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "reference" / "templates.md").read_text(encoding="utf-8")
+    rows = text[text.index("| `american-football`") :].partition("\n\n")[0].splitlines()
+    assert [line.split("`")[1] for line in rows] == list(shipped_templates())

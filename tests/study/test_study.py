@@ -22,7 +22,7 @@ ROW_12[7:7] = ["12 and 13, ideal, by hand"]
 NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "13", "14", "14, fine"]
 #: For information only.
 UNJUDGED = {"9", "10", "11, too fast", "11c, by hand", "12, pairs"}
-DOCS = Path(__file__).parents[2] / "docs" / "study.md"
+DOCS = Path(__file__).parents[2] / "docs" / "measurements" / "study.md"
 #: Rows whose figures depend on neither --quick nor --pairs.
 PINNED = {*ROW_11, "12a", "12b", "12c", "12 and 13, ideal", "13", "14", "14, fine"}
 

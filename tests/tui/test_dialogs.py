@@ -126,7 +126,7 @@ async def test_the_list_of_keys_scrolls_to_its_last_row(template: Template) -> N
         last = box.query(Static).last()
         for key in ("down", "pagedown", "end"):
             assert last.region.bottom > box.scrollable_content_region.bottom
-            await pilot.press(*[key] * 12)
+            await pilot.press(*[key] * 30)
             await until(pilot, lambda: last.region.bottom <= box.scrollable_content_region.bottom)
             await pilot.press("home")
             await until(pilot, lambda: box.scroll_offset.y == 0)

@@ -18,7 +18,10 @@ def register(app: typer.Typer) -> None:
 
 def compare(
     left: Annotated[
-        Path, typer.Argument(metavar="FIRST", help="Recording to compare with (docs/recording.md).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="FIRST", help="Recording to compare with (docs/guides/recordings.md).", show_default=False
+        ),
     ],
     right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
     topics: Annotated[

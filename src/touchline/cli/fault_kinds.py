@@ -29,7 +29,7 @@ def print_fault_kinds(*, as_json: bool) -> None:
 
 
 def _parameters(model: type[Fault]) -> str:
-    """What a kind has beside what all have: ``sensor, share (1.0)``."""
+    """Parameters of a kind: ``sensor, share (1.0)``."""
     fields = {name: field for name, field in model.model_fields.items() if name not in _OF_EVERY_KIND}
     return ", ".join(
         name if field.is_required() or field.default is None else f"{name} ({field.default})"

@@ -29,7 +29,10 @@ class LogChoice:
     mapping: Annotated[
         Path | None,
         typer.Option(
-            "--map", metavar="FILE", help="JSON mapping of streams to sensors (docs/logs.md).", show_default=False
+            "--map",
+            metavar="FILE",
+            help="JSON file that maps streams to sensors (docs/guides/logs.md).",
+            show_default=False,
         ),
     ] = None
     out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.", show_default=False)] = None

@@ -35,7 +35,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as J
 RecordingArgument = Annotated[
     Path,
     typer.Argument(
-        metavar="RECORDING", help="A recording: a file or a folder (docs/recording.md).", show_default=False
+        metavar="RECORDING", help="A recording: a file or a folder (docs/guides/recordings.md).", show_default=False
     ),
 ]
 RecordingsOption = Annotated[
@@ -54,7 +54,7 @@ RobotsOption = Annotated[
     typer.Option(
         "--robots",
         metavar="FILE",
-        help="JSON file of robots: namespace, vehicle, computer and world of each (docs/robots.md).",
+        help="JSON file of robots: namespace, vehicle, computer and world of each (docs/reference/robots.md).",
         show_default=False,
     ),
 ]

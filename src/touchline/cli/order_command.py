@@ -144,7 +144,7 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Inject a fault into the robot on the bus (`--list` lists the faults, docs/robot-sim.md tells of them)."""
+    """Inject a fault into the robot on the bus (--list and docs/reference/faults.md list the faults)."""
     if list_kinds:
         print_fault_kinds(as_json=as_json)
         return

@@ -16,7 +16,8 @@ def register(app: typer.Typer) -> None:
 
 def picture(
     file: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="Recording to draw (docs/recording.md).", show_default=False)
+        Path,
+        typer.Argument(metavar="RECORDING", help="Recording to draw (docs/guides/recordings.md).", show_default=False),
     ],
     out: Annotated[
         Path, typer.Option(metavar="FILE", help="Picture to write: an .svg or .png file.", show_default=False)

@@ -23,7 +23,10 @@ def register(app: typer.Typer) -> None:
 
 def replay(
     file: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="Recording to replay (docs/recording.md).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="RECORDING", help="Recording to replay (docs/guides/recordings.md).", show_default=False
+        ),
     ],
     speed: SpeedOption = "1",
     from_s: Annotated[

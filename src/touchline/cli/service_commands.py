@@ -105,7 +105,7 @@ def bridge(
 def coordinator(
     team: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="JSON file of the team (docs/fleet.md; default: tb1 to tb10, deploying)."),
+        typer.Option(metavar="FILE", help="JSON file of the team (docs/reference/teams.md; default: tb1 to tb10)."),
     ] = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Reproducible: sim time of emulated robots waits for the coordinator.")

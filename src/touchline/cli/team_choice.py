@@ -27,7 +27,7 @@ class TeamChoice:
         typer.Option(
             "--team",
             metavar="FILE",
-            help="JSON file of a team (docs/fleet.md; `touchline fleet team` prints one); options override it.",
+            help="JSON file of a team (docs/reference/teams.md); options override it.",
             show_default=False,
         ),
     ] = None

@@ -217,7 +217,7 @@ class _Dispatcher(CPUDispatcher):
         return self._parts[general]
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
-        """What Numba asks for when it types a call in another kernel: the signature that fits."""
+        """Signature that fits, which Numba asks for when it types a call in another kernel."""
         parameters, folded = self.fold_argument_types(args, kws)
         general = tuple(map(types.unliteral, folded))
         name = self.py_func.__name__

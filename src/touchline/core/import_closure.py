@@ -67,7 +67,7 @@ def _imported(file: Path, root: Path) -> set[Path]:
 
 
 def _named(file: Path, root: Path) -> Iterator[Path]:
-    """Where a file's imports may be, without suffix: of `from a import b` both a and a.b."""
+    """Possible places of a file's imports, without suffix: of `from a import b` both a and a.b."""
     packages = (file.relative_to(root) if file.is_relative_to(root) else Path(_PACKAGE.name, file.name)).parts[:-1]
     own = packages[0] if packages else ""  # a script's folder is followed whole
     for match in _IMPORT.finditer(_text(file)):

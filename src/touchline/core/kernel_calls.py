@@ -23,7 +23,7 @@ _HELD_BYTES: Final = 4096
 
 
 MISS: Final = object()
-"""What a call returns that is made for arguments of other types."""
+"""Result of a call that is made for arguments of other types."""
 
 
 def made_call(run: Run, arguments: Sequence[Tree], result: Tree, makeups: Sequence[Any] = ()) -> Callable[..., Any]:

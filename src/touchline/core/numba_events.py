@@ -1,4 +1,4 @@
-"""What Numba compiles in this process, whoever asks it to."""
+"""Compilations by Numba in this process, whoever asks for them."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager

@@ -6,9 +6,9 @@ Buffered cell: with S_i the *stopping segment*, from p_i to where robot i would 
 for each pair the nearest points a of S_i and b of S_j, n = (b − a)/|b − a| and m = (a + b)/2, robot i keeps to (q −
 m)·n ≤ −r and robot j to the other side, r = min(r_s, |b − a|/2). Sides of the area are moved in by r_s, or so far as
 S_i lets them. While everybody keeps to its cell, which it can as braking is always permitted, S_i stays in the old cell
-i, S_j in the old cell j, and so with every update |b − a| ≥ min(2·r_s, what it was before): docs/fleet.md has the
-proof. After Zhou, Wang, Bandyopadhyay, Schwager, "Fast, on-line collision avoidance for dynamic vehicles using buffered
-Voronoi cells", IEEE Robotics and Automation Letters 2(2), 2017, whose cells are those of points without extent.
+i, S_j in the old cell j, and so with every update |b − a| ≥ min(2·r_s, what it was before). docs/explanation/teams.md
+has the proof. After Zhou, Wang, Bandyopadhyay, Schwager, "Fast, on-line collision avoidance for dynamic vehicles
+using buffered Voronoi cells", IEEE Robotics and Automation Letters 2(2), 2017, whose cells are of points.
 
 A buffered cell is convex. Where the area is not, it is a convex part of the free area round S_i: walls cut from it, in
 order of nearness, whatever lies behind the line through the wall's nearest point. So behind a corner nothing is in the

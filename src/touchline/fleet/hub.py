@@ -25,9 +25,9 @@ The hub:
    and echoes its stamps again only when it has adopted one of these. One that joins is at rest, too, until all cells
    that others may be using keep off it.
 
-So any two robots that may drive keep to the two sides of one and the same plane, whatever has been lost: docs/fleet.md
-has the proof, and what is wrong with the simpler rule by which each of two robots goes on to the newest plane for which
-it has the other's S.
+So any two robots that may drive keep to the two sides of one and the same plane, whatever has been lost.
+docs/explanation/teams.md has the proof, and shows
+why a simpler rule fails, by which each of two robots goes on to the newest plane for which it has the other's S.
 """
 
 from __future__ import annotations

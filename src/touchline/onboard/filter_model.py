@@ -62,7 +62,7 @@ GATE_2_DOF: Final = 18.42
 FIX_DOF: Final = 3.5
 """Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
 with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
-published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
+published field test of the receiver has 7/17/38 mm (docs/explanation/robot-sim.md)."""
 POSE_DOF: Final = 10.0
 """The same of a camera's poses: nearly normal ones, yet a wild one, as of a robot taken for another, counts little: one
 that is a metre off with σ 1 cm as a thousandth of a good one."""

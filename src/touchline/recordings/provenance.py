@@ -15,7 +15,7 @@ _PACKAGES: Final = ("touchline", "numpy", "numba", "scipy", "shapely", "eclipse-
 _PLUGIN: Final = "plugin "
 """Prefix of the keys of packages that offer plug-ins."""
 DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
-"""Where one of these differs, bits may differ."""
+"""If one of these differs, bits may differ."""
 
 
 def made_by() -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Compiled: steers a robot that can turn on the spot to a target, by its cell's rule of motion.
 
 The rule: a step is taken only if afterwards the place and the point where braking would end are in the cell; else the
-robot brakes straight ahead, which a convex cell always permits (docs/fleet.md has the proof).
+robot brakes straight ahead, which a convex cell always permits (proof: docs/explanation/teams.md).
 """
 
 from __future__ import annotations

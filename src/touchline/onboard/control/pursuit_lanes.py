@@ -1,4 +1,4 @@
-"""The lane pursuit of a published study on a clay roller, as a baseline: see docs/onboard.md for what is corrected.
+"""The lane pursuit of a published study on a clay roller, as a baseline: see docs/explanation/onboard.md.
 
 Lane by lane: a lane is what is driven in one direction of travel, from edge to edge. Along it the speed is a function
 of the place (`lane_profile`), and the robot steers for a point of the path a fixed distance ahead in the direction of

@@ -3,7 +3,7 @@
 It keeps to one cell, the one it has *adopted*; looks at a cell only if its number is higher than that of any it has
 looked at (*decided*), and adopts it if the segment on which it would brake lies in it, or is no farther outside than
 of the cell that it keeps to, else never; and drives only within the *lease*, a time from the newest stamp of its own
-that it was echoed. docs/fleet.md says why.
+that it was echoed. docs/explanation/teams.md says why.
 """
 
 from __future__ import annotations
