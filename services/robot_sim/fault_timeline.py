@@ -169,7 +169,7 @@ class FaultTimeline:
         acting = Acting((timed.first_tick - 1) / TICKS_PER_S, self._numbers(fault, source, place))
         apply: ApplyFault = part_for(FAULTS, fault.kind, "world", source)
         if not FAULTS.is_shipped(fault.kind):
-            _tried(fault, apply, acting)
+            _tried(fault, apply, acting, len(self._names))
         return _Entry(*timed, apply, acting)
 
     def _numbers(self, fault: f.Fault, source: str, place: str) -> list[int]:
@@ -188,14 +188,14 @@ class FaultTimeline:
         return [self._names.index(fault.actuator)]
 
 
-def _tried(fault: f.Fault, apply: ApplyFault, acting: Acting) -> None:
+def _tried(fault: f.Fault, apply: ApplyFault, acting: Acting, actuators: int) -> None:
     """Apply a fault of somebody else to a robot without faults: what fails shall do so here, not in the loop.
 
     Raises:
         PluginError: Its function fails.
     """
     try:
-        apply(fault, Effects(), acting)
+        apply(fault, Effects.sized(actuators)(), acting)
     except Exception as error:
         problem = f"{FAULTS.described(fault.kind)} fails with {type(error).__name__}: {error}"
         raise PluginError(f"{problem}; mend it, or leave it out") from error

@@ -28,6 +28,8 @@ from touchline.services.robot_sim.initial_state import InitialState
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 STRAIGHT = trajectory([Curve.from_line((0, 0), (6, 0))], [0], speed_mps=0.8)
+MOST_S = 25.0
+"""A robot that pauses for a fault is watched no longer."""
 WALL = (12.0, -10.0, 12.0, 10.0)
 RADAR = {"kind": "wheel-slip-radar"}
 LIDAR = {"kind": "range-finder", "walls": [WALL]}
@@ -63,7 +65,7 @@ class Session:
         telemetry.news()
         self.samples, self.events, self.speed_errors, self.east_errors = [], [], [], []
         runner = FastRunner(emulator)
-        while emulator.active:
+        while emulator.active and emulator.time_s < MOST_S:
             if fast:
                 told = telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
             else:
@@ -111,19 +113,21 @@ def test_its_own_faults_and_those_of_its_messages_act_on_it():
 
 
 def test_a_radar_sees_wheels_slip():
-    """On average over the spell in which wheels lose a third of their speed."""
-    slip = [{"kind": "wheel-slip", "actuator": "all", "share": 0.33, "start_s": 3.0}]
-    without, with_radar = (np.abs(Session(*sensors, faults=slip).speed_errors).mean() for sensors in ([], [RADAR]))
-    assert with_radar < 0.5 * without
+    """Without fixes, wheels that lose a fifth of their speed carry the estimate away; here a fifth as far."""
+    faults = [
+        {"kind": "gnss-outage", "start_s": 3.5},
+        {"kind": "wheel-slip", "actuator": "all", "share": 0.2, "start_s": 4.0},
+    ]
+    without, with_radar = (np.abs(Session(*sensors, faults=faults).east_errors).max() for sensors in ([], [RADAR]))
+    assert with_radar < 0.3 * without
 
 
-def test_ranges_to_a_known_wall_replace_lost_fixes():
-    outage = [{"kind": "gnss-degraded", "fix": "single", "start_s": 3.0}]
-    world = {"faults": outage, "sensors": [LIDAR], "seed": 5}
-    lidar = Session(LIDAR, **world)
-    used, rejected = (getattr(lidar.emulator.onboard.auxiliary, name)["lidar"] for name in ("used", "rejected"))
+def test_ranges_to_a_known_wall_place_the_robot():
+    world = {"faults": [{"kind": "gnss-degraded", "fix": "single", "start_s": 3.0}], "sensors": [LIDAR], "seed": 5}
+    without, with_lidar = Session(**world), Session(LIDAR, **world)
+    used, rejected = (getattr(with_lidar.emulator.onboard.auxiliary, name)["lidar"] for name in ("used", "rejected"))
     assert used > 20 * max(rejected, 1)
-    assert np.abs(lidar.east_errors).max() < 0.05
+    assert np.abs(with_lidar.east_errors).max() < 0.7 * np.abs(without.east_errors).max()
 
 
 def test_the_range_finders_jacobian_is_that_of_its_model():
