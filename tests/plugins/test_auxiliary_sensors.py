@@ -10,17 +10,21 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from tests.checking.day_of_jobs import Day, write
 from tests.plugins import range_finder, wheel_slip_radar
 from tests.robot_sim.bus_rig import setup
 from tests.robot_sim.scripted import trajectory
+from touchline.checking.check_session import check_recording
 from touchline.onboard.estimation.auxiliary_models import OnboardSensor, ScalarUpdate
 from touchline.onboard.filter_model import HEADING, SPEED, STATES
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import SensorSample, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FAULTS, SENSORS
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
@@ -28,6 +32,7 @@ from touchline.services.robot_sim.initial_state import InitialState
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 STRAIGHT = trajectory([Curve.from_line((0, 0), (6, 0))], [0], speed_mps=0.8)
+LINE = Template(name="line", segments=[{"id": "side", "line": {"start": (0.0, 0.0), "end": (1.5, 0.0)}}])
 MOST_S = 25.0
 """A robot that pauses for a fault is watched no longer."""
 WALL = (12.0, -10.0, 12.0, 10.0)
@@ -206,3 +211,18 @@ def test_vehicles_and_scenarios_without_sensors_are_written_as_before():
     assert "sensors" not in json.loads(Scenario().model_dump_json())
     scenario = Scenario(sensors=[LIDAR])
     assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
+
+
+@pytest.mark.parametrize("jobs", [1, 2], ids=["at switch-on", "of a later job"])
+def test_a_recording_of_them_passes_every_check(tmp_path, jobs):
+    vehicle, world = Vehicle(sensors=[RADAR, LIDAR]), Scenario(seed=3, sensors=[LIDAR])
+    day = Day(vehicle, world, OnboardConfig(follower="pure-pursuit"), template=LINE)
+    for _ in range(jobs):
+        day.load()
+        day.order("start")
+        day.drive(6000)
+        assert day.emulator.onboard.state == TraversalStatus.DONE, day.emulator.onboard.status.reason
+    path = write(tmp_path / "auxiliary.mcap", day.told)
+    for only in ("", "estimator", "follower"):
+        (one,) = check_recording(path, exact=True, **({"only": only} if only else {}))
+        assert one.passed, (only, one.problem, str(one.first))
