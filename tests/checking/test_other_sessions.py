@@ -12,7 +12,7 @@ from touchline.checking.check_session import check_recording
 from touchline.checking.divergence import stamp_ns
 from touchline.checking.open_loop_computer import OpenLoopComputer
 from touchline.checking.rebuild import Rebuild
-from touchline.checking.recorded_sensors import RecordedSensors
+from touchline.checking.recorded_sensors import RecordedAuxiliary, RecordedSensors
 from touchline.checking.recorded_session import RecordedSession
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.sensor_frames import SENSED, sensor_frames
@@ -179,7 +179,7 @@ def test_the_estimator_in_one_kernel_does_what_it_does_tick_by_tick(tmp_path):
         for each in payloads.each()
     ]
     computer = OpenLoopComputer(session.setup, session.commands)
-    rebuild = Rebuild(session, computer, RecordedSensors(session.setup, frames))
+    rebuild = Rebuild(session, computer, (RecordedSensors(session.setup, frames), RecordedAuxiliary(session.setup, {})))
     plain = [each for payloads in rebuild.messages() for each in payloads]
     for topic, least in ((topics.ODOMETRY, 800), (topics.ESTIMATOR, 160)):
         one, other = ([payload for of, payload in said if of == topic and stamp_ns(payload)] for said in (fast, plain))

@@ -55,13 +55,13 @@ def test_the_table_is_in_order_of_priority() -> None:
         (LASTS, 5, "tank-low", PauseStatus.HAZARD),
         (LASTS, 6, "battery-low", PauseStatus.HAZARD),
         (LASTS, 21, "valve-leaks", PauseStatus.HAZARD),
-        (PASSES, 7, "actuator", PauseStatus.HAZARD),
+        (PASSES, 22, "actuator", PauseStatus.HAZARD),
         (PASSES, 20, "too-little-paint", PauseStatus.HAZARD),
     ]
 
 
 def test_a_further_row_stops_the_robot_and_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = run_with(monkeypatch, HalfCharged(30, LASTS))
+    run = run_with(monkeypatch, HalfCharged(100, LASTS))
     run.onboard.take_events()
     run.rig.battery = 0.4
     run.tick()
@@ -78,14 +78,14 @@ def test_a_further_row_stops_the_robot_and_is_told(monkeypatch: pytest.MonkeyPat
 
 
 def test_it_comes_after_those_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = run_with(monkeypatch, HalfCharged(30, LASTS))
+    run = run_with(monkeypatch, HalfCharged(100, LASTS))
     run.rig.battery = 0.05
     run.tick()
     assert run.onboard.status.reason == "the battery is low (5 %)"
 
 
 def test_a_further_emergency_latches(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = run_with(monkeypatch, HalfCharged(30, EMERGENCY))
+    run = run_with(monkeypatch, HalfCharged(100, EMERGENCY))
     run.rig.battery = 0.4
     run.tick()
     assert run.onboard.state == TraversalStatus.ESTOPPED
@@ -94,10 +94,10 @@ def test_a_further_emergency_latches(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run.onboard.state == TraversalStatus.ESTOPPED
 
 
-@pytest.mark.parametrize("code", [0, 6, 8])
+@pytest.mark.parametrize("code", [0, 6, 23])
 def test_a_code_that_is_taken_is_refused(code: int) -> None:
     with pytest.raises(ValueError, match=f"has the code {code}, which is taken"):
-        Failsafe(Vehicle(), ComputerState(), 1.0, (*HAZARDS, HalfCharged(code, PASSES)))
+        Failsafe(Vehicle(), ComputerState.sized(2)(), 1.0, (*HAZARDS, HalfCharged(code, PASSES)))
 
 
 def test_every_code_has_its_row() -> None:

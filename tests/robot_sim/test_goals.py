@@ -196,7 +196,9 @@ def test_a_stop_cancels_a_goal_that_is_being_planned(bus, operator, stop, drivin
 
 
 def test_without_a_planner_it_says_so(bus, operator, monkeypatch):
-    monkeypatch.setattr("touchline.services.robot_sim.goals.PATIENCE_S", 0.5)
+    monkeypatch.setattr(
+        "touchline.services.robot_sim.goals.PATIENCE_S", 5.0
+    )  # in which the robot has to find out where it stands, too
     both = Planning(bus, None, speed=-1.0)
     assert "no planner answers" in ask(operator, both, topics.GOTO, goal=NEAR).message
 

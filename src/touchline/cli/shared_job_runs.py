@@ -33,7 +33,7 @@ TeamOption = Annotated[
     typer.Option(
         "--robots",
         metavar="N",
-        help="Number of robots that share the lines or areas (docs/guides/sharing.md); their seeds count up.",
+        help="Number of robots that share the lines or areas; their seeds count up.",
         min=1,
         max=MOST_ROBOTS,
     ),

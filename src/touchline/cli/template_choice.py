@@ -23,7 +23,7 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="Parameter of the template, such as length=100; may be repeated (see docs/reference/templates.md).",
+        help="Parameter of the template, such as length=100; may be repeated.",
         show_default=False,
     ),
 ]
