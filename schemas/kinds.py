@@ -22,7 +22,7 @@ def of_its_kind(
     def validate(given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         if not isinstance(given, dict):
             return handler(given)
-        kinds = [name for name in registry.names() if registry.find(name) is not None]
+        kinds = registry.offered()
         kind = given.get("kind", kinds[0] if kinds else "")
         if kind not in kinds:
             remedy = f"give {listed(kinds)}" if kinds else f"install a package that brings a {registry.kind}"

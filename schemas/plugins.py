@@ -1,4 +1,4 @@
-"""Registries of plug-ins: drives, tools, faults, transition and pose methods, area methods, speed laws and followers.
+"""Registries of plug-ins: drives, tools, sensors, faults, methods of plans, speed laws and followers.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered by `touchline.shipped_plugins` with where they are found, so that the command line and the console can list
@@ -215,6 +215,10 @@ class Registry(Generic[T]):
         """All names."""
         return tuple(self._all())
 
+    def offered(self) -> tuple[str, ...]:
+        """All names but those of what is built in and has nothing to be made; imports none."""
+        return tuple(name for name, plugin in self._all().items() if plugin.make is not None)
+
     def summaries(self) -> dict[str, str]:
         """Summary by name."""
         return {name: plugin.summary for name, plugin in self._all().items()}
@@ -304,9 +308,9 @@ def part_for(registry: Registry[Any], kind: str, room: str, source: str = "vehic
 
 
 DRIVES: Registry[KindParts] = Registry("drive")
-"""Drives, by the `kind` of its `drive`."""
+"""Drives, by the `kind` of a vehicle's `drive`."""
 TOOLS: Registry[KindParts] = Registry("tool")
-"""Tools, by the `kind` of its `tool`."""
+"""Tools, by the `kind` of a vehicle's `tool`."""
 FAULTS: Registry[KindParts] = Registry("fault")
 """Faults of a robot, by their `kind`."""
 SENSORS: Registry[KindParts | None] = Registry("sensor")

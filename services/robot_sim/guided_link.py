@@ -129,7 +129,7 @@ class GuidedLink:
         return self._step - self._emulator.tick_count % self._step
 
     def drove(self, rows: Rows) -> list[Payload]:
-        """What is to be told of ticks (n, tick_log.columns) that have passed: at an exchange, where the robot was."""
+        """Messages about ticks that have passed, rows (n, tick_log.columns): at an exchange, the robot's place then."""
         if not self.in_step:
             return []
         self._way.append(rows[:, TRUTH : TRUTH + 2].copy())

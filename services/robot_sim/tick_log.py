@@ -45,7 +45,7 @@ def commanded(actuators: int) -> slice:
 
 
 def columns(actuators: int) -> int:
-    """How many there are of a robot whose drive has so many actuators."""
+    """Number of columns for a drive with so many actuators."""
     return READINGS + interface.ANGLES + 2 * actuators
 
 

@@ -18,8 +18,8 @@ PLACES = (
     ROOT / "src" / "touchline" / "onboard",
 )
 NAMED = re.compile(r"`((?:[a-z_0-9]+/)+(?:[a-z_0-9]+\.(?:py|json|msg|srv))?)`")
-#: Folders of others, and where topics are.
-ELSEWHERE = frozenset(("ws/src/", "zenoh/", "truth/"))
+#: Folders of others, where topics are, and what only `make` makes.
+ELSEWHERE = frozenset(("ws/src/", "zenoh/", "truth/", "build/tree/"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -206,6 +206,14 @@ def test_a_wrong_sensor_is_refused_by_its_field(sensors, place):
     assert [".".join(map(str, each["loc"])) for each in refused.value.errors()] == [place]
 
 
+def test_a_kind_that_cannot_be_imported_disturbs_no_other():
+    SENSORS.register("broken", "", "nowhere.to_be_found:PARTS")
+    try:
+        assert Vehicle(sensors=[RADAR]).sensors[0].kind == "wheel-slip-radar"
+    finally:
+        SENSORS.forget("broken")
+
+
 def test_vehicles_and_scenarios_without_sensors_are_written_as_before():
     assert "sensors" not in json.loads(Vehicle().model_dump_json())
     assert "sensors" not in json.loads(Scenario().model_dump_json())

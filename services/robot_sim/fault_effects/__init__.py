@@ -1,1 +1,1 @@
-"""What each kind of fault does to the robot: a function for each, as the rows of `FAULTS` name them."""
+"""Effects of faults on the robot: a function for each kind, which its row of `FAULTS` names."""

@@ -1,4 +1,4 @@
-"""What a fault's function is given beside the fault: since when it acts, and on what."""
+"""Time and place of an acting fault, as its function is given them beside the fault."""
 
 from __future__ import annotations
 

@@ -92,7 +92,6 @@ class UnderWay(NamedTuple):
 
 
 class _Mounted(NamedTuple):
-    spec: SensorSpec
     sensor: WorldSensor
     period_ticks: int
     latency_ticks: int
@@ -149,14 +148,14 @@ class AuxiliaryTruth:
     def _send(self, mounted: _Mounted, values: tuple[float, ...], moment: Moment) -> None:
         """Put what was measured at a moment under way, as faults of its kind's messages have it."""
         assert self._delays is not None
-        sample = AuxiliarySample(mounted.spec.name, moment.tick / TICKS_PER_S, tuple(map(float, values)))
+        sample = AuxiliarySample(mounted.sensor.spec.name, moment.tick / TICKS_PER_S, tuple(map(float, values)))
         for delay in self._delays(moment, mounted.number):
             if delay >= 0:
                 self._under_way.append(UnderWay(moment.tick + mounted.latency_ticks + delay, sample))
 
     @property
     def under_way(self) -> tuple[UnderWay, ...]:
-        """What has been measured and has not arrived."""
+        """Measurements that have not arrived."""
         return tuple(self._under_way)
 
     def restore(self, under_way: Iterable[UnderWay], tick: int) -> None:
@@ -174,4 +173,4 @@ def _mounted(spec: SensorSpec, truth: SensorTruth | None, scenario: Scenario) ->
     if number >= MOST_SENSORS:
         remedy = f"uninstall packages that bring sensors: {MOST_SENSORS} kinds are the most"
         raise SpecError("vehicle", "sensors.kind", f"is {spec.kind!r}, of too many kinds that are registered", remedy)
-    return _Mounted(spec, made(spec, truth, draw), TICKS_PER_S // spec.rate_hz, delay_ticks, number)
+    return _Mounted(made(spec, truth, draw), TICKS_PER_S // spec.rate_hz, delay_ticks, number)

@@ -16,7 +16,7 @@ from touchline.core.records import Record
 from touchline.onboard.interface import ACTUATORS
 
 MOST_SENSORS: Final = 16
-"""Of what is registered in `SENSORS`; more than are shipped, so that kernels need not be compiled anew for one more."""
+"""Most rows of `SENSORS`: more than are shipped, so that one more needs no kernel compiled anew."""
 FREE: Final = -1.0
 """Of a plunger that is not stuck."""
 FIXED: Final = 3.0

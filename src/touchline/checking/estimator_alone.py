@@ -31,7 +31,7 @@ TopicPayloads = tuple[Topic, Payloads]
 _AT_ONCE: Final = 6000
 """Ticks per kernel call, so that memory is bounded."""
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
-NO_SAMPLES: Final[Mapping[int, Sequence[AuxiliarySample]]] = {}
+_NO_SAMPLES: Final[Mapping[int, Sequence[AuxiliarySample]]] = {}
 _BEGINNING: Final = Checkpoint(0, 0.0, None)
 
 
@@ -39,7 +39,7 @@ def estimates_again(
     session: RecordedSession,
     frames: FrameSeries,
     accepted: Collection[int] = (),
-    samples: Mapping[int, Sequence[AuxiliarySample]] = NO_SAMPLES,
+    samples: Mapping[int, Sequence[AuxiliarySample]] = _NO_SAMPLES,
 ) -> Iterator[list[TopicPayloads]]:
     """Yield the present estimator's output on both of its topics.
 

@@ -1,6 +1,6 @@
 """Hazards: what may stop the robot whatever its pose, one row for each of them in the table `HAZARDS`.
 
-A row is a class with what a hazard is judged by (`judge`, compiled), what people read (`words`) and whom a pause names
+A row is a class with what a hazard is judged by (`judged`, compiled), what people read (`words`) and whom a pause names
 (`name`, `by`), and a line of the table with its code and its answer. A further one is such a class and such a line.
 
 Three answers: an EMERGENCY latches until a reset; a stop lasts until somebody says `resume`, and resume is refused as
