@@ -1,66 +1,109 @@
-"""Compiles the kernels of all that ships, each job in a process, as many at once as there are cores: `make kernels`.
+"""Compiles the kernels of all that ships, on all cores: `make kernels`.
 
 With a folder as argument, their code is put there: a wheel takes it from `build/kernels` (`make wheel`).
 """
 
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
+import traceback
+from collections.abc import Callable
+from contextlib import redirect_stdout, suppress
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
-ROBOT = """
-from touchline.schemas.setup import Setup
-from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.robot_sim.warm_up import warm_up
-ships = SHIPPED[{0!r}]
-for follower in {1!r}:
-    warm_up(setup=Setup(vehicle=ships.vehicle, onboard={{"follower": follower}}), in_team=True)
-"""
-PLANNER = """
-from touchline.core.compilations import run_steps
-from touchline.schemas.vehicles.shipped import SHIPPED
-from touchline.services.planner.warm_up_planner import planner_steps
-for name in {0!r}:
-    run_steps(planner_steps(SHIPPED[name].vehicle), lambda line: None)
-"""
-TEAM = """
-import sys
-from touchline.cli import main
-sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1"]
-main()
-"""
-#: What takes longest begins first.
-JOBS = {
-    "planner: rolling": PLANNER.format(["clay-roller"]),
-    "turf-tank-two": ROBOT.format("turf-tank-two", ["mpc", "pure-pursuit"]),
-    "clay-roller": ROBOT.format("clay-roller", ["pure-pursuit", "mpc"]),
-    "turtlebot2": ROBOT.format("turtlebot2", ["mpc", "pure-pursuit"]),
-    "planner: marking, poses": PLANNER.format(["turf-tank-two", "turtlebot3-waffle-pi"]),
-    "team": TEAM,
-}
+_BEGUN_S = time.perf_counter()
+
+
+class Job(NamedTuple):
+    """Kernels that one process compiles; `then` are jobs that share many of theirs.
+
+    The processes of those fork from its own, so that what the compiler has made for it need not be made again.
+    """
+
+    name: str
+    compile_kernels: Callable[[], object]
+    then: "tuple[Job, ...]" = ()
+
+
+def robot(vehicle: str, *followers: str) -> None:
+    """Compile what a shipped vehicle drives with."""
+    from touchline.schemas.setup import Setup
+    from touchline.schemas.vehicles.shipped import SHIPPED
+    from touchline.services.robot_sim.warm_up import warm_up
+
+    for follower in followers:
+        warm_up(setup=Setup(vehicle=SHIPPED[vehicle].vehicle, onboard={"follower": follower}), in_team=True)
+
+
+def planner(*vehicles: str) -> None:
+    """Compile what plans for shipped vehicles are made with."""
+    from touchline.core.compilations import run_steps
+    from touchline.schemas.vehicles.shipped import SHIPPED
+    from touchline.services.planner.warm_up_planner import planner_steps
+
+    for vehicle in vehicles:
+        run_steps(planner_steps(SHIPPED[vehicle].vehicle), lambda _line: None)
+
+
+def team() -> None:
+    """Compile what a team drives with."""
+    from touchline.cli import main as touchline
+
+    sys.argv[1:] = ["fleet", "simulate", "--robots", "2", "--duration", "1"]
+    with suppress(SystemExit), Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
+        touchline()
+
+
+JOBS = (
+    Job(
+        "turf-tank-two",
+        partial(robot, "turf-tank-two", "mpc", "pure-pursuit"),
+        (
+            Job("clay-roller", partial(robot, "clay-roller", "pure-pursuit", "mpc")),
+            Job("turtlebot2", partial(robot, "turtlebot2", "mpc", "pure-pursuit"), (Job("team", team),)),
+        ),
+    ),
+    Job(
+        "planner: rolling",
+        partial(planner, "clay-roller"),
+        (Job("planner: marking, poses", partial(planner, "turf-tank-two", "turtlebot3-waffle-pi")),),
+    ),
+)
+
+
+def run_all(jobs: tuple[Job, ...]) -> bool:
+    """Run jobs side by side, each in a process forked from this one; return whether all of them went well."""
+    started = []
+    for job in jobs:
+        process = os.fork()
+        if not process:
+            os._exit(0 if _run(job) else 1)
+        started.append(process)
+    codes = [os.waitpid(process, 0)[1] for process in started]
+    return not any(codes)
+
+
+def _run(job: Job) -> bool:
+    try:
+        job.compile_kernels()
+    except BaseException:  # noqa: BLE001, the process must end here and not in the code that forked it
+        traceback.print_exc()
+        return False
+    print(f"kernels: {job.name}: done after {time.perf_counter() - _BEGUN_S:.0f} s", flush=True)
+    return run_all(job.then)
 
 
 def main(folder: str | None = None) -> None:
     """Run the jobs; exit code 1 if one fails."""
-    begun = time.perf_counter()
-    with tempfile.TemporaryDirectory() as anew, ThreadPoolExecutor(os.cpu_count()) as pool:
-        # With Intel's functions for vectors, code would need their library.
-        places = os.environ | {"NUMBA_DISABLE_INTEL_SVML": "1"} | ({"XDG_CACHE_HOME": anew} if folder else {})
-
-        def done(name: str) -> bool:
-            command = [sys.executable, "-c", JOBS[name]]
-            run = subprocess.run(command, env=places, capture_output=True, text=True, check=False)
-            print(
-                f"kernels: {name}: {'failed' if run.returncode else 'done'} after {time.perf_counter() - begun:.0f} s"
-            )
-            sys.stderr.write(run.stderr if run.returncode else "")
-            return not run.returncode
-
-        if not all(list(pool.map(done, JOBS))):
+    os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"  # code with Intel's vector functions would need their library
+    with tempfile.TemporaryDirectory() as anew:
+        if folder:
+            os.environ["XDG_CACHE_HOME"] = anew
+        if not run_all(JOBS):
             sys.exit(1)
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
