@@ -1,8 +1,10 @@
 """Fast validation of CDR payloads, for every message on the bus."""
 
 import struct
-from typing import Any, NamedTuple, cast
+from collections.abc import Iterator
+from typing import Any, NamedTuple, cast, get_args
 
+from pydantic import AfterValidator
 from rosbags.interfaces import Nodetype
 
 from touchline.schemas.cdr import NUMPY_CODES, decode, decode_structure, typestore
@@ -31,7 +33,8 @@ class Wellformed:
     """Tells whether payloads are messages of one type.
 
     A payload is decoded in full unless it has the skeleton of one that was: the same texts, counts and flags at the
-    same places, so that only numbers differ, of which any is allowed.
+    same places, so that only numbers differ, of which any is allowed. Types that allow only some numbers are rare
+    requests, and always decoded.
 
     Args:
         kind: The message type.
@@ -40,6 +43,7 @@ class Wellformed:
     def __init__(self, kind: type[Message]) -> None:
         self._kind = kind
         self._known: dict[int, _Skeleton] = {}
+        self._learns = not _has_validators(kind)
 
     def problem(self, payload: bytes) -> str:
         """Why ``payload`` is no message of the type; empty if it is one."""
@@ -64,9 +68,26 @@ class Wellformed:
             return str(error)
         little_endian = payload[:2] == b"\x00\x01"
         known = len(payload) in self._known or len(self._known) < _MOST_SIZES
-        if little_endian and known and len(payload) <= _LARGEST_LEARNT_BYTES:
+        if self._learns and little_endian and known and len(payload) <= _LARGEST_LEARNT_BYTES:
             self._known[len(payload)] = _Walk(payload).skeleton(self._kind.ros_type)
         return ""
+
+
+def _has_validators(kind: type[Message]) -> bool:
+    """Whether a field of the type, or of one in it, has a validator beyond its ROS 2 type."""
+    return any(
+        any(isinstance(each, AfterValidator) for each in field.metadata)
+        or any(_has_validators(inner) for inner in _messages_in(field.annotation))
+        for field in kind.model_fields.values()
+    )
+
+
+def _messages_in(annotation: Any) -> Iterator[type[Message]]:
+    """Message types in an annotation such as ``tuple[Point, ...]``."""
+    if isinstance(annotation, type) and issubclass(annotation, Message):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _messages_in(part)
 
 
 class _Walk:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
-from hypothesis.internal.conjecture import providers
 
 from touchline.bus import BusConfig
 from touchline.bus.ports import free_port
@@ -19,8 +18,6 @@ from touchline.supervision.priority import USUAL, run_at
 settings.register_profile("search", deadline=None, derandomize=False, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("same", settings.get_profile("search"), derandomize=True)
 settings.load_profile("same")
-# Numbers that stand in the modules loaded so far are among the examples otherwise: others in another order of tests.
-providers._get_local_constants = lambda: providers._local_constants
 
 # Every module of the house is loaded here, and looking through all that for garbage time and again took a fifth of the
 # processor time of these tests.
