@@ -18,8 +18,8 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.path_start import PathStart, hindrance
 from touchline.schemas.plan_cause import PlanCause
-from touchline.schemas.way_start import WayStart, hindrance
 from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
 from touchline.services.robot_sim.emulator import Emulator
 
@@ -126,7 +126,7 @@ class Goals:
             CommandRefused: It cannot be waited for that.
         """
         emulator, request = self._emulator, asked.call.request
-        start = self._way_start()
+        start = self._path_start()
         if problem := hindrance(start.state):
             raise CommandRefused(f"cannot go to a goal while {problem}")
         if len(request.options.start):
@@ -141,12 +141,12 @@ class Goals:
         asked.reason = asked.reason or _LOST
         self._wait(asked, now_s)
 
-    def _way_start(self) -> WayStart:
+    def _path_start(self) -> PathStart:
         """The robot as it is now."""
         onboard = self._emulator.onboard
         pose = onboard.estimate[:3] if onboard.aligned else ()
         at_m = onboard.status.arc_length_m
-        return WayStart(onboard.state, pose, self._commands.trajectory, at_m, self._pace())
+        return PathStart(onboard.state, pose, self._commands.trajectory, at_m, self._pace())
 
     def _look(self, asked: AskedGoal, question: Question, now_s: float) -> None:
         """Take the planner's answer.

@@ -203,7 +203,7 @@ class Team:
             segments = self._segments()
             for name in self.names:
                 if name not in frozen:
-                    self._post(self.to_hub, name, self.keepers[name].say(self.now_s, segments[name]))
+                    self._post(self.to_hub, name, self.keepers[name].report(self.now_s, segments[name]))
         for _, name, message in self._come(self.to_hub):
             self.hub.receive(name, message, self.now_s)
         if self.ticks % (TICKS_PER_MESSAGE * MESSAGES_PER_UPDATE) == 0:

@@ -61,7 +61,7 @@ class AssignmentStatus:
 
     @property
     def driven(self) -> Trajectory:
-        """Return the path up to the reached arc length."""
+        """Path up to the reached arc length."""
         return self.assignment.driven(self.reached_m)
 
 
