@@ -49,7 +49,14 @@ class PathStart:
         return self.state == TraversalStatus.RUNNING
 
     def request(self, goal: PoseGoal, options: PlanOptions, vehicle_json: str, request_id: str) -> PlanRequest:
-        """True if the path begins on a path that is being driven, else at rest."""
+        """Make the request for the path to a goal: from where the robot stands, or leaving the path that it drives.
+
+        Args:
+            goal: Goal pose.
+            options: Limits; without a start.
+            vehicle_json: The robot's vehicle as text; "" is the planner's own.
+            request_id: Id of the request.
+        """
         leaving: tuple[LeavingTrajectory, ...] = ()
         if self.under_way:
             keep_s = KEEP_S * max(1.0, self.pace)

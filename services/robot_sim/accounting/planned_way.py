@@ -1,4 +1,4 @@
-"""The way that a plan has for the tool."""
+"""Planned path of the tool."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ Floats = NDArray[np.float64]
 
 
 def planned_way(trajectory: Trajectory, vehicle: Vehicle) -> list[PaintStroke]:
-    """The tool's way along a path, in stretches of one direction of travel; chords for arcs.
+    """Return the tool's path along a trajectory, in stretches of one direction of travel; chords for arcs.
+
+    Args:
+        trajectory: The trajectory.
+        vehicle: Vehicle with the tool.
 
     Raises:
         ValueError: A segment is neither a line nor an arc.
@@ -42,7 +46,12 @@ def planned_way(trajectory: Trajectory, vehicle: Vehicle) -> list[PaintStroke]:
 
 
 def off_the_way_m(strokes: list[PaintStroke], way: list[PaintStroke]) -> Floats:
-    """(n,) distances of points of strokes from the nearest part of a way; none without a way."""
+    """Compute (n,) distances of the points of strokes from the nearest part of a path; empty without a path.
+
+    Args:
+        strokes: Strokes of the tool.
+        way: The path.
+    """
     import shapely
 
     points = np.concatenate([np.zeros((0, 2)), *(stroke.points for stroke in strokes)])
