@@ -1,4 +1,4 @@
-"""Compiles what guided driving needs, or loads it from the cache: in a thread, while the robot's loop turns."""
+"""Warm-up of guided driving: compiles or loads its kernels in a thread, while the robot's loop turns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 
 _ALIGNED_TICKS: Final = 1000
-"""More than a robot with a usual receiver or camera needs to know where it is."""
+"""More ticks than a robot with a usual receiver or camera needs to find its place."""
 _DRIVEN_TICKS: Final = 20
 
 
@@ -25,10 +25,10 @@ _done: list[tuple[Vehicle, OnboardConfig]] = []
 
 
 def warm_up_guided(setup: Setup) -> None:
-    """Let a throw-away robot find out where it is, and drive a moment; once in a process for robots of one kind.
+    """Let a throw-away robot find its place, and drive a moment; once in a process for robots of one kind.
 
     Args:
-        setup: Of the robot; faults are left out.
+        setup: Setup of the robot; faults are left out.
 
     Raises:
         CommandRefused: Such a robot cannot be guided.

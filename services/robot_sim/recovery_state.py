@@ -1,4 +1,4 @@
-"""State restored after a crash: where a traversal goes on, and with what; also as JSON, for a recording to say so."""
+"""State restored after a crash: place and earlier work of a traversal; also as JSON, for recordings."""
 
 from __future__ import annotations
 
@@ -14,26 +14,31 @@ from touchline.onboard.interface import Checkpoint
 
 
 class Totals(NamedTuple):
-    """What has been used up and summed up by the tick of the checkpoint."""
+    """Consumption and sums by the tick of the checkpoint."""
 
     supplies: tuple[float, float, float, float]
-    """As of `World`."""
+    """Supplies as in `World.supplies`."""
     errors: tuple[float, ...]
-    """(3,) as of `EstimatorError`."""
+    """Sums (3,) as in `EstimatorError`."""
     points: int
-    """Of paint, as of `PaintLedger`."""
+    """Number of points of paint, as in `PaintLedger`."""
 
 
 class Remains(NamedTuple):
-    """The totals, and the paint."""
+    """Earlier work on a traversal: the totals, and the paint."""
 
     totals: Totals
     paint: NDArray[np.float64]
-    """(n, 5) rows as of `PaintLedger`; fewer than `totals.points` if the rest was lost."""
+    """Rows (n, 5) as in `PaintLedger`; fewer than `totals.points` if the rest was lost."""
 
 
 def restored_json(resume: Checkpoint, remains: Remains | None) -> dict[str, Any]:
-    """What `restored_from` reads: values as in JSON, the paint compressed, with all its bits."""
+    """Return the state for `restored_from`: values as in JSON, the paint compressed, with all its bits.
+
+    Args:
+        resume: Checkpoint of the traversal.
+        remains: Its earlier work, if known.
+    """
     if remains is None:
         return {"checkpoint": resume._asdict()}
     rows: NDArray[np.float64] = np.ascontiguousarray(remains.paint, "<f8")
@@ -43,7 +48,7 @@ def restored_json(resume: Checkpoint, remains: Remains | None) -> dict[str, Any]
 
 
 def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Remains | None]:
-    """Where a traversal went on and with what, as `restored_json` has put it among the details of an order.
+    """Read the checkpoint and the earlier work of a traversal from the details of an order, as made by `restored_json`.
 
     Raises:
         ValueError, KeyError, TypeError: They are no such details.

@@ -38,7 +38,7 @@ class MessageEffects(Record):
 
 
 class Effects(Record):
-    """Effects of all acting faults; unless noted otherwise an array has a place for each actuator, in the drive's order."""
+    """Effects of all acting faults; unless noted otherwise arrays have a place per actuator, in the drive's order."""
 
     bumper: bool
     """True if the bumper is pressed."""
