@@ -53,5 +53,5 @@ def covering_report(header: m.Header, metrics: AreaMetrics, *, done: bool) -> m.
         lateral_error_mean_m=metrics.lateral.mean_m,
         lateral_error_p95_m=metrics.lateral.p95_m,
         lateral_error_max_m=metrics.lateral.max_m,
-        painted_length_m=metrics.way_m,
+        painted_length_m=metrics.distance_m,
     )

@@ -52,13 +52,13 @@ class Ready(NamedTuple):
     Attributes:
         job: Prepared job of the emulator.
         taken: Entry for the journal.
-        told: Payloads to publish about it.
+        payloads: Payloads to publish about it.
         trajectory: The trajectory.
     """
 
     job: LoadedJob
     taken: Taken
-    told: list[Payload]
+    payloads: list[Payload]
     trajectory: m.Trajectory
 
 
@@ -102,7 +102,7 @@ class Commands:
     Attributes:
         handlers: Per service, the function from request to response.
         loads: Handlers of services that take a trajectory, which needs time to be read and checked.
-        told: Payloads to publish, which the caller takes.
+        outgoing: Payloads to publish, which the caller takes.
         trajectory: Trajectory that was taken last.
     """
 
@@ -118,10 +118,10 @@ class Commands:
         self._guiding = guiding
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
-        self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
+        self.outgoing: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self._unfinished = self._progress.unfinished
         if journal is not None:
-            self.told.append((topics.UNFINISHED, encode(self._unfinished)))
+            self.outgoing.append((topics.UNFINISHED, encode(self._unfinished)))
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
             topics.AUTHORIZE: self.authorize,
@@ -166,10 +166,10 @@ class Commands:
         template = parse_template(request.template_json) if request.template_json.strip() else None
         if template is not None:
             self._check_origin(template)
-        resume, remains = self._progress.to_resume(request.trajectory) if request.resume else (None, None)
+        resume, earlier = self._progress.to_resume(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
         cause = parse(PlanCause, request.cause_json, "cause_json") if request.cause_json else None
-        job = self._emulator.prepare(request.trajectory, template, resume, remains, taking, cause)
+        job = self._emulator.prepare(request.trajectory, template, resume, earlier, taking, cause)
         taken = Taken(
             digest(request.trajectory),
             encode(request),
@@ -189,11 +189,11 @@ class Commands:
             total_time_s = self.take_job(ready)
         except CommandRefused as error:
             return self.refuse_load(str(error))
-        resume, remains = ready.job.resume, ready.job.remains
+        resume, earlier = ready.job.resume, ready.job.earlier
         message = _TAKEN[ready.job.taking] if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
-        if remains is not None and (lost := remains.totals.points - len(remains.paint)):
-            lack = f"{lost} of {remains.totals.points} points of the paint so far are missing in all figures"
-            self.told += self._of_journal(lack)
+        if earlier is not None and (lost := earlier.totals.points - len(earlier.paint)):
+            lack = f"{lost} of {earlier.totals.points} points of the paint so far are missing in all figures"
+            self.outgoing += self._of_journal(lack)
             message += f"; {lack}"
         return m.LoadResponse(success=True, message=message, total_time=total_time_s)
 
@@ -204,14 +204,14 @@ class Commands:
             CommandRefused: Not now, or not here.
         """
         job = ready.job
-        if job.remains is not None:
-            job = job._replace(remains=self._progress.as_of_now(job.remains))
+        if job.earlier is not None:
+            job = job._replace(earlier=self._progress.as_of_now(job.earlier))
         total_time_s = self._emulator.take(job)
         self.trajectory = ready.trajectory
-        self.told += self._telemetry.awake() + self._telemetry.begin(ready.told)
-        if job.remains is not None:
-            self.told += self._telemetry.restored_paint()
-        self.told += self._of_journal(self._progress.loaded(ready.taken))
+        self.outgoing += self._telemetry.awake() + self._telemetry.begin(ready.payloads)
+        if job.earlier is not None:
+            self.outgoing += self._telemetry.restored_paint()
+        self.outgoing += self._of_journal(self._progress.loaded(ready.taken))
         return total_time_s
 
     def refuse_load(self, reason: str) -> m.LoadResponse:
@@ -236,12 +236,12 @@ class Commands:
             self._emulator.start()
         except CommandRefused as error:
             return self.refuse_start(str(error))
-        self.tell_news()
+        self.report_changes()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
 
     def refuse_start(self, reason: str) -> m.StartTraversalResponse:
         """Return the answer to a refused start; it has no field for the reason, which goes to the event log."""
-        self.tell(m.Event.ERROR, "start-refused", reason)
+        self.report(m.Event.ERROR, "start-refused", reason)
         return m.StartTraversalResponse(total_time=0.0, success=False)
 
     def prepare_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedRequest:
@@ -268,7 +268,7 @@ class Commands:
         except CommandRefused as error:
             return self.refuse_guided(str(error))
         self.trajectory = m.Trajectory()
-        self.told += self._telemetry.begin([])
+        self.outgoing += self._telemetry.begin([])
         self._guiding.begun(request.coordinator, request.lockstep_s)
         return m.BeginGuidedResponse(success=True, message="guided")
 
@@ -321,7 +321,7 @@ class Commands:
             self._emulator.inject_fault(fault)
         except TouchlineError as error:
             return m.InjectFaultResponse(success=False, message=str(error))
-        self.told += self._telemetry.news()
+        self.outgoing += self._telemetry.news()
         return m.InjectFaultResponse(success=True, message=describe(fault))
 
     def pause(self, request: m.CommandRequest) -> m.CommandResponse:
@@ -335,22 +335,22 @@ class Commands:
         """Pause after the loop has missed its turns for so long that the actuators have stopped by themselves."""
         self._emulator.fail_safe(missed_s)
         reason = f"the control loop did not turn for {missed_s:.2f} s: valve shut and wheels braked; resume to go on"
-        self.tell(m.Event.ERROR, "watchdog", reason)
-        self.told += self._telemetry.news()
+        self.report(m.Event.ERROR, "watchdog", reason)
+        self.outgoing += self._telemetry.news()
 
     def link_lost(self) -> None:
         """Pause because no operator who could stop the robot is on the bus any more."""
         self._emulator.link_lost()
-        self.tell(m.Event.ERROR, "link-lost", "no operator and no planner on the bus: the robot pauses, valve closed")
-        self.told += self._telemetry.news()
+        self.report(m.Event.ERROR, "link-lost", "no operator and no planner on the bus: the robot pauses, valve closed")
+        self.outgoing += self._telemetry.news()
 
     def shut_down(self) -> None:
         """Pause because the process is to end while the robot drives."""
         self._emulator.shut_down()
-        self.tell(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
-        self.told += self._telemetry.news()
+        self.report(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
+        self.outgoing += self._telemetry.news()
 
-    def tell(self, severity: int, code: str, text: str) -> None:
+    def report(self, severity: int, code: str, text: str) -> None:
         """Add a line to the event log.
 
         Args:
@@ -358,16 +358,16 @@ class Commands:
             code: Machine-readable kind of the event.
             text: Description for people.
         """
-        self.told.append(self._telemetry.tell(OnboardEvent(severity, code, text)))
+        self.outgoing.append(self._telemetry.report_event(OnboardEvent(severity, code, text)))
 
-    def tell_news(self) -> None:
+    def report_changes(self) -> None:
         """Publish the changes made by a command."""
-        self.told += self._telemetry.news()
+        self.outgoing += self._telemetry.news()
 
     def take(self) -> list[Payload]:
         """Return and clear the payloads to publish."""
-        told, self.told = self.told, []
-        return told
+        outgoing, self.outgoing = self.outgoing, []
+        return outgoing
 
     def _supply(self, command: Callable[[], tuple[float, float]], code: str, what: str, unit: str) -> Handler:
         def handle(_request: m.CommandRequest) -> m.CommandResponse:
@@ -376,8 +376,8 @@ class Commands:
             except CommandRefused as error:
                 return m.CommandResponse(success=False, message=str(error))
             text = f"{what}: {before:.2f} {unit} before, {after:.2f} {unit} now"
-            self.tell(m.Event.INFO, code, text)
-            self.told += self._telemetry.supplies() + self.note_progress()
+            self.report(m.Event.INFO, code, text)
+            self.outgoing += self._telemetry.supplies() + self.note_progress()
             return m.CommandResponse(success=True, message=text)
 
         return handle
@@ -389,8 +389,8 @@ class Commands:
             except CommandRefused as error:
                 return m.CommandResponse(success=False, message=str(error))
             warning = self._progress.note_latch()  # before anybody is informed that the robot is stopped, or released
-            self.told += self._telemetry.news()
-            self.told += self._of_journal(warning)
+            self.outgoing += self._telemetry.news()
+            self.outgoing += self._of_journal(warning)
             return m.CommandResponse(success=True, message=f"done, but {warning}" if warning else "done")
 
         return handle

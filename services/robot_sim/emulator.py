@@ -47,7 +47,7 @@ from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.recovery_state import Remains, Totals, restored_json
+from touchline.services.robot_sim.recovery_state import EarlierWork, Totals, restored_json
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
@@ -84,7 +84,7 @@ class LoadedJob(NamedTuple):
         start: (x m, y m, heading rad) of the robot.
         ledger: Ledger for its paint; of a job that continues, with the paint so far.
         account: Account of its areas, if a covering tool works on any.
-        resume, remains: Checkpoint and earlier work of a job that continues.
+        resume, earlier: Checkpoint and earlier work of a job that continues.
         taking: Way to get to the start.
         cause: Request that the plan was made from, if known.
     """
@@ -94,7 +94,7 @@ class LoadedJob(NamedTuple):
     ledger: PaintLedger
     account: AreaAccount | None
     resume: Checkpoint | None
-    remains: Remains | None
+    earlier: EarlierWork | None
     taking: Taking = Taking.CARRIED
     cause: PlanCause | None = None
 
@@ -208,7 +208,7 @@ class Emulator:
         trajectory: Trajectory,
         template: Template | None = None,
         resume: Checkpoint | None = None,
-        remains: Remains | None = None,
+        earlier: EarlierWork | None = None,
         taking: Taking = Taking.CARRIED,
     ) -> float:
         """Prepare and take a trajectory.
@@ -217,7 +217,7 @@ class Emulator:
             trajectory: Path, speeds and actuation.
             template: Template to evaluate the work by; None: the trajectory itself.
             resume: Checkpoint to continue at; None: the start.
-            remains: Earlier work of the job that continues.
+            earlier: Earlier work of the job that continues.
             taking: Way to get to the start.
 
         Returns:
@@ -228,7 +228,7 @@ class Emulator:
         """
         if taking is not Taking.UNDER_WAY:
             self.check_load()
-        return self.take(self.prepare(trajectory, template, resume, remains, taking))
+        return self.take(self.prepare(trajectory, template, resume, earlier, taking))
 
     def check_load(self) -> None:
         """Check that a trajectory would be accepted now.
@@ -245,7 +245,7 @@ class Emulator:
         trajectory: Trajectory,
         template: Template | None = None,
         resume: Checkpoint | None = None,
-        remains: Remains | None = None,
+        earlier: EarlierWork | None = None,
         taking: Taking = Taking.CARRIED,
         cause: PlanCause | None = None,
     ) -> LoadedJob:
@@ -255,7 +255,7 @@ class Emulator:
             trajectory: Path, speeds and actuation.
             template: Template to evaluate the work by; None: the trajectory itself.
             resume: Checkpoint to continue at; None: the start.
-            remains: Earlier work of the job that continues.
+            earlier: Earlier work of the job that continues.
             taking: Way to get to the start.
             cause: Request that the plan was made from, if known.
 
@@ -275,10 +275,10 @@ class Emulator:
         tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
         tool = self.vehicle.tool
         ledger = PaintLedger(wanted, width_m, tool.width_m, tolerance_m, thins=tool.covers)
-        if remains is not None:
-            ledger.restore(remains.paint, _of_body(start, tool.point_m))
+        if earlier is not None:
+            ledger.restore(earlier.paint, _of_body(start, tool.point_m))
         account = area_account(template, trajectory, self.vehicle)
-        return LoadedJob(course, start, ledger, account, resume, remains, taking, cause)
+        return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause)
 
     def take(self, job: LoadedJob) -> float:
         """Take a prepared job; return its planned duration [s].
@@ -292,19 +292,19 @@ class Emulator:
             CommandRefused: A traversal is under way or coming to rest, or it cannot be resumed or begun there; or it
                 does not agree with the one that it is to replace.
         """
-        resume, remains = job.resume, job.remains
+        resume, earlier = job.resume, job.earlier
         self.hand_over_samples()
         initial = self._state() if job.taking is not Taking.UNDER_WAY else None
         duration_s = self._hand_to_onboard(job)
         self.initial = initial
         cause = job.cause.model_dump(mode="json") if job.cause is not None else None
-        restored = restored_json(resume, remains) if resume is not None else {}
+        restored = restored_json(resume, earlier) if resume is not None else {}
         self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
-        if remains is not None:
-            self.estimator_error = EstimatorError(remains.totals.errors)
-            self.world.supply(remains.totals.supplies)
+        if earlier is not None:
+            self.estimator_error = EstimatorError(earlier.totals.errors)
+            self.world.supply(earlier.totals.supplies)
         if job.taking is Taking.CARRIED and (self.scenario.start is None or resume is not None):
             self.world.place(TruePose(*job.start))
         if resume is not None and resume.tick > self.tick_count:
@@ -370,10 +370,10 @@ class Emulator:
         self.estimator_error = EstimatorError()
         self._ended_ticks = 0
 
-    def take_guidance(self, told: Guidance) -> None:
+    def take_guidance(self, guidance: Guidance) -> None:
         """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
-        if self.onboard.take_guidance(told):
-            self._note("guidance", **told.model_dump(mode="json"))
+        if self.onboard.take_guidance(guidance):
+            self._note("guidance", **guidance.model_dump(mode="json"))
 
     def start(self) -> None:
         """Begin the loaded traversal."""

@@ -65,7 +65,7 @@ class TickProgress(Record):
     last_tick: int
     """Last tick to be done."""
     first_tick: int
-    """Tick of the first row of `Books.rows`."""
+    """Tick of the first row of `TickAccounts.rows`."""
 
 
 class Hardware(NamedTuple):
@@ -118,7 +118,7 @@ class Pilot(NamedTuple):
     saved: Floats
 
 
-class Books(NamedTuple):
+class TickAccounts(NamedTuple):
     """Accounts in which a tick is entered.
 
     Attributes:
@@ -210,16 +210,16 @@ def _keep_guided(row: Floats, tick: int, computer: Computer, course: GuidedCours
 
 
 @kernel
-def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, books: Books) -> None:
+def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, accounts: TickAccounts) -> None:
     """Enter a completed tick in the accounts."""
     state, tick = hardware.world.state[0], progress[0].tick
-    enter(hardware.world.trace, books.paint)
+    enter(hardware.world.trace, accounts.paint)
     x = computer[0].filter.states[tick % model.RING]
     truth = (state.east_m, state.north_m, state.heading_rad)
-    follow(tick, truth, books.paint.coverage.state[0].points, *books.track)
-    enter_error(books.error, state.speed_mps, truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
-    if len(books.rows) > 0:
-        _keep(books.rows[tick - progress[0].first_tick], progress, hardware, computer)
+    follow(tick, truth, accounts.paint.coverage.state[0].points, *accounts.track)
+    enter_error(accounts.error, state.speed_mps, truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+    if len(accounts.rows) > 0:
+        _keep(accounts.rows[tick - progress[0].first_tick], progress, hardware, computer)
 
 
 @kernel
@@ -241,7 +241,11 @@ def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Co
 
 @unlocked
 def run_guided_ticks(
-    progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: GuidedCourse, books: Books
+    progress: Sequence[TickProgress],
+    hardware: Hardware,
+    computer: Computer,
+    course: GuidedCourse,
+    accounts: TickAccounts,
 ) -> None:
     """Run ticks of a guided robot until the last is done or one is not nominal.
 
@@ -250,38 +254,40 @@ def run_guided_ticks(
         hardware: World and sensors, updated.
         computer: (1,) state of the computer, updated.
         course: Present guidance.
-        books: Accounts in which each tick is entered.
+        accounts: Accounts in which each tick is entered.
     """
-    at, ledger = progress[0], books.paint.coverage.state[0]
+    at, ledger = progress[0], accounts.paint.coverage.state[0]
     while at.tick < at.last_tick:
         if not _perceive(progress, hardware, computer, course) or not guide(computer, course):
             return
-        _enter(progress, hardware, computer, books)
-        if len(books.rows) > 0:
-            _keep_guided(books.rows[at.tick - at.first_tick], at.tick, computer, course)
+        _enter(progress, hardware, computer, accounts)
+        if len(accounts.rows) > 0:
+            _keep_guided(accounts.rows[at.tick - at.first_tick], at.tick, computer, course)
         at.stage = WHOLE
-        if ledger.points + 2 * MOST_RUNS > len(books.paint.points) or ledger.stretches > 0:
+        if ledger.points + 2 * MOST_RUNS > len(accounts.paint.points) or ledger.stretches > 0:
             return
 
 
 @unlocked
-def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, books: Books) -> None:
+def run_nominal_ticks(
+    progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, accounts: TickAccounts
+) -> None:
     """Run ticks until the last is done, the valve has switched, one is not nominal, or the follower must be called.
 
     Args:
         progress: (1,) updated; its stage is WHOLE or, with the follower's answer filled in, ASKING to continue from.
         hardware: World and sensors, updated.
         pilot: Computer and follower, updated.
-        books: Accounts in which each tick is entered.
+        accounts: Accounts in which each tick is entered.
     """
-    at, ledger = progress[0], books.paint.coverage.state[0]
+    at, ledger = progress[0], accounts.paint.coverage.state[0]
     computer, course, pursuit, saved = pilot
     lead, limits, memory, twist = pursuit
-    points, ahead = books.paint.points, course.leg.ahead
+    points, ahead = accounts.paint.points, course.leg.ahead
     while True:
         if at.stage == ASKING:
             switched = actuate(twist, at.wanted, computer, course)
-            _enter(progress, hardware, computer, books)
+            _enter(progress, hardware, computer, accounts)
             at.stage = WHOLE
             full = ledger.points + 2 * MOST_RUNS > len(points)
             if at.tick >= at.last_tick or switched or full or ledger.stretches > 0:
@@ -359,7 +365,7 @@ class FastRunner:
         self._hand_over(onboard)
 
     def _drive_guided(self, computer: Computer, course: GuidedCourse, last_tick: int, rows: Rows) -> None:
-        arguments = self._progress.array, self._hardware(last_tick), computer, course, self._books(last_tick, rows)
+        arguments = self._progress.array, self._hardware(last_tick), computer, course, self._accounts(last_tick, rows)
         if self._guided_code is None:
             self._guided_code = run_guided_ticks.for_types_of(arguments)
         self._guided_code(*arguments)
@@ -371,12 +377,12 @@ class FastRunner:
         effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
         return Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh)
 
-    def _books(self, last_tick: int, rows: Rows) -> Books:
+    def _accounts(self, last_tick: int, rows: Rows) -> TickAccounts:
         """Return the accounts for ticks up to the last."""
         emulator = self._emulator
         emulator.ledger.make_room()
         track = emulator.track.arrays(last_tick - emulator.tick_count)
-        return Books(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
+        return TickAccounts(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
 
     def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
         progress, follower = self._progress, nominal.follower
@@ -387,7 +393,7 @@ class FastRunner:
             pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
         hardware = self._hardware(last_tick)
         pilot = Pilot(nominal.computer, nominal.course, pursuit, self._saved)
-        arguments = (progress.array, hardware, pilot, self._books(last_tick, rows))
+        arguments = (progress.array, hardware, pilot, self._accounts(last_tick, rows))
         if self._code is None:
             self._code = run_nominal_ticks.for_types_of(arguments)
         run = self._code

@@ -34,13 +34,13 @@ class TimedFault(NamedTuple):
         return [self.first_tick, last_tick, self.fault.model_dump(mode="json", exclude_none=True)]
 
     @classmethod
-    def from_json(cls, told: list[Any]) -> Self:
+    def from_json(cls, values: list[Any]) -> Self:
         """Read a fault from the result of `as_json`.
 
         Raises:
             SpecError, ValueError, TypeError: It is not a fault.
         """
-        first_tick, last_tick, fault = told
+        first_tick, last_tick, fault = values
         return cls(int(first_tick), math.inf if last_tick is None else int(last_tick), f.parse_fault(json.dumps(fault)))
 
 

@@ -190,7 +190,7 @@ class Goals:
         status = self._emulator.onboard.status
         return status.remaining_s < ARRIVING_S or status.arc_length_m > status.total_length_m - LAST_M
 
-    def _go(self, ready: Ready, asked: AskedGoal, said: str) -> m.GotoResponse | None:
+    def _go(self, ready: Ready, asked: AskedGoal, message: str) -> m.GotoResponse | None:
         """Take the prepared path and set off; return None if that has to be tried again."""
         if asked.stops != self._stops:
             return self._refusal(_STOPPED)
@@ -206,9 +206,9 @@ class Goals:
             asked.reason, asked.retry_s = str(error), time.monotonic() + RETRY_S
             self._asked = asked
             return None
-        self._commands.tell(m.Event.INFO, "goal", said)
-        self._commands.tell_news()
-        return m.GotoResponse(success=True, message=said, total_time=total_time_s)
+        self._commands.report(m.Event.INFO, "goal", message)
+        self._commands.report_changes()
+        return m.GotoResponse(success=True, message=message, total_time=total_time_s)
 
     def _wait(self, asked: AskedGoal, now_s: float) -> None:
         """Handle the goal again in a moment.
@@ -225,5 +225,5 @@ class Goals:
 
     def _refusal(self, reason: str) -> m.GotoResponse:
         """Return the answer to a refused goal; its sender may not receive it, so the event log has it, too."""
-        self._commands.tell(m.Event.ERROR, "goal-refused", f"the goal is refused: {reason}")
+        self._commands.report(m.Event.ERROR, "goal-refused", f"the goal is refused: {reason}")
         return m.GotoResponse(success=False, message=reason)

@@ -42,7 +42,7 @@ class GuidedLink:
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
         self._bus, self._inbox = bus, bus.inbox([topics.GUIDANCE])
-        self._coordinator, self._believed = "", b""
+        self._coordinator, self._publisher = "", b""
         self._strangers: set[bytes] = set()
         self._news: list[OnboardEvent] = []
         self._there, self._look_at_s = True, 0.0
@@ -51,7 +51,7 @@ class GuidedLink:
         self._answered_tick = -1
         self._held_since_s = math.inf
         self._waits = True
-        self._way: list[NDArray[np.float64]] = []
+        self._true_path: list[NDArray[np.float64]] = []
 
     def begin(self, coordinator: str, lockstep_s: float) -> None:
         """Begin guided driving.
@@ -60,10 +60,10 @@ class GuidedLink:
             coordinator: Id of the coordinator's session.
             lockstep_s: Interval at which the robot waits for an answer; 0: never.
         """
-        self._coordinator, self._believed = coordinator, session_publisher(coordinator)
+        self._coordinator, self._publisher = coordinator, session_publisher(coordinator)
         self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
         self._inbox.drain()
-        self._way = []
+        self._true_path = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
@@ -82,7 +82,7 @@ class GuidedLink:
     def _take(self) -> None:
         """Receive guidance of the coordinator, and note other senders."""
         for sample, message in self._inbox.messages():
-            if sample.publisher != self._believed:
+            if sample.publisher != self._publisher:
                 self._ignore(sample.publisher)
             elif isinstance(message, Guidance):
                 self._emulator.take_guidance(message)
@@ -132,12 +132,12 @@ class GuidedLink:
         """Return messages about ticks, rows (n, tick_log.columns): at an exchange, the true path since the last."""
         if not self.in_step:
             return []
-        self._way.append(rows[:, TRUTH : TRUTH + 2].copy())
+        self._true_path.append(rows[:, TRUTH : TRUTH + 2].copy())
         tick = self._emulator.tick_count
         if tick % self._step:
             return []
-        x_m, y_m = np.ascontiguousarray(np.concatenate(self._way).T)
-        self._way = []
+        x_m, y_m = np.ascontiguousarray(np.concatenate(self._true_path).T)
+        self._true_path = []
         return [(topics.TRUE_WAY, encode(TrueWay(header=header(tick), x_m=x_m, y_m=y_m)))]
 
     def held(self, now_s: float) -> bool:

@@ -46,15 +46,15 @@ def _drive_a_moment(setup: Setup) -> None:
     emulator.begin_guided()
     runner, telemetry = FastRunner(emulator), Telemetry(emulator)
     telemetry.begin([])
-    while (said := emulator.onboard.whereabouts) is not None and not said.aligned:
+    while (whereabouts := emulator.onboard.whereabouts) is not None and not whereabouts.aligned:
         if emulator.tick_count > _ALIGNED_TICKS:
             return
         emulator.tick()
         telemetry.after_tick()
-    if said is not None:
-        far = np.array([(1.0, 0.0, said.x_m + 1.0)])
-        told = Guidance(number=1, echo_s=said.stamp_s, target_x_m=said.x_m, half_planes=far.ravel())
-        emulator.onboard.take_guidance(told)
+    if whereabouts is not None:
+        far = np.array([(1.0, 0.0, whereabouts.x_m + 1.0)])
+        guidance = Guidance(number=1, echo_s=whereabouts.stamp_s, target_x_m=whereabouts.x_m, half_planes=far.ravel())
+        emulator.onboard.take_guidance(guidance)
     emulator.tick()  # as when a tick is not nominal
     telemetry.after_tick()
     runner.run(_DRIVEN_TICKS)

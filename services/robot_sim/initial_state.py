@@ -72,7 +72,7 @@ class DamagedState(SpecError):
 
     Args:
         field: Wrong field of the state; empty for all of it.
-        problem: What is wrong, as a predicate.
+        problem: The problem, as a predicate.
     """
 
     def __init__(self, field: str, problem: str) -> None:
@@ -199,10 +199,10 @@ class InitialState(NamedTuple):
         Raises:
             DamagedState: It is not.
         """
-        told = {"command": len(self.command.actuators)}
+        numbers = {"command": len(self.command.actuators)}
         if (readings := self.fields.get(f"{_TRANSPORT}.readings")) is not None:
-            told[f"{_TRANSPORT}.readings"] = readings.shape[-1] - ANGLES
-        for field, number in told.items():
+            numbers[f"{_TRANSPORT}.readings"] = readings.shape[-1] - ANGLES
+        for field, number in numbers.items():
             if number != count:
                 raise DamagedState(field, f"has {number} actuators, the vehicle's drive has {count}")
 
@@ -240,17 +240,17 @@ class InitialState(NamedTuple):
             DamagedState: It is not valid.
         """
         try:
-            told = json.loads(text)
-            actuators, valve, disc, valve_after_s = told["command"]
-            gathered = told["gathered"]
+            content = json.loads(text)
+            actuators, valve, disc, valve_after_s = content["command"]
+            gathered = content["gathered"]
             found = cls(
-                int(told["tick"]),
-                int(told["orders"]),
+                int(content["tick"]),
+                int(content["orders"]),
                 Command(tuple(map(float, actuators)), bool(valve), bool(disc), float(valve_after_s)),
-                tuple(map(TimedFault.from_json, told["faults"])),
+                tuple(map(TimedFault.from_json, content["faults"])),
                 None if gathered is None else Gathered.from_json(gathered),
-                _unpacked(told["fields"], told["fields_zlib"]),
-                tuple(map(UnderWay.from_json, told.get("under_way", ()))),
+                _unpacked(content["fields"], content["fields_zlib"]),
+                tuple(map(UnderWay.from_json, content.get("under_way", ()))),
             )
             found._check()
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError, zlib.error, SpecError) as error:

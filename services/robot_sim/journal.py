@@ -31,7 +31,7 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.messages import LoadRequest, Trajectory
 from touchline.services.robot_sim.paint.record import PaintRecord
-from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.recovery_state import EarlierWork, Totals
 from touchline.services.robot_sim.setup_text import SetupText
 
 _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
@@ -127,7 +127,7 @@ class Journal:
             os.close(self._file)
         self._paint, self._map, self._file = None, None, -1
 
-    def unfinished(self, trajectory: Trajectory, setup: SetupText) -> tuple[Checkpoint, Remains] | None:
+    def unfinished(self, trajectory: Trajectory, setup: SetupText) -> tuple[Checkpoint, EarlierWork] | None:
         """Return the checkpoint and the earlier work of a trajectory; None if it was not under way at the end.
 
         Args:
@@ -148,7 +148,7 @@ class Journal:
                 f"{self._changes_to(setup, kept_with)}. Start the robot with the vehicle and scenario that it had "
                 "then, and load with resume again; or load without resume to begin anew"
             )
-        return checkpoint, Remains(totals, self._paint.read(whose, totals.points))
+        return checkpoint, EarlierWork(totals, self._paint.read(whose, totals.points))
 
     def _changes_to(self, setup: SetupText, kept_with: bytes) -> str:
         try:
@@ -165,7 +165,7 @@ class Journal:
         checkpoint = self._newest().checkpoint if self._map is not None else _OVER
         return checkpoint if checkpoint.leg >= 0 else None
 
-    def left_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
+    def ended_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
         """Return the place and the totals at which the kept job ended, if it is of the same robot and world."""
         newest = self._newest() if self._map is not None else _NO_ENTRY
         return newest[3:] if newest.checkpoint.leg >= 0 and newest.setup == setup.digest else None

@@ -11,7 +11,7 @@ from touchline.schemas.messages import LoadRequest, Trajectory, TraversalStatus,
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.packing import header
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.setup_text import SetupText
 from touchline.services.robot_sim.unfinished import unfinished_before, unfinished_here
 
@@ -50,12 +50,12 @@ class JournalKeeper:
         self._setup = SetupText.of(emulator.setup)
         self._taken: Taken | None = None
         self._under_way = False
-        self._given_up = journal.left_with(self._setup) if journal is not None else None
+        self._aborted = journal.ended_with(self._setup) if journal is not None else None
         """End of the job that can be continued, and the levels since."""
-        if self._given_up is not None:
-            emulator.begin_with(self._given_up[1].supplies)
+        if self._aborted is not None:
+            emulator.begin_with(self._aborted[1].supplies)
         self.unfinished = self._unfinished_before()
-        self._said = ""
+        self._reported = ""
         self._latched = False
 
     def restore_latch(self) -> bool:
@@ -101,7 +101,7 @@ class JournalKeeper:
             raise CommandRefused("there is nothing to resume: the robot keeps no unfinished job; load a plan")
         return job
 
-    def to_resume(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains]:
+    def to_resume(self, trajectory: Trajectory) -> tuple[Checkpoint, EarlierWork]:
         """Return the checkpoint and the earlier work of a trajectory.
 
         Raises:
@@ -114,16 +114,16 @@ class JournalKeeper:
             raise CommandRefused(f"there is nothing to resume: {reason}")
         return found
 
-    def as_of_now(self, remains: Remains) -> Remains:
+    def as_of_now(self, earlier: EarlierWork) -> EarlierWork:
         """Update the levels of earlier work to the present ones: the tank may have been filled since."""
-        return remains._replace(totals=remains.totals._replace(supplies=self._emulator.world.supplies))
+        return earlier._replace(totals=earlier.totals._replace(supplies=self._emulator.world.supplies))
 
     def loaded(self, taken: Taken) -> str:
         """Note that this trajectory will be under way; return a text for the operator, "" for none."""
         if self._journal is None:
             return ""
         keeps = taken.works or not self.unfinished.total_length_m
-        self._taken, self._under_way, self._said = taken if keeps else None, False, ""
+        self._taken, self._under_way, self._reported = taken if keeps else None, False, ""
         return self._news(self._journal)
 
     def note(self) -> str:
@@ -142,13 +142,13 @@ class JournalKeeper:
         totals = emulator.totals
         journal.write(checkpoint, totals, emulator.ledger)
         if emulator.onboard.state == TraversalStatus.ABORTED:
-            self._given_up = checkpoint, totals
+            self._aborted = checkpoint, totals
             if not self.unfinished.total_length_m or emulator.settled:
                 self.unfinished = unfinished_here(taken.name, emulator, header(emulator.tick_count))
         return self._news(journal) if journal.problem else ""
 
     def _set_off(self, journal: Journal, taken: Taken) -> None:
-        self._under_way, self._given_up = True, None
+        self._under_way, self._aborted = True, None
         if self.unfinished.total_length_m:
             self.unfinished = UnfinishedJob()
         if taken.resumed:
@@ -160,15 +160,15 @@ class JournalKeeper:
         """Note that the traversal is over, or, for an aborted job, the present levels of tank and battery."""
         if self._under_way and self._emulator.onboard.state == TraversalStatus.DONE:
             journal.end()
-        elif self._given_up is not None:
-            checkpoint, totals = self._given_up
+        elif self._aborted is not None:
+            checkpoint, totals = self._aborted
             supplies = self._emulator.world.supplies
             if supplies != totals.supplies:
-                self._given_up = checkpoint, totals._replace(supplies=supplies)
-                journal.write(*self._given_up)
+                self._aborted = checkpoint, totals._replace(supplies=supplies)
+                journal.write(*self._aborted)
         self._taken, self._under_way = (None, False) if self._under_way else (self._taken, False)
 
     def _news(self, journal: Journal) -> str:
-        news = journal.problem if journal.problem != self._said else ""
-        self._said = journal.problem
+        news = journal.problem if journal.problem != self._reported else ""
+        self._reported = journal.problem
         return news

@@ -99,7 +99,7 @@ class OnboardComputer(Protocol):
     def begin_guided(self) -> None:
         """Follow a coordinator's guidance from now on."""
 
-    def take_guidance(self, told: Guidance) -> bool:
+    def take_guidance(self, guidance: Guidance) -> bool:
         """Take guidance from the coordinator; return False if it cannot be used, or the robot is not guided."""
 
     @property

@@ -1,4 +1,4 @@
-"""Log of the commands that the robot has carried out, with their ticks; with setup and plan they determine a session."""
+"""Log of the commands that the robot has carried out, with ticks; with setup and plan they determine a session."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ class RobotOutlet:
             robot: Index of the robot in it, from 0.
         """
         self._outbox, self._robot = outbox, robot
-        self._told_restarts = outbox.restarts
+        self._known_restarts = outbox.restarts
         self.dropped = 0
 
     @property
@@ -208,5 +208,5 @@ class RobotOutlet:
     def turn(self) -> bool:
         """Turn the outbox; return True if this robot's paint has to be published anew."""
         self._outbox.turn()
-        told, self._told_restarts = self._told_restarts, self._outbox.restarts
-        return told != self._told_restarts
+        known, self._known_restarts = self._known_restarts, self._outbox.restarts
+        return known != self._known_restarts

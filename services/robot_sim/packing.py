@@ -115,51 +115,53 @@ def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str])
     ]
 
 
-def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:
+def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:
     """Pack a guided robot's message to its coordinator.
 
     Args:
         time: Stamp of the message.
-        said: The message.
+        message: The message.
     """
-    return whereabouts_at(time, said, said.stamp_s, (said.x_m, said.y_m, said.stop_x_m, said.stop_y_m))
+    return whereabouts_at(
+        time, message, message.stamp_s, (message.x_m, message.y_m, message.stop_x_m, message.stop_y_m)
+    )
 
 
-def whereabouts_at(time: Stamp, said: m.Whereabouts, stamp_s: float, place: Sequence[float]) -> bytes:
+def whereabouts_at(time: Stamp, message: m.Whereabouts, stamp_s: float, place: Sequence[float]) -> bytes:
     """Pack a guided robot's message at another time and place, as `whereabouts`.
 
     Args:
         time: Stamp of the message.
-        said: The message, except for time and place.
+        message: The message, except for time and place.
         stamp_s: Time of the robot's computer.
         place: x, y, and those of the stopping point (m).
     """
-    return layouts.WHEREABOUTS.pack(*time, stamp_s, said.aligned, *place, said.adopted, said.decided)
+    return layouts.WHEREABOUTS.pack(*time, stamp_s, message.aligned, *place, message.adopted, message.decided)
 
 
-def status(time: Stamp, said: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
+def status(time: Stamp, current: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
     """Pack the status of the traversal, as estimated by the onboard computer.
 
     Args:
         time: Stamp of the message.
-        said: The status.
+        current: The status.
         speed_mps: Estimated speed.
         onboard: Computer with the estimated paint.
     """
     painted = onboard.painted
-    layout = layouts.status(said.reason, said.segment_id, painted.ids)
+    layout = layouts.status(current.reason, current.segment_id, painted.ids)
     return topics.STATUS, layout.pack(
         *time,
-        said.state,
-        said.segment_index,
-        said.segment_count,
-        said.arc_length_m,
-        said.total_length_m,
+        current.state,
+        current.segment_index,
+        current.segment_count,
+        current.arc_length_m,
+        current.total_length_m,
         painted.coverage_pct,
         *painted.fractions,
         speed_mps,
-        said.elapsed_s,
-        said.remaining_s,
+        current.elapsed_s,
+        current.remaining_s,
         onboard.lateral_error_m,
         onboard.spraying,
     )

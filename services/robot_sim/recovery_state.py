@@ -24,7 +24,7 @@ class Totals(NamedTuple):
     """Number of points of paint, as in `PaintLedger`."""
 
 
-class Remains(NamedTuple):
+class EarlierWork(NamedTuple):
     """Earlier work on a traversal: the totals, and the paint."""
 
     totals: Totals
@@ -32,22 +32,22 @@ class Remains(NamedTuple):
     """Rows (n, 5) as in `PaintLedger`; fewer than `totals.points` if the rest was lost."""
 
 
-def restored_json(resume: Checkpoint, remains: Remains | None) -> dict[str, Any]:
+def restored_json(resume: Checkpoint, earlier: EarlierWork | None) -> dict[str, Any]:
     """Return the state for `restored_from`: values as in JSON, the paint compressed, with all its bits.
 
     Args:
         resume: Checkpoint of the traversal.
-        remains: Its earlier work, if known.
+        earlier: Its earlier work, if known.
     """
-    if remains is None:
+    if earlier is None:
         return {"checkpoint": resume._asdict()}
-    rows: NDArray[np.float64] = np.ascontiguousarray(remains.paint, "<f8")
+    rows: NDArray[np.float64] = np.ascontiguousarray(earlier.paint, "<f8")
     packed = base64.b64encode(zlib.compress(rows.tobytes(), 1)).decode()
-    totals = remains.totals._asdict() | {"paint_columns": rows.shape[1], "paint_zlib": packed}
+    totals = earlier.totals._asdict() | {"paint_columns": rows.shape[1], "paint_zlib": packed}
     return {"checkpoint": resume._asdict(), "totals": totals}
 
 
-def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Remains | None]:
+def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, EarlierWork | None]:
     """Read the checkpoint and the earlier work of a traversal from the details of an order, as made by `restored_json`.
 
     Raises:
@@ -58,11 +58,11 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Remain
     resume = Checkpoint(**details["checkpoint"])
     if "totals" not in details:
         return resume, None
-    told = dict(details["totals"])
-    columns, packed = int(told.pop("paint_columns")), str(told.pop("paint_zlib"))
+    content = dict(details["totals"])
+    columns, packed = int(content.pop("paint_columns")), str(content.pop("paint_zlib"))
     try:
         data = zlib.decompress(base64.b64decode(packed, validate=True))
     except zlib.error as error:
         raise ValueError(f"paint that cannot be unpacked: {error}") from error
-    totals = Totals(tuple(told["supplies"]), tuple(told["errors"]), int(told["points"]))
-    return resume, Remains(totals, np.frombuffer(data, "<f8").reshape(-1, columns).copy())
+    totals = Totals(tuple(content["supplies"]), tuple(content["errors"]), int(content["points"]))
+    return resume, EarlierWork(totals, np.frombuffer(data, "<f8").reshape(-1, columns).copy())

@@ -17,7 +17,7 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 _SPEED_MPS: Final = 0.3
@@ -47,8 +47,8 @@ def rehearse(setup: Setup) -> None:
     if checkpoint is None:  # it cannot even set off
         return
     second = _Rehearsal(setup)
-    remains = Remains(first.robot.totals, ledger.rows(0)[: ledger.settled].copy())
-    second.robot.load(trajectory, template, checkpoint, remains)
+    earlier = EarlierWork(first.robot.totals, ledger.rows(0)[: ledger.settled].copy())
+    second.robot.load(trajectory, template, checkpoint, earlier)
     second.start(trajectory, template)
     second.run(lambda: not second.robot.active)
 

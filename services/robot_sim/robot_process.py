@@ -193,7 +193,7 @@ class RobotProcess:
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
-        self._health, self._told_state, self._health_at_s = health, -1, 0.0
+        self._health, self._published_state, self._health_at_s = health, -1, 0.0
         self._recorder_limit, self._held_at_s = RecorderLimit(bus), -math.inf
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()])
@@ -226,7 +226,7 @@ class RobotProcess:
         self._mind_outlet()
         now = time.monotonic()
         self._rate.note(now, self._emulator.tick_count)
-        self._tell_health()
+        self._publish_health()
         if self._time_passes:
             if self._held:
                 self._held_at_s = now
@@ -303,7 +303,7 @@ class RobotProcess:
             self._telemetry.hold(done)
             news += self._guided.drove(rows[:done])
             if news or self._telemetry.full or self._emulator.settled:
-                self._tell_held()
+                self._publish_held()
                 self._publish(news)
             ticks -= done
             now = time.monotonic()
@@ -311,10 +311,10 @@ class RobotProcess:
             if now >= until_s:
                 self._pacer.give_back(ticks)
                 break
-        self._tell_held()
+        self._publish_held()
         return waits
 
-    def _tell_held(self) -> None:
+    def _publish_held(self) -> None:
         """Publish the messages that were due in the ticks since the last time, all at once."""
         self._publish(self._telemetry.told())
 
@@ -331,7 +331,7 @@ class RobotProcess:
                 self._begin_load(call, server)
         self._goals.turn()
         for news in self._guided.turn(time.monotonic()):
-            self._commands.tell(*news)
+            self._commands.report(*news)
         self._publish(self._commands.take())
         while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)
@@ -395,14 +395,14 @@ class RobotProcess:
         self._stop_waits()
         waiting, self._waiting = self._waiting, []
         if waiting:
-            self._tell_held()
+            self._publish_held()
         for call, handler in waiting:
             self._answer(call, handler)
 
-    def _tell_health(self) -> None:
+    def _publish_health(self) -> None:
         """Publish the diagnostics, a new state at once: on a session of its own, should the telemetry be held up."""
         state, now_s = self._emulator.onboard.state, time.monotonic()
-        changed, self._told_state = state != self._told_state, state
+        changed, self._published_state = state != self._published_state, state
         if not changed and now_s < self._health_at_s:
             return
         self._health_at_s = now_s + HEALTH_EVERY_S

@@ -96,7 +96,7 @@ class Samples:
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # as last published
 
-    def told_before(self, row: Rows) -> None:
+    def published_before(self, row: Rows) -> None:
         """Take the last tick's row, (tick_log.columns,), as already published, for the sprayer."""
         self._sprayer = row[np.newaxis, tick_log.SPRAYER : tick_log.TANK_L]
 

@@ -45,13 +45,13 @@ class Sender:
     """
 
     def __init__(self, buses: Sequence[Bus], run: str) -> None:
-        self._voices = [_RobotVoice(bus, run) for bus in buses]
+        self._robots = [_RobotPublisher(bus, run) for bus in buses]
         self._rest = b""
 
     def turn(self, pipe: int) -> bool:
         """Publish all available messages and answer requests; return False once the pipe is closed and empty."""
         # Messages that had been sent before a request came are published before its answer.
-        asked = [(voice, call) for voice in self._voices if (call := voice.asked()) is not None]
+        asked = [(robot, call) for robot in self._robots if (call := robot.asked()) is not None]
         is_open = True
 
         def drain() -> None:
@@ -59,10 +59,10 @@ class Sender:
             is_open = self._drain(pipe)
 
         drain()
-        for voice in self._voices:
-            voice.tell_health(drain)
-        for voice, call in asked:
-            voice.answer(call)
+        for robot in self._robots:
+            robot.publish_health(drain)
+        for robot, call in asked:
+            robot.answer(call)
         return is_open
 
     def _drain(self, pipe: int) -> bool:
@@ -71,8 +71,8 @@ class Sender:
             try:
                 data = os.read(pipe, _READ_BYTES)
             except BlockingIOError:
-                for voice in self._voices:
-                    voice.paint.link()
+                for robot in self._robots:
+                    robot.paint.link()
                 return True
             if not data:
                 return False
@@ -94,10 +94,10 @@ class Sender:
 
     def _put(self, number: int, payload: bytes, sequence: int) -> None:
         robot, topic = divmod(number, len(CARRIED))
-        self._voices[robot].put(topic, payload, sequence)
+        self._robots[robot].put(topic, payload, sequence)
 
 
-class _RobotVoice:
+class _RobotPublisher:
     """Messages of one robot, and its paint."""
 
     def __init__(self, bus: Bus, run: str) -> None:
@@ -119,7 +119,7 @@ class _RobotVoice:
         asked.reply_bytes(self.paint.answer())
         self._answer_at_s = time.monotonic() + _ANSWER_EVERY_S
 
-    def tell_health(self, settle: Callable[[], None]) -> None:
+    def publish_health(self, settle: Callable[[], None]) -> None:
         """Publish the diagnostics of this process; `settle` is called between a question and its answer."""
         if not self._health.due:
             return
@@ -142,9 +142,9 @@ class _RobotVoice:
         begun_s = time.monotonic()
         self._publishers[number].send_numbered(payload, sequence)
         if time.monotonic() - begun_s > _CUT_OFF_S:
-            self._tell_cut_off()
+            self._report_cut_off()
 
-    def _tell_cut_off(self) -> None:
+    def _report_cut_off(self) -> None:
         self._cut_off += 1
         text = f"a subscriber that took no telemetry for {PATIENCE_S:g} s was cut off; it may join again"
         stamp = Header(stamp=Time.of_ns(time.time_ns()))

@@ -101,7 +101,7 @@ def run_service(
 def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
     """Compile the kernels of these robots; robots that differ only in their worlds need the same ones."""
 
-    def tell(doing: str) -> None:
+    def report(doing: str) -> None:
         for reporter in health:
             reporter.starting(doing)
 
@@ -110,7 +110,7 @@ def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
         kind = setup.vehicle, setup.onboard
         if kind not in done:
             done.append(kind)
-            warm_up(tell, setup, in_team=True)
+            warm_up(report, setup, in_team=True)
 
 
 def journal_path(namespace: str, chosen: Path | None = None) -> Path:

@@ -191,20 +191,20 @@ class Telemetry:
         """
         return self.begin(job_payloads(trajectory, template))
 
-    def begin(self, told: list[Payload]) -> list[Payload]:
+    def begin(self, payloads: list[Payload]) -> list[Payload]:
         """Begin a new session with the `job_payloads` of a loaded trajectory; return them with the state then."""
         self.digest, self.ended, self.final = SessionDigest(), None, None
-        self.digest.add(told)
+        self.digest.add(payloads)
         initial = self._emulator.initial
         state = [] if initial is None else [(topics.INITIAL_STATE, encode(m.String(data=initial.text)))]
-        return state + told + self.news()
+        return state + payloads + self.news()
 
     def go_on(self) -> None:
         """Continue from a restored emulator, of which another `Telemetry` has published everything so far."""
         if self._emulator.tick_count:
             row = np.zeros(self._columns)
             self._note(row)
-            self._samples.told_before(row)
+            self._samples.published_before(row)
 
     def awake(self) -> list[Payload]:
         """Return the state of the standing robot while sim time is held: tank, battery, fix and pose, if known.
@@ -216,18 +216,18 @@ class Telemetry:
             return []
         emulator, row = self._emulator, np.zeros(self._columns)
         self._note(row)
-        told = self._levels(row)
+        payloads = self._levels(row)
         if emulator.onboard.aligned:
-            return [*told, (topics.ODOMETRY, odometry_of(row))]
+            return [*payloads, (topics.ODOMETRY, odometry_of(row))]
         twin = StandingTwin(emulator)
         if twin.gnss is not None and not emulator.tick_count:  # later its receiver has reported itself
             time_s = emulator.time_s
-            told += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
+            payloads += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
         if twin.emulator.onboard.aligned:
             Telemetry(twin.emulator)._note(row)
             row[tick_log.TICK] = emulator.tick_count
-            told.append((topics.ODOMETRY, odometry_of(row)))
-        return told
+            payloads.append((topics.ODOMETRY, odometry_of(row)))
+        return payloads
 
     def after_tick(self) -> list[Payload]:
         """Return the payloads that are due after the emulator's last tick."""
@@ -268,8 +268,8 @@ class Telemetry:
             self._note(row)
             self._positions += [(last, payload) for payload in positions(emulator.sensors)]
         due = sensor_samples(emulator.samples, emulator.auxiliary.kinds)
-        if tick % WHEREABOUTS_TICKS == 0 and (said := emulator.onboard.whereabouts) is not None:
-            due.append((topics.WHEREABOUTS, whereabouts(time, said)))
+        if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
+            due.append((topics.WHEREABOUTS, whereabouts(time, message)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
         due += [*self._orders(), *self._events(), *self._warnings()]
@@ -286,17 +286,17 @@ class Telemetry:
 
     def _hold_steady(self, steady: _Steady, rows: range) -> None:
         """Hold the payloads of nominal ticks of a guided robot, which are in these rows of the log, one or more."""
-        said = steady.whereabouts
+        message = steady.whereabouts
         orders = self._orders()  # commands come between stretches
         for at, row in zip(rows, self._log[rows.start : rows.stop : rows.step].tolist(), strict=True):
             tick = round(row[tick_log.TICK])
             time = stamp(tick)
             place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
-            there = topics.WHEREABOUTS, whereabouts_at(time, said, tick / TICKS_PER_S, place)
+            there = topics.WHEREABOUTS, whereabouts_at(time, message, tick / TICKS_PER_S, place)
             status_then = steady.status._replace(elapsed_s=row[tick_log.ELAPSED_S])
-            told = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
+            payloads = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
             clock = topics.CLOCK, layouts.CLOCK.pack(*time)
-            self._low_rate += [(at, each) for each in (there, *orders, *told, clock)]
+            self._low_rate += [(at, each) for each in (there, *orders, *payloads, clock)]
             orders = []
 
     def told(self) -> list[Payload]:
@@ -345,9 +345,9 @@ class Telemetry:
         self._steady, onboard = None, emulator.onboard
         nothing_new = emulator.faults.no_events and not emulator.ledger.points
         if nothing_new and isinstance(onboard, Onboard) and onboard.steady:
-            said = onboard.whereabouts
-            assert said is not None, "it is guided"
-            self._steady = _Steady(onboard.status, said)
+            message = onboard.whereabouts
+            assert message is not None, "it is guided"
+            self._steady = _Steady(onboard.status, message)
             return min(most, len(self._log) - self._held)
         return min(most, MOST_TICKS - emulator.tick_count % MOST_TICKS)
 
@@ -367,17 +367,17 @@ class Telemetry:
 
     def news(self) -> list[Payload]:
         """Return the changes made by a command: events, the status and the truth beside it."""
-        told = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
-        self.digest.add(told)
-        return told
+        payloads = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
+        self.digest.add(payloads)
+        return payloads
 
     def supplies(self) -> list[Payload]:
         """Return tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(self._columns)
         self._note(row)
-        told = self._levels(row)
-        self.digest.add(told)
-        return told
+        payloads = self._levels(row)
+        self.digest.add(payloads)
+        return payloads
 
     def _levels(self, row: NDArray[np.float64]) -> list[Payload]:
         """Return tank, if there is one, and battery."""
@@ -385,11 +385,11 @@ class Telemetry:
         tank = [(topics.SPRAYER, sprayer_state(row))] if vehicle.tool.paints else []
         return [*tank, (topics.BATTERY, battery_state(row, vehicle.body.battery_wh))]
 
-    def tell(self, event: OnboardEvent) -> Payload:
+    def report_event(self, event: OnboardEvent) -> Payload:
         """Return an event for the operator from outside the onboard computer."""
-        told = _event(event, self._emulator.tick_count)
-        self.digest.add([told])
-        return told
+        payload = _event(event, self._emulator.tick_count)
+        self.digest.add([payload])
+        return payload
 
     def standing(self) -> list[Payload]:
         """Return the status of the traversal, as estimated and in truth; not entered in the digest."""
@@ -397,15 +397,15 @@ class Telemetry:
         onboard, flowing = emulator.onboard, emulator.world.state.flow_lps > 0.0
         return self._stands(stamp(emulator.tick_count), onboard.status, onboard.estimate.speed_mps, flowing=flowing)
 
-    def _stands(self, time: Stamp, said: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
-        self._state = said.state
-        told = status(time, said, speed_mps, self._emulator.onboard)
-        return [*self._pauses(said), told, true_coverage(time, self._emulator, flowing=flowing)]
+    def _stands(self, time: Stamp, current: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
+        self._state = current.state
+        payload = status(time, current, speed_mps, self._emulator.onboard)
+        return [*self._pauses(current), payload, true_coverage(time, self._emulator, flowing=flowing)]
 
-    def _pauses(self, said: Status) -> list[Payload]:
+    def _pauses(self, current: Status) -> list[Payload]:
         """Return the status of a pause, or of its end; nothing if there was none."""
-        paused_before, self._paused = self._paused, said.pause is not None
-        return [pause_status(self._emulator.tick_count, said.pause)] if paused_before or self._paused else []
+        paused_before, self._paused = self._paused, current.pause is not None
+        return [pause_status(self._emulator.tick_count, current.pause)] if paused_before or self._paused else []
 
     def _warnings(self) -> list[Payload]:
         """Return the warning before the robot moves off, if it begins or ends."""
@@ -457,9 +457,9 @@ class Telemetry:
 
     def restored_paint(self) -> list[Payload]:
         """Return the paint of an earlier process, once a job has been loaded that continues from there."""
-        told = self._paint(stamp(self._emulator.tick_count))
-        self.digest.add(told)
-        return told
+        payloads = self._paint(stamp(self._emulator.tick_count))
+        self.digest.add(payloads)
+        return payloads
 
     def all_paint(self) -> list[Payload]:
         """Return all paint of this traversal again; not entered in the digest."""
@@ -505,8 +505,8 @@ def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Pa
 
 def _payloads_of(reports: Reports) -> list[Payload]:
     """Pack reports; that of the areas comes first, because that of the traversal ends the session."""
-    told = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
-    return [*told, (topics.REPORT, encode(reports.traversal))]
+    payloads = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
+    return [*payloads, (topics.REPORT, encode(reports.traversal))]
 
 
 def _segment(segment: SegmentMetrics) -> m.SegmentPaint:

@@ -12,7 +12,7 @@ from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
-from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way
+from touchline.services.robot_sim.accounting.planned_tool_path import off_path_m, planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground, thinned
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import lateral_error
@@ -54,7 +54,7 @@ class AreaMetrics(NamedTuple):
     """Largest distance of the body beyond the boundary or inside an obstacle, over the part driven by this process."""
     lateral: LateralError
     """Distance of the tool from its planned path."""
-    way_m: float
+    distance_m: float
     """Length of the tool's path."""
 
     @property
@@ -94,10 +94,10 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
     """
     vehicle, template = account.vehicle, account.template
     strokes = ledger.strokes()
-    way = planned_way(account.trajectory, vehicle)
+    path = planned_tool_path(account.trajectory, vehicle)
     area = union([area.polygon for area in template.areas])
     swept, twice = swept_ground(strokes)
-    planned = intersection(area, swept_ground(way).swept)
+    planned = intersection(area, swept_ground(path).swept)
     covered = intersection(area, swept)
     tool, width_m = vehicle.tool.point_m, vehicle.tool.width_m
     within_reach = reachable(area, ground_of(template, area), vehicle.body.footprint_m, tool, width_m)
@@ -113,8 +113,8 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
         beside_m2=max(0.0, float(swept.area - covered.area)),
         missed=patches(difference(area, swept)),
         body_outside_m=body_outside_m(track.rows, vehicle.body.footprint_m, template),
-        lateral=lateral_error(off_the_way_m(looked_at, way)),
-        way_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
+        lateral=lateral_error(off_path_m(looked_at, path)),
+        distance_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
     )
 
 

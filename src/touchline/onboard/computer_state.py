@@ -162,7 +162,7 @@ class PoseFindings(Record):
     """Limits and results of the localization monitor."""
 
     needs_fixes: bool = True
-    """True if only fixes tell the position, apart from odometry."""
+    """True if the position is known from fixes, not from odometry alone."""
     fix_age_s: float
     """Largest age of the newest fix at which the robot may paint [s]."""
     sigma_m: float

@@ -137,7 +137,7 @@ class Command(NamedTuple):
 def standstill(actuators: int) -> Command:
     """Return the safe command for a number of actuators: wheels stopped, valve closed, disc lifted.
 
-    There is one object for each number, so it can be told by identity from a command that is merely equal.
+    There is one object for each number, so it differs by identity from a command that is merely equal.
     """
     return Command((0.0,) * actuators, False, False)
 

@@ -19,7 +19,7 @@ class Assignment:
     Attributes:
         plan: Its plan.
         path: The plan as the traffic rules see it.
-        share: What it paints or covers.
+        share: Its share of the template.
     """
 
     plan: Plan

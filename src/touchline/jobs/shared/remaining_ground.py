@@ -21,7 +21,7 @@ from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, size_m2, wide_parts
-from touchline.services.robot_sim.accounting.planned_way import planned_way
+from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 
 HAIR_M: Final = 0.2
@@ -117,7 +117,7 @@ class RemainingGround(RemainingWork):
 
 def _swept(status: AssignmentStatus, job: SharedJob) -> Ground:
     """Return the ground that a robot has driven over."""
-    return as_area(swept_ground(planned_way(status.driven, job.vehicle)).swept)
+    return as_area(swept_ground(planned_tool_path(status.driven, job.vehicle)).swept)
 
 
 def _pieces(ground: Ground, job: SharedJob, wider_m: float = 0.0) -> Ground:

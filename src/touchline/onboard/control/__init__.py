@@ -50,27 +50,27 @@ Make = Callable[[Vehicle, Ask], Follower]
 
 
 def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """Make an `MpcFollower`."""
+    """Make an `MpcFollower`; see `Make`."""
     return MpcFollower(vehicle)
 
 
 def make_pure_pursuit(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """Make a `PurePursuitFollower`."""
+    """Make a `PurePursuitFollower`; see `Make`."""
     return PurePursuitFollower(vehicle)
 
 
 def make_external_timed(vehicle: Vehicle, ask: Ask) -> Follower:
-    """Make an `ExternalFollower` that keeps the plan's time."""
+    """Make an `ExternalFollower` that keeps the plan's time; see `Make`."""
     return ExternalFollower(vehicle, ask, EXTERNAL_TIMED)
 
 
 def make_frenet(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """Make a `FrenetFollower`."""
+    """Make a `FrenetFollower`; see `Make`."""
     return FrenetFollower(vehicle)
 
 
 def make_pursuit_lanes(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """Make a `LanePursuitFollower`."""
+    """Make a `LanePursuitFollower`; see `Make`."""
     return LanePursuitFollower(vehicle)
 
 

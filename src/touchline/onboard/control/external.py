@@ -64,7 +64,7 @@ class ExternalFollower:
         self._stopping = False
         self.ahead_rows = self.fine_rows = AHEAD_TICKS
         self.fallbacks = 0
-        """Ticks that were left to pure pursuit."""
+        """Ticks in which pure pursuit stood in."""
         self.problem = ""
 
     def reset(self) -> None:

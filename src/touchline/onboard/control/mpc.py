@@ -76,7 +76,7 @@ class MpcFollower:
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(drive.horizon_ticks) + max(1, p.lead_ticks)
         self.fallbacks = 0
-        """Ticks that were left to pure pursuit."""
+        """Ticks in which pure pursuit stood in."""
 
     def reset(self) -> None:
         """Forget the disturbances and the active set."""

@@ -30,7 +30,7 @@ ACCELERATION_MARGIN = 1.2
 BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
 BRAKED_TICKS = 60
-"""Ticks after the reference has come to rest from which the robot is stopped by its wheels alone, wherever it believes
+"""Ticks after the reference has come to rest from which the robot is stopped by its wheels alone, whatever its
 to be going."""
 BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05

@@ -73,7 +73,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
-        """See `onboard_drive.strain`: nothing without the accelerometer, when only the wheels tell the speed."""
+        """See `onboard_drive.strain`: nothing without the accelerometer, when only the wheels measure the speed."""
         if math.isnan(z.accel_mps2):
             return
         for wheel in range(2):

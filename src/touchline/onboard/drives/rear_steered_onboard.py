@@ -110,7 +110,7 @@ class RearSteeredFigures(NamedTuple):
 
         Readings that are rejected again and again indicate an offset that jumped because somebody hit the wheel. So do
         readings that all deviate to one side: a robot that sets off after the blow is slow, and none of them is an
-        outlier. Without the accelerometer only the drum tells the speed, and nothing is added.
+        outlier. Without the accelerometer only the drum measures the speed, and nothing is added.
         """
         if math.isnan(z.accel_mps2):
             return

@@ -65,7 +65,7 @@ class NoHazard(NamedTuple):
 
     @kernel
     def first_found(self, _moment: SafetyMoment, _c: ComputerState) -> int:
-        """Return NOTHING."""
+        """See the kernel `first_found`: NOTHING."""
         return NOTHING
 
 
