@@ -149,7 +149,7 @@ def test_shares_of_several_areas_and_of_the_plan() -> None:
     assert found.verdict.text == "79.55 % of what the plan covers is covered, 99 % is asked for"
 
 
-def test_the_planned_way_is_cut_where_it_turns_back() -> None:
+def test_the_planned_path_is_cut_where_it_turns_back() -> None:
     forward = path_of(Curve.from_line((0.0, 0.0), (5.0, 0.0)), Curve(5.0, 0.0, 0.0, 0.25, 4.0)).path.segments
     back = path_of(Curve.from_line((8.0, 3.0), (2.0, 3.0)), direction=-1).path.segments
     both = path_of().model_copy(update={"path": path_of().path.model_copy(update={"segments": (*forward, *back)})})

@@ -31,7 +31,7 @@ BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
 BRAKED_TICKS = 60
 """Ticks after the reference has come to rest from which the robot is stopped by its wheels alone, whatever its
-to be going."""
+estimated motion."""
 BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05
 """While the robot brakes, the commanded speed is at most this multiple of the reference speed plus this margin."""
