@@ -250,7 +250,7 @@ class Onboard:
         return Nominal(self._state.array, course, self._follower, driver.now)
 
     def guided_course(self, tick: int) -> GuidedCourse | None:
-        """Return the same for the ticks of a guided robot after `tick`; None if the next one may need a decision."""
+        """Return a guided robot's course for the ticks after `tick`; None if the next one may need a decision."""
         buffer, job = self._estimator.buffer, self._traversal.guided
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
             return None
