@@ -77,7 +77,7 @@ class _Team:
 
     def _say(self) -> dict[str, Whereabouts]:
         rows = zip(self._keepers.items(), self._segments(), strict=True)
-        return {name: keeper.say(self._now_s, segment) for (name, keeper), segment in rows}
+        return {name: keeper.report(self._now_s, segment) for (name, keeper), segment in rows}
 
 
 def main(most: int = 200, times: int = 50) -> None:

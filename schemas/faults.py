@@ -1,12 +1,13 @@
-"""Faults: what may go wrong with the robot, when and for how long.
+"""Faults: failures of the robot or its surroundings, with their start and duration.
 
 Each kind is a class here, with its fields and their ranges, a function in services/robot_sim/fault_effects that applies
-it, and a row of `FAULTS` that brings both together (`touchline.shipped_plugins`); those of other packages have theirs.
+it, and a row of `FAULTS` that joins both (`touchline.shipped_plugins`); other packages have modules of their own for
+theirs.
 
-A scenario carries a timeline of them (`Scenario.faults`); `simulation/inject_fault` adds one to a running session. A
-fault acts from `start_s` until `start_s + duration_s`; without a duration it lasts. When it ends, whatever it touched
-is as it would have been without it, as far as the world allows: the robot stays where it was driven to, paint stays on
-the grass, a receiver has to converge anew.
+A scenario carries a timeline of faults (`Scenario.faults`); `simulation/inject_fault` adds one to a running session. A
+fault acts from `start_s` until `start_s + duration_s`; without a duration it lasts. When it ends, everything it
+affected is as it would have been without it, as far as the world allows: the robot stays where it was driven to, paint
+stays on the grass, a receiver has to converge anew.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from touchline.schemas.spec import Spec, parse
 
 
 class _SensorName:
-    """Annotation of a text: the name of one of `SENSORS`."""
+    """Annotation of a string: the name of one of `SENSORS`."""
 
     def __get_pydantic_core_schema__(self, _source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(_known_sensor, handler(str))
@@ -47,7 +48,7 @@ def _known_sensor(given: Any) -> str:
 Sensor = Annotated[str, _SensorName()]
 Share = Annotated[float, Field(ge=0, le=1)]
 ALL = "all"
-"""Instead of an actuator's name."""
+"""Stands for all actuators instead of the name of one."""
 _Actuator = Annotated[str, Field(min_length=1, max_length=100)]
 
 #: Sim time is counted in ticks; a hundred days are more than any session.
@@ -58,7 +59,7 @@ _Offset = Annotated[float, Field(ge=-100, le=100)]
 
 
 class Fault(Spec):
-    """Base of the faults: what every one has. A kind is a row of `FAULTS`.
+    """Base of the faults, with the common fields; a kind is a row of `FAULTS`.
 
     Each kind adds the field `kind`, a `Literal` of its name, and its parameters.
     """
@@ -67,9 +68,9 @@ class Fault(Spec):
         kind: str
 
     start_s: _Time = 0.0
-    """Sim time at which it begins [s]; in the live command, counted from the command."""
+    """Sim time of the start [s]; in the live command, counted from the command."""
     duration_s: _Duration | None = None
-    """How long it lasts [s], at least a tick; without it, to the end."""
+    """Duration [s], at least a tick; None: to the end."""
 
     @property
     def summary(self) -> str:
@@ -89,7 +90,7 @@ class GnssDegraded(Fault):
     kind: Literal["gnss-degraded"]
     fix: Literal["single", "float"] = "float"
     claimed_m: Annotated[float, Field(ge=0.001, le=100)] | None = None
-    """Reported 1 σ per axis [m]; by default what the scenario's receiver would report."""
+    """Reported 1 σ per axis [m]; None: the value that the scenario's receiver would report."""
 
 
 class CorrectionsLost(Fault):
@@ -99,7 +100,7 @@ class CorrectionsLost(Fault):
 
 
 class GnssWrongFix(Fault):
-    """A wrong fix: reported as fixed and accurate, and off by this much."""
+    """A wrong fix: reported as fixed and accurate, but wrong by this offset."""
 
     kind: Literal["gnss-wrong-fix"]
     east_m: _Offset = 0.3
@@ -107,7 +108,7 @@ class GnssWrongFix(Fault):
 
 
 class GnssNoisy(Fault):
-    """Interference: the white noise of the positions grows, the reported variance does (`honest`) or does not."""
+    """Interference: the white noise of the positions grows; the reported variance grows with it if `honest`."""
 
     kind: Literal["gnss-noisy"]
     white_m: Annotated[float, Field(gt=0, le=100)] = 0.05
@@ -115,13 +116,13 @@ class GnssNoisy(Fault):
 
 
 class CameraOutage(Fault):
-    """The camera overhead does not find the robot: somebody stands in the way, the light is off."""
+    """The overhead camera does not find the robot: somebody stands in the way, the light is off."""
 
     kind: Literal["camera-outage"]
 
 
 class MessagesLate(Fault):
-    """Every message of a sensor comes this much later."""
+    """Every message of a sensor arrives later by `delay_s`."""
 
     kind: Literal["messages-late"]
     sensor: Sensor
@@ -129,7 +130,7 @@ class MessagesLate(Fault):
 
 
 class MessagesDuplicated(Fault):
-    """Messages come a second time, `after_s` later."""
+    """Messages arrive a second time, `after_s` later."""
 
     kind: Literal["messages-duplicated"]
     sensor: Sensor
@@ -138,7 +139,7 @@ class MessagesDuplicated(Fault):
 
 
 class MessagesReordered(Fault):
-    """Every message takes a random extra time up to `spread_s`, so that they overtake each other."""
+    """Every message is delayed by a random time up to `spread_s`, so that messages overtake each other."""
 
     kind: Literal["messages-reordered"]
     sensor: Sensor
@@ -146,7 +147,7 @@ class MessagesReordered(Fault):
 
 
 class MessagesLost(Fault):
-    """This share of a sensor's messages never comes."""
+    """This share of a sensor's messages never arrives."""
 
     kind: Literal["messages-lost"]
     sensor: Sensor
@@ -154,7 +155,7 @@ class MessagesLost(Fault):
 
 
 class ClockSkew(Fault):
-    """The receiver's clock is off against the robot's: its stamps are wrong by an offset and a drift."""
+    """The receiver's clock differs from the robot's: its stamps are wrong by an offset and a drift."""
 
     kind: Literal["clock-skew"]
     offset_s: Annotated[float, Field(ge=-5, le=5)] = 0.05
@@ -178,13 +179,13 @@ class ImuNoisy(Fault):
 
 
 class ImuStuck(Fault):
-    """The IMU goes on sending its last reading."""
+    """The IMU continues to send its last reading."""
 
     kind: Literal["imu-stuck"]
 
 
 class MagneticDisturbance(Fault):
-    """A field on top of the earth's, in the map frame: a parked car, a reinforced ditch cover."""
+    """A magnetic field in addition to the earth's, in the map frame: a parked car, a reinforced ditch cover."""
 
     kind: Literal["magnetic-disturbance"]
     east_t: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 10e-6
@@ -199,7 +200,7 @@ class ActuatorFault(Fault):
     @model_validator(mode="before")
     @classmethod
     def _former_wheel(cls, given: Any) -> Any:
-        """Formerly all vehicles had two wheels: the `wheel` was left, right or both."""
+        """Accept the former `wheel`, from when all vehicles had two wheels: left, right or both."""
         if not isinstance(given, dict) or "wheel" not in given or "actuator" in given:
             return given
         rest = {name: value for name, value in given.items() if name != "wheel"}
@@ -207,20 +208,20 @@ class ActuatorFault(Fault):
 
 
 class EncoderDropout(ActuatorFault):
-    """An actuator's encoder counts nothing; what it missed stays missed."""
+    """An actuator's encoder counts nothing; the missed counts stay missed."""
 
     kind: Literal["encoder-dropout"]
 
 
 class WheelBlocked(ActuatorFault):
-    """A wheel is held fast."""
+    """A wheel is blocked."""
 
     kind: Literal["wheel-blocked"]
     actuator: _Actuator = "left"
 
 
 class WheelSlip(ActuatorFault):
-    """A wheel loses this share of its ground speed, on top of what it loses anyway: mud, a wet line."""
+    """A wheel loses this share of its ground speed in addition to its usual slip: mud, a wet line."""
 
     kind: Literal["wheel-slip"]
     share: Annotated[float, Field(ge=-0.5, le=0.95)] = 0.2
@@ -235,9 +236,9 @@ class MotorWeak(ActuatorFault):
 
 
 class SteeringOffset(ActuatorFault):
-    """A steered wheel is off its encoder's angle by this much, to the left: a blow has bent its linkage.
+    """A steered wheel points further to the left than its encoder reads, by this offset: a blow has bent its linkage.
 
-    Of wheels that do not steer nothing changes.
+    Wheels that do not steer are not affected.
     """
 
     kind: Literal["steering-offset"]
@@ -245,7 +246,7 @@ class SteeringOffset(ActuatorFault):
 
 
 class ValveStuck(Fault):
-    """The paint valve stays where it is told not to be."""
+    """The paint valve stays in this position, whatever is commanded."""
 
     kind: Literal["valve-stuck"]
     position: Literal["open", "closed"]
@@ -272,27 +273,27 @@ class Bumper(Fault):
 
 
 class BatteryLow(Fault):
-    """The battery gives no more than this share of its charge, until it is replaced: at the end, or by an order."""
+    """The battery gives no more than this share of its charge until replaced, at the fault's end or by an order."""
 
     kind: Literal["battery-low"]
     fraction: Share = 0.05
 
 
 class TankEmpty(Fault):
-    """The tank gives no more than this much paint, until it is refilled: at the end, or by an order."""
+    """The tank gives no more than this much paint until refilled, at the fault's end or by an order."""
 
     kind: Literal["tank-empty"]
     litres: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
 class OperatorLost(Fault):
-    """Nobody who could stop the robot can be heard, in sim time."""
+    """No operator who could stop the robot is heard, in sim time."""
 
     kind: Literal["operator-lost"]
 
 
 class _OfItsKind:
-    """Annotation of a fault: it is read as the kind that it names has it."""
+    """Annotation of a fault: it is parsed by the model of its kind."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_wrap_validator_function(_of_its_kind, handler(source))
@@ -307,7 +308,7 @@ AnyFault = Annotated[SerializeAsAny[Fault], _OfItsKind()]
 
 
 def _of_its_kind(given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-    """The fault, as the kind that it names has it; what is wrong is told as of a tagged union."""
+    """Parse a fault by the model of its kind; errors are those of a tagged union."""
     if isinstance(given, Fault):
         return handler(given)
     if not isinstance(given, dict):
@@ -324,7 +325,7 @@ def _of_its_kind(given: Any, handler: ValidatorFunctionWrapHandler, info: Valida
 
 
 def fault_models() -> dict[str, type[Fault]]:
-    """The class of every kind that is registered, by the kind."""
+    """Return the model of every registered kind, by the kind."""
     return {kind: part_for(FAULTS, kind, "spec", "fault") for kind in FAULTS.names()}
 
 
@@ -333,7 +334,11 @@ class _One(Spec):
 
 
 def parse_fault(text: str, source: str = "fault") -> Fault:
-    """The fault written as one JSON object in `text`.
+    """Parse a fault from one JSON object.
+
+    Args:
+        text: The JSON object.
+        source: Name of the text in error messages.
 
     Raises:
         SpecError: It is not JSON, its kind is unknown, or a field is missing, unknown or out of range.
@@ -342,7 +347,7 @@ def parse_fault(text: str, source: str = "fault") -> Fault:
 
 
 def describe(fault: Fault) -> str:
-    """One line for a person: what it is, and its parameters."""
+    """Describe a fault in one line for people, with its parameters."""
     details = ", ".join(
         f"{name} {value}"
         for name, value in fault.model_dump(exclude={"kind", "start_s", "duration_s"}).items()

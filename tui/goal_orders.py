@@ -8,7 +8,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PlanResponse, PoseGoal
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
-from touchline.schemas.way_start import WayStart, hindrance
+from touchline.schemas.path_start import PathStart, hindrance
 from touchline.tui import orders
 from touchline.tui.event_log import WARN
 from touchline.tui.goal_draft import PlanAsked
@@ -40,10 +40,10 @@ def why_no_goal(state: ConsoleState) -> str:
     return ""
 
 
-def way_start(state: ConsoleState) -> WayStart:
+def path_start(state: ConsoleState) -> PathStart:
     """Start of a path from the robot's last report."""
     here, path, status = state.robot.pose, state.loaded.path, state.robot.status
-    return WayStart(
+    return PathStart(
         state=state.traversal if state.traversal is not None else TraversalStatus.IDLE,
         pose=(here.x_m, here.y_m, here.heading_rad) if here is not None else (),
         trajectory=path.trajectory if path is not None else Trajectory(),
@@ -184,7 +184,7 @@ class GoalOrders:
 
     def _request(self, goal: PoseGoal) -> PlanRequest:
         """Create the request for a path from the robot's present state, as the robot would."""
-        start = way_start(self._state)
+        start = path_start(self._state)
         return start.request(goal, PlanOptions(), self._state.vehicle_json, self._request_id())
 
     def _noted(self, request: PlanRequest) -> PlanAsked:

@@ -28,14 +28,14 @@ class Company:
         crossing_s: Minimum price of a crossing of a wet line of any robot (s).
         grounds: By area id, the part that this robot covers (m, map frame), nothing of areas that are not named; None:
             all areas.
-        left: By area id, what of that is still to be covered; None: all of it.
+        remaining: By area id, the rest of that ground still to be covered; None: all of it.
         begins_rad: Direction of the side with which its laps begin (rad); None: the best one.
     """
 
     painted: Floats = field(default_factory=lambda: np.zeros((0, 7)))
     crossing_s: float = 0.0
     grounds: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
-    left: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
+    remaining: Mapping[str, shapely.Polygon | shapely.MultiPolygon] | None = None
     begins_rad: float | None = None
 
 

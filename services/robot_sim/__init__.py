@@ -1,1 +1,1 @@
-"""The emulated robot: what is true, what is measured, what its own computer does, and what got painted."""
+"""The emulated robot: true world, sensors, its own computer, and the accounts of its work."""

@@ -1,4 +1,4 @@
-"""The figures of areas as messages."""
+"""Messages with the figures of areas."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics
 
 
 def area_report(header: m.Header, metrics: AreaMetrics) -> m.AreaReport:
-    """All that there is to say about them."""
+    """Make the report of all areas.
+
+    Args:
+        header: Header of the message.
+        metrics: Figures of the areas.
+    """
     return m.AreaReport(
         header=header,
         area_m2=metrics.area_m2,
@@ -28,7 +33,13 @@ def area_report(header: m.Header, metrics: AreaMetrics) -> m.AreaReport:
 
 
 def covering_report(header: m.Header, metrics: AreaMetrics, *, done: bool) -> m.TraversalReport:
-    """What of it the report of any traversal has a place for: there are no lines, all is of the areas."""
+    """Make the report of a traversal from the figures of its areas; there are no lines.
+
+    Args:
+        header: Header of the message.
+        metrics: Figures of the areas.
+        done: True if the traversal has reached its end.
+    """
     return m.TraversalReport(
         header=header,
         success=done and metrics.verdict.accepted,
@@ -42,5 +53,5 @@ def covering_report(header: m.Header, metrics: AreaMetrics, *, done: bool) -> m.
         lateral_error_mean_m=metrics.lateral.mean_m,
         lateral_error_p95_m=metrics.lateral.p95_m,
         lateral_error_max_m=metrics.lateral.max_m,
-        painted_length_m=metrics.way_m,
+        painted_length_m=metrics.distance_m,
     )

@@ -1,4 +1,4 @@
-"""What operators can ask of the robot: every request answered with success or a clear reason."""
+"""Services of the robot for operators: every request is answered with success or a clear reason."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0
-"""Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+"""Largest speed factor; a negative one has no limit."""
 _KNOWN_S: Final = 1.0
-"""Wall time: who is on the bus is known after that long."""
+"""Wall time after which the processes on the bus are known."""
 _LOOK_S: Final = 0.02
 LOCKSTEP_MOST_S: Final = 10.0
 """Longest time between two answers that a guided robot waits for."""
 REPLACING_BYTES: Final = 256 * 1024
-"""A load that takes over under way is no larger: it is read while the robot drives."""
+"""Size limit of a load that takes over under way, because it is read while the robot drives."""
 
 
 _TAKEN: Final = {
@@ -47,25 +47,25 @@ _TAKEN: Final = {
 
 
 class Ready(NamedTuple):
-    """A trajectory that can be taken at once.
+    """Trajectory that can be taken at once.
 
     Attributes:
-        job: Of the emulator.
-        taken: For the journal.
-        told: What is published about it.
-        trajectory: Itself.
+        job: Prepared job of the emulator.
+        taken: Entry for the journal.
+        payloads: Payloads to publish about it.
+        trajectory: The trajectory.
     """
 
     job: LoadedJob
     taken: Taken
-    told: list[Payload]
+    payloads: list[Payload]
     trajectory: m.Trajectory
 
 
 class Load(NamedTuple):
-    """A service whose request needs time: `prepare` in any thread, `take` between ticks, or `refuse` with a reason.
+    """Handler of a service whose request needs time: `prepare` in any thread; `take` between ticks, or `refuse`.
 
-    What `take` returns is the answer; None: that is still to come.
+    `take` returns the answer; None if it is still to come.
     """
 
     prepare: Callable[[Any], Any]
@@ -74,11 +74,12 @@ class Load(NamedTuple):
 
 
 class Guiding(NamedTuple):
-    """The link to coordinators.
+    """Link to coordinators.
 
     Attributes:
-        knows: Whether a session is on the bus as one; in any thread.
-        begun: Told by which session the robot is guided from now on, and every how many seconds it waits for an answer.
+        knows: Returns True if a session is on the bus as a coordinator; in any thread.
+        begun: Called with the session that guides the robot from now on, and the interval at which the robot waits for
+            its answer (s).
     """
 
     knows: Callable[[str], bool]
@@ -89,20 +90,20 @@ NOBODY_GUIDES: Final = Guiding(lambda session: False, lambda session, lockstep_s
 
 
 class Commands:
-    """The handlers of all services of the robot, applied between ticks.
+    """Handlers of all services of the robot, applied between ticks.
 
     Args:
         emulator: The robot.
-        telemetry: Its voice.
+        telemetry: Its telemetry.
         set_speed: Called with a new, checked speed factor.
-        journal: Where progress is kept for a process that comes after this one.
-        guiding: The link to coordinators.
+        journal: Journal of the progress, for a process that comes after this one.
+        guiding: Link to coordinators.
 
     Attributes:
         handlers: Per service, the function from request to response.
-        loads: The services that take a trajectory, which needs time to be read and checked.
-        told: Payloads to publish, which the caller takes away.
-        trajectory: That was taken last.
+        loads: Handlers of services that take a trajectory, which needs time to be read and checked.
+        outgoing: Payloads to publish, which the caller takes.
+        trajectory: Trajectory that was taken last.
     """
 
     def __init__(
@@ -117,10 +118,10 @@ class Commands:
         self._guiding = guiding
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.trajectory = m.Trajectory()
-        self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
+        self.outgoing: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self._unfinished = self._progress.unfinished
         if journal is not None:
-            self.told.append((topics.UNFINISHED, encode(self._unfinished)))
+            self.outgoing.append((topics.UNFINISHED, encode(self._unfinished)))
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
             topics.AUTHORIZE: self.authorize,
@@ -143,7 +144,7 @@ class Commands:
         }
 
     def check_load(self, size_bytes: int) -> str:
-        """Why a load of so many bytes would be refused now, whatever it is; empty if it would not."""
+        """Return the reason why a load of this size would be refused now, whatever it is; "" if there is none."""
         if self._emulator.onboard.state == m.TraversalStatus.RUNNING and size_bytes <= REPLACING_BYTES:
             return ""
         try:
@@ -153,7 +154,7 @@ class Commands:
         return ""
 
     def prepare_load(self, request: m.LoadRequest) -> Ready:
-        """Read and check a trajectory and, if given, the template to judge the paint by; in any thread.
+        """Read and check a trajectory and, if given, the template to evaluate the paint by; in any thread.
 
         Raises:
             CommandRefused, SpecError: It cannot be driven, or not be resumed, or contradicts itself.
@@ -165,10 +166,10 @@ class Commands:
         template = parse_template(request.template_json) if request.template_json.strip() else None
         if template is not None:
             self._check_origin(template)
-        resume, remains = self._progress.to_resume(request.trajectory) if request.resume else (None, None)
+        resume, earlier = self._progress.to_resume(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
         cause = parse(PlanCause, request.cause_json, "cause_json") if request.cause_json else None
-        job = self._emulator.prepare(request.trajectory, template, resume, remains, taking, cause)
+        job = self._emulator.prepare(request.trajectory, template, resume, earlier, taking, cause)
         taken = Taken(
             digest(request.trajectory),
             encode(request),
@@ -179,46 +180,46 @@ class Commands:
         return Ready(job, taken, job_payloads(request.trajectory, template), request.trajectory)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
-        """As `prepare_load`, of a trajectory alone."""
+        """Prepare a trajectory alone, as `prepare_load`."""
         return self.prepare_load(m.LoadRequest(trajectory=request.trajectory))
 
     def load(self, ready: Ready) -> m.LoadResponse:
-        """Take what `prepare_load` gave."""
+        """Take a prepared load and return the answer."""
         try:
             total_time_s = self.take_job(ready)
         except CommandRefused as error:
             return self.refuse_load(str(error))
-        resume, remains = ready.job.resume, ready.job.remains
+        resume, earlier = ready.job.resume, ready.job.earlier
         message = _TAKEN[ready.job.taking] if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
-        if remains is not None and (lost := remains.totals.points - len(remains.paint)):
-            lack = f"{lost} of {remains.totals.points} points of the paint so far are missing in all figures"
-            self.told += self._of_journal(lack)
+        if earlier is not None and (lost := earlier.totals.points - len(earlier.paint)):
+            lack = f"{lost} of {earlier.totals.points} points of the paint so far are missing in all figures"
+            self.outgoing += self._of_journal(lack)
             message += f"; {lack}"
         return m.LoadResponse(success=True, message=message, total_time=total_time_s)
 
     def take_job(self, ready: Ready) -> float:
-        """Take what was prepared; returns its planned duration [s].
+        """Take a prepared trajectory; return its planned duration [s].
 
         Raises:
             CommandRefused: Not now, or not here.
         """
         job = ready.job
-        if job.remains is not None:
-            job = job._replace(remains=self._progress.as_of_now(job.remains))
+        if job.earlier is not None:
+            job = job._replace(earlier=self._progress.as_of_now(job.earlier))
         total_time_s = self._emulator.take(job)
         self.trajectory = ready.trajectory
-        self.told += self._telemetry.awake() + self._telemetry.begin(ready.told)
-        if job.remains is not None:
-            self.told += self._telemetry.restored_paint()
-        self.told += self._of_journal(self._progress.loaded(ready.taken))
+        self.outgoing += self._telemetry.awake() + self._telemetry.begin(ready.payloads)
+        if job.earlier is not None:
+            self.outgoing += self._telemetry.restored_paint()
+        self.outgoing += self._of_journal(self._progress.loaded(ready.taken))
         return total_time_s
 
     def refuse_load(self, reason: str) -> m.LoadResponse:
-        """The answer to a load that is not taken."""
+        """Return the answer to a refused load."""
         return m.LoadResponse(success=False, message=reason)
 
     def _check_origin(self, template: Template) -> None:
-        """A drawing in another map frame would be painted in the wrong place."""
+        """Refuse a drawing in another map frame, which would be painted in the wrong place."""
         here, there = self._emulator.scenario.origin, template.origin
         if there is not None and not same_place(there, here):
             text = f"{there.latitude_deg:.8f},{there.longitude_deg:.8f}"
@@ -235,19 +236,19 @@ class Commands:
             self._emulator.start()
         except CommandRefused as error:
             return self.refuse_start(str(error))
-        self.tell_news()
+        self.report_changes()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
 
     def refuse_start(self, reason: str) -> m.StartTraversalResponse:
-        """The answer to a start that is not made; the reason, for which it has no room, goes to the event log."""
-        self.tell(m.Event.ERROR, "start-refused", reason)
+        """Return the answer to a refused start; it has no field for the reason, which goes to the event log."""
+        self.report(m.Event.ERROR, "start-refused", reason)
         return m.StartTraversalResponse(total_time=0.0, success=False)
 
     def prepare_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedRequest:
-        """Check a request, and compile what guided driving needs.
+        """Check a request, and compile the kernels of guided driving.
 
         Raises:
-            CommandRefused: It cannot be meant, or comes of nobody who is there.
+            CommandRefused: It is out of range, or its coordinator is not on the bus.
         """
         until_s = time.monotonic() + _KNOWN_S
         while not self._guiding.knows(request.coordinator):
@@ -261,24 +262,25 @@ class Commands:
         return request
 
     def begin_guided(self, request: m.BeginGuidedRequest) -> m.BeginGuidedResponse:
-        """Be guided by a coordinator from now on."""
+        """Follow a coordinator's guidance from now on."""
         try:
             self._emulator.begin_guided()
         except CommandRefused as error:
             return self.refuse_guided(str(error))
         self.trajectory = m.Trajectory()
-        self.told += self._telemetry.begin([])
+        self.outgoing += self._telemetry.begin([])
         self._guiding.begun(request.coordinator, request.lockstep_s)
         return m.BeginGuidedResponse(success=True, message="guided")
 
     def refuse_guided(self, reason: str) -> m.BeginGuidedResponse:
-        """The answer if it is not guided."""
+        """Return the answer to a refused request."""
         return m.BeginGuidedResponse(success=False, message=reason)
 
     def note_progress(self) -> list[Payload]:
-        """Keep the journal, after every tick or every few, but before the paint of these is published.
+        """Update the journal, after every tick or every few, but before the paint of these is published.
 
-        Returns what is to be published about that: nothing, if all is well.
+        Returns:
+            Payloads to publish about the journal; empty if all is well.
         """
         news = self._of_journal(self._progress.note_latch()) + self._of_journal(self._progress.note())
         if (unfinished := self._progress.unfinished) is not self._unfinished:
@@ -287,7 +289,7 @@ class Commands:
         return news
 
     def _of_journal(self, problem: str) -> list[Payload]:
-        """A line of the event log; it is about this machine's disk, so it has no part in the session's hash."""
+        """Make an event about the journal; it concerns this machine's disk, so it is not in the session's hash."""
         if not problem:
             return []
         head = header(self._emulator.tick_count)
@@ -303,7 +305,7 @@ class Commands:
         return m.SetSpeedResponse(success=True, message="speed set")
 
     def authorize(self, request: m.AuthorizeRequest) -> m.AuthorizeResponse:
-        """Let the robot drive so far."""
+        """Allow the robot to drive up to an arc length."""
         if math.isnan(request.until_m):
             return m.AuthorizeResponse(success=False, message="until_m is nan; give an arc length in m, or inf")
         try:
@@ -313,53 +315,59 @@ class Commands:
         return m.AuthorizeResponse(success=True, message="done")
 
     def inject_fault(self, request: m.InjectFaultRequest) -> m.InjectFaultResponse:
-        """Let something go wrong; from the next tick on unless it says later."""
+        """Inject a fault, from the next tick on unless it has a later start."""
         try:
             fault = parse_fault(request.fault_json)
             self._emulator.inject_fault(fault)
         except TouchlineError as error:
             return m.InjectFaultResponse(success=False, message=str(error))
-        self.told += self._telemetry.news()
+        self.outgoing += self._telemetry.news()
         return m.InjectFaultResponse(success=True, message=describe(fault))
 
     def pause(self, request: m.CommandRequest) -> m.CommandResponse:
-        """Brake; a robot that is paused for good already is what it is told to be."""
+        """Brake; succeed if the robot is already paused for good."""
         response = self._plain(self._emulator.pause)(request)
         if not response.success and self._emulator.onboard.state == m.TraversalStatus.PAUSED:
             return m.CommandResponse(success=True, message="already paused")
         return response
 
     def fail_safe(self, missed_s: float) -> None:
-        """The loop has missed its turns for so long that the actuators have stopped by themselves."""
+        """Pause after the loop has missed its turns for so long that the actuators have stopped by themselves."""
         self._emulator.fail_safe(missed_s)
         reason = f"the control loop did not turn for {missed_s:.2f} s: valve shut and wheels braked; resume to go on"
-        self.tell(m.Event.ERROR, "watchdog", reason)
-        self.told += self._telemetry.news()
+        self.report(m.Event.ERROR, "watchdog", reason)
+        self.outgoing += self._telemetry.news()
 
     def link_lost(self) -> None:
-        """Nobody who could stop the robot is there any more."""
+        """Pause because no operator who could stop the robot is on the bus any more."""
         self._emulator.link_lost()
-        self.tell(m.Event.ERROR, "link-lost", "no operator and no planner on the bus: the robot pauses, valve closed")
-        self.told += self._telemetry.news()
+        self.report(m.Event.ERROR, "link-lost", "no operator and no planner on the bus: the robot pauses, valve closed")
+        self.outgoing += self._telemetry.news()
 
     def shut_down(self) -> None:
-        """The process is to end while the robot drives."""
+        """Pause because the process is to end while the robot drives."""
         self._emulator.shut_down()
-        self.tell(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
-        self.told += self._telemetry.news()
+        self.report(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
+        self.outgoing += self._telemetry.news()
 
-    def tell(self, severity: int, code: str, text: str) -> None:
-        """Add a line to the event log."""
-        self.told.append(self._telemetry.tell(OnboardEvent(severity, code, text)))
+    def report(self, severity: int, code: str, text: str) -> None:
+        """Add a line to the event log.
 
-    def tell_news(self) -> None:
-        """Tell what a command has changed."""
-        self.told += self._telemetry.news()
+        Args:
+            severity: Severity as in `Event`.
+            code: Machine-readable kind of the event.
+            text: Description for people.
+        """
+        self.outgoing.append(self._telemetry.report_event(OnboardEvent(severity, code, text)))
+
+    def report_changes(self) -> None:
+        """Publish the changes made by a command."""
+        self.outgoing += self._telemetry.news()
 
     def take(self) -> list[Payload]:
-        """The payloads to publish since the last call."""
-        told, self.told = self.told, []
-        return told
+        """Return and clear the payloads to publish."""
+        outgoing, self.outgoing = self.outgoing, []
+        return outgoing
 
     def _supply(self, command: Callable[[], tuple[float, float]], code: str, what: str, unit: str) -> Handler:
         def handle(_request: m.CommandRequest) -> m.CommandResponse:
@@ -368,8 +376,8 @@ class Commands:
             except CommandRefused as error:
                 return m.CommandResponse(success=False, message=str(error))
             text = f"{what}: {before:.2f} {unit} before, {after:.2f} {unit} now"
-            self.tell(m.Event.INFO, code, text)
-            self.told += self._telemetry.supplies() + self.note_progress()
+            self.report(m.Event.INFO, code, text)
+            self.outgoing += self._telemetry.supplies() + self.note_progress()
             return m.CommandResponse(success=True, message=text)
 
         return handle
@@ -380,9 +388,9 @@ class Commands:
                 command()
             except CommandRefused as error:
                 return m.CommandResponse(success=False, message=str(error))
-            warning = self._progress.note_latch()  # before anybody hears that the robot is stopped, or released
-            self.told += self._telemetry.news()
-            self.told += self._of_journal(warning)
+            warning = self._progress.note_latch()  # before anybody is informed that the robot is stopped, or released
+            self.outgoing += self._telemetry.news()
+            self.outgoing += self._of_journal(warning)
             return m.CommandResponse(success=True, message=f"done, but {warning}" if warning else "done")
 
         return handle

@@ -1,7 +1,7 @@
 """The emulated robot, one 10 ms tick at a time: world → sensors → onboard computer → paint.
 
-Nothing here looks at wall time, files or the bus: the same vehicle, scenario and commands at the same ticks give the
-same session to the bit, whatever the pace.
+Nothing here reads wall time, files or the bus: the same vehicle, scenario and commands at the same ticks give the same
+session to the bit, whatever the pace.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.recovery_state import Remains, Totals, restored_json
+from touchline.services.robot_sim.recovery_state import EarlierWork, Totals, restored_json
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
@@ -55,37 +55,38 @@ from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import TruePose, World
 
 SETTLE_TICKS: Final = 100
-"""A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
+"""Ticks for which a traversal that has ended is observed, until the robot has come to rest and all paint has fallen."""
 RESTING_MPS: Final = 0.02
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
-# How far a tick is that was begun elsewhere.
+# Stage of a tick that was begun elsewhere.
 WHOLE: Final = 0  # all is done
 SENSED: Final = 1  # the onboard computer has not seen it
-PERCEIVED: Final = 2  # it has, and has yet to decide
+PERCEIVED: Final = 2  # the onboard computer has seen it, and has yet to decide
 
 
 class Taking(Enum):
-    """How the robot gets to a trajectory that it takes."""
+    """Way to get to the start of a trajectory."""
 
     CARRIED = auto()
-    """It is put down at the start, or where a job goes on."""
+    """The robot is carried to the start, or to where a job continues."""
     HERE = auto()
-    """It stands there."""
+    """The robot stands there."""
     UNDER_WAY = auto()
-    """It is driving along another one, and goes on along this."""
+    """The robot drives along another trajectory, and continues on this one."""
 
 
 class LoadedJob(NamedTuple):
-    """A trajectory and what it shall paint, checked and ready to be taken.
+    """A trajectory and its lines to be painted, checked and ready to be taken.
 
     Attributes:
-        course: Of the onboard computer.
+        course: Course of the onboard computer.
         start: (x m, y m, heading rad) of the robot.
-        ledger: For its paint; of a job that goes on, with the paint so far.
-        account: Of its areas, if a covering tool works on any.
-        resume, remains: Where and with what it goes on, if it does.
-        taking: How the robot gets there.
+        ledger: Ledger for its paint; of a job that continues, with the paint so far.
+        account: Account of its areas, if a covering tool works on any.
+        resume, earlier: Checkpoint and earlier work of a job that continues.
+        taking: Way to get to the start.
+        cause: Request that the plan was made from, if known.
     """
 
     course: Any
@@ -93,7 +94,7 @@ class LoadedJob(NamedTuple):
     ledger: PaintLedger
     account: AreaAccount | None
     resume: Checkpoint | None
-    remains: Remains | None
+    earlier: EarlierWork | None
     taking: Taking = Taking.CARRIED
     cause: PlanCause | None = None
 
@@ -125,7 +126,7 @@ def _check_receiver(vehicle: Vehicle, scenario: Scenario, config: OnboardConfig)
 
 
 def _of_body(pose: tuple[float, float, float], point_m: tuple[float, float]) -> tuple[float, float]:
-    """Where a point of the robot is in the map."""
+    """Return the place of a point of the robot in the map."""
     (east_m, north_m, heading_rad), (x_m, y_m) = pose, point_m
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     return east_m + cos * x_m - sin * y_m, north_m + sin * x_m + cos * y_m
@@ -135,24 +136,26 @@ class Emulator:
     """One emulated robot.
 
     Args:
-        vehicle: The nominal robot, known to it and to its surroundings.
-        scenario: Everything that may go differently.
-        config: What the robot's computer is told when it is built; by default the shipped robot's.
-        onboard: The robot's computer; by default Touchline's own.
-        ask: How an external follower is asked, if the configuration wants one.
+        vehicle: The nominal robot, known to its computer and to others.
+        scenario: World of the robot, and its deviations from the nominal robot.
+        config: Configuration of the robot's computer; default: the shipped robot's.
+        onboard: The robot's computer; default: Touchline's own.
+        ask: Function that calls an external follower, if the configuration names one.
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
         world, sensors, auxiliary, faults, onboard: The parts.
-        samples: Those of auxiliary sensors that arrived in the last tick; its computer takes them before the next one.
-        orders: Commands that were obeyed.
-        ledger, account, track: Of the loaded traversal; the account only if a covering tool works on areas in it.
-        settled: Whether a traversal's watch ended with the last tick: its figures are final.
-        frame: What the onboard computer saw in the last tick of which all or the end was done here.
-        command: What it answered in the last tick.
-        estimator_error: Of the loaded traversal.
-        initial: The state in which the present job was given; None if the robot had just been switched on, or if the
-            job was taken over under way.
+        samples: Samples of auxiliary sensors that arrived in the last tick; the computer takes them before the next
+            one.
+        orders: Commands that were carried out.
+        ledger, account, track: Accounts of the loaded traversal; `account` only if a covering tool works on areas in
+            it.
+        settled: True if the observation of an ended traversal ended with the last tick: its figures are final.
+        frame: Sensor frame of the last tick of which all or the end was done here.
+        command: Command of the computer in the last tick.
+        estimator_error: Error of the estimate in the loaded traversal.
+        initial: State in which the present job was given; None if the robot had just been switched on, or if the job
+            was taken over under way.
     """
 
     def __init__(
@@ -187,7 +190,7 @@ class Emulator:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
     def _no_paint(self) -> PaintLedger:
-        """A ledger of a job without lines."""
+        """Make a ledger of a job without lines."""
         return PaintLedger([], self.vehicle.tool.width_m, self.vehicle.tool.width_m)
 
     @property
@@ -197,7 +200,7 @@ class Emulator:
 
     @property
     def active(self) -> bool:
-        """Whether a traversal is under way or has not yet come to rest."""
+        """True if a traversal is under way or has not yet come to rest."""
         return self.onboard.state in UNDER_WAY or self._ended_ticks < SETTLE_TICKS
 
     def load(
@@ -205,16 +208,30 @@ class Emulator:
         trajectory: Trajectory,
         template: Template | None = None,
         resume: Checkpoint | None = None,
-        remains: Remains | None = None,
+        earlier: EarlierWork | None = None,
         taking: Taking = Taking.CARRIED,
     ) -> float:
-        """Take a trajectory and what it shall paint, as `prepare` and `take` do; returns its planned duration [s]."""
+        """Prepare and take a trajectory.
+
+        Args:
+            trajectory: Path, speeds and actuation.
+            template: Template to evaluate the work by; None: the trajectory itself.
+            resume: Checkpoint to continue at; None: the start.
+            earlier: Earlier work of the job that continues.
+            taking: Way to get to the start.
+
+        Returns:
+            Planned duration [s].
+
+        Raises:
+            CommandRefused: It cannot be driven, or not now.
+        """
         if taking is not Taking.UNDER_WAY:
             self.check_load()
-        return self.take(self.prepare(trajectory, template, resume, remains, taking))
+        return self.take(self.prepare(trajectory, template, resume, earlier, taking))
 
     def check_load(self) -> None:
-        """Whether a trajectory would be taken now.
+        """Check that a trajectory would be accepted now.
 
         Raises:
             CommandRefused: A traversal is under way or coming to rest.
@@ -228,11 +245,19 @@ class Emulator:
         trajectory: Trajectory,
         template: Template | None = None,
         resume: Checkpoint | None = None,
-        remains: Remains | None = None,
+        earlier: EarlierWork | None = None,
         taking: Taking = Taking.CARRIED,
         cause: PlanCause | None = None,
     ) -> LoadedJob:
-        """Check a trajectory and what it shall paint; changes nothing, so that any thread may do it meanwhile.
+        """Check a trajectory and its lines to be painted without changing anything, so any thread may do it meanwhile.
+
+        Args:
+            trajectory: Path, speeds and actuation.
+            template: Template to evaluate the work by; None: the trajectory itself.
+            resume: Checkpoint to continue at; None: the start.
+            earlier: Earlier work of the job that continues.
+            taking: Way to get to the start.
+            cause: Request that the plan was made from, if known.
 
         Raises:
             CommandRefused: The trajectory cannot be driven.
@@ -250,36 +275,36 @@ class Emulator:
         tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
         tool = self.vehicle.tool
         ledger = PaintLedger(wanted, width_m, tool.width_m, tolerance_m, thins=tool.covers)
-        if remains is not None:
-            ledger.restore(remains.paint, _of_body(start, tool.point_m))
+        if earlier is not None:
+            ledger.restore(earlier.paint, _of_body(start, tool.point_m))
         account = area_account(template, trajectory, self.vehicle)
-        return LoadedJob(course, start, ledger, account, resume, remains, taking, cause)
+        return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause)
 
     def take(self, job: LoadedJob) -> float:
-        """Take what `prepare` gave; returns its planned duration [s].
+        """Take a prepared job; return its planned duration [s].
 
         The robot is carried to the scenario's start or else to where the plan begins, unless it stands there already or
-        drives on from another job, and a new ledger is opened. A job that is resumed stands where another process left
-        it, sim time goes on from then, and only the rest is painted. With its `remains` it also has no more paint and
-        charge than that had; the figures are those of the whole job.
+        continues from another job, and a new ledger is opened. A job that is resumed stands where another process
+        stopped, sim time continues from then, and only the rest is painted. With its earlier work it also has no more
+        paint and charge than the robot had then; the figures are those of the whole job.
 
         Raises:
             CommandRefused: A traversal is under way or coming to rest, or it cannot be resumed or begun there; or it
                 does not agree with the one that it is to replace.
         """
-        resume, remains = job.resume, job.remains
+        resume, earlier = job.resume, job.earlier
         self.hand_over_samples()
         initial = self._state() if job.taking is not Taking.UNDER_WAY else None
         duration_s = self._hand_to_onboard(job)
         self.initial = initial
         cause = job.cause.model_dump(mode="json") if job.cause is not None else None
-        restored = restored_json(resume, remains) if resume is not None else {}
+        restored = restored_json(resume, earlier) if resume is not None else {}
         self._note("load", plan=cause, taking=job.taking.name.lower(), resumed=resume is not None, **restored)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
-        if remains is not None:
-            self.estimator_error = EstimatorError(remains.totals.errors)
-            self.world.supply(remains.totals.supplies)
+        if earlier is not None:
+            self.estimator_error = EstimatorError(earlier.totals.errors)
+            self.world.supply(earlier.totals.supplies)
         if job.taking is Taking.CARRIED and (self.scenario.start is None or resume is not None):
             self.world.place(TruePose(*job.start))
         if resume is not None and resume.tick > self.tick_count:
@@ -287,21 +312,21 @@ class Emulator:
         return duration_s
 
     def _state(self) -> InitialState | None:
-        """The state for the next job to begin in; None if the robot is new, as its setup says."""
+        """Return the state in which the next job begins; None if the robot is new, as its setup says."""
         if not self.tick_count and not self.orders.count and not self._used:
             return None
         return InitialState.of(self._parts, self.tick_count, self.orders.count, self.command)
 
     def begin_with(self, supplies: tuple[float, float, float, float]) -> None:
-        """Have the paint and charge of another process's robot, as of `World.supplies`; before anything else."""
+        """Set paint and charge to those of another process's robot, as in `World.supplies`; before anything else."""
         self.world.supply(supplies)
         self._used = True
 
     def restore(self, state: InitialState) -> None:
-        """Be in the state in which a robot was given a job; to be called before anything else.
+        """Restore the state in which a robot was given a job; call it before anything else.
 
         Raises:
-            DamagedState: It is not that of such a robot.
+            DamagedState: It is not the state of such a robot.
         """
         state.restore(self._parts)
         self.tick_count, self.command, self.orders.count = state.tick, state.command, state.orders
@@ -321,7 +346,7 @@ class Emulator:
         )
 
     def _stand_by(self, tick: int) -> None:
-        """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
+        """Advance to where another process ended: satellites, sensors and faults have progressed meanwhile."""
         first = Moment(self.world.state.array, self.world.no_effects.array, self.scenario.seed, self.tick_count + 1)
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
@@ -330,7 +355,7 @@ class Emulator:
         self.faults.step(tick)
 
     def begin_guided(self) -> None:
-        """Drive where a team's coordinator guides the robot from now on.
+        """Follow a team coordinator's guidance from now on.
 
         Raises:
             CommandRefused: Not now, or not such a robot.
@@ -345,10 +370,10 @@ class Emulator:
         self.estimator_error = EstimatorError()
         self._ended_ticks = 0
 
-    def take_guidance(self, told: Guidance) -> None:
-        """Take what the coordinator tells; nothing if it cannot be used, or the robot is not guided."""
-        if self.onboard.take_guidance(told):
-            self._note("guidance", **told.model_dump(mode="json"))
+    def take_guidance(self, guidance: Guidance) -> None:
+        """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
+        if self.onboard.take_guidance(guidance):
+            self._note("guidance", **guidance.model_dump(mode="json"))
 
     def start(self) -> None:
         """Begin the loaded traversal."""
@@ -357,32 +382,32 @@ class Emulator:
         self._ended_ticks = 0
 
     def pause(self) -> None:
-        """Brake, with the valve closed."""
+        """Brake with the valve closed."""
         self.onboard.pause()
         self._note("pause")
 
     def fail_safe(self, missed_s: float) -> None:
-        """Pause, as the control loop has missed its turns for some seconds of wall-clock time."""
+        """Pause because the control loop has missed its turns for some seconds of wall-clock time."""
         self.onboard.pause(f"the control loop did not turn for {missed_s:.2f} s; resume to go on", BY_WATCHDOG)
         self._note("watchdog", missed_s=missed_s)
 
     def shut_down(self) -> None:
-        """Pause, as the process is about to end."""
+        """Pause because the process is about to end."""
         self.onboard.pause("the robot is switched off", BY_SHUT_DOWN)
         self._note("shut-down")
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
         self.onboard.resume()
         self._note("resume")
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Brake and give the traversal up."""
+        """Brake and abort the traversal."""
         self.onboard.abort(reason)
         self._note("abort", reason=reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
-        """Stop at once; only a reset gets it going again."""
+        """Stop at once; only a reset releases the robot."""
         self.onboard.estop(reason)
         self._note("estop", reason=reason)
 
@@ -392,12 +417,12 @@ class Emulator:
         self._note("reset")
 
     def authorize(self, until_m: float) -> None:
-        """Let the robot drive up to this arc length only [m], and on when it is moved on."""
+        """Allow driving up to this arc length only [m], which later calls may extend."""
         self.onboard.authorize(until_m)
         self._note("authorize", until_m=until_m if math.isfinite(until_m) else None)
 
     def refill_tank(self) -> tuple[float, float]:
-        """Fill the tank; the paint in it before and after [l].
+        """Fill the tank; return the paint in it before and after [l].
 
         Raises:
             CommandRefused: The robot drives, or has no tank.
@@ -412,7 +437,7 @@ class Emulator:
         return before_l, self.world.supplies[0]
 
     def replace_battery(self) -> tuple[float, float]:
-        """Put a full battery in; the charge before and after [Wh].
+        """Replace the battery by a full one; return the charge before and after [Wh].
 
         Raises:
             CommandRefused: The robot drives.
@@ -431,12 +456,12 @@ class Emulator:
             raise CommandRefused(f"cannot {command} while the robot is moving; wait until it stands")
 
     def link_lost(self) -> None:
-        """Nobody who could stop the robot is there any more: it pauses by itself."""
+        """Pause because no operator who could stop the robot is there any more."""
         self.onboard.link_lost()
         self._note("link-lost")
 
     def inject_fault(self, fault: Fault) -> None:
-        """Let something go wrong from the next tick on, or `start_s` later.
+        """Inject a fault, from the next tick on or `start_s` later.
 
         Raises:
             CommandRefused: There are too many faults already.
@@ -448,11 +473,11 @@ class Emulator:
         self.orders.note(self.tick_count, name, **details)
 
     def take_events(self) -> list[OnboardEvent]:
-        """Faults that came and went, then what the onboard computer has to say."""
+        """Return and clear the events: faults that began and ended, then those of the onboard computer."""
         return self.faults.take_events() + self.onboard.take_events()
 
     def tick(self) -> None:
-        """Let 10 ms pass."""
+        """Run one tick of 10 ms."""
         self.hand_over_samples()
         self.tick_count += 1
         self.faults.step(self.tick_count)
@@ -463,7 +488,7 @@ class Emulator:
         self._follow_up()
 
     def hand_over_samples(self) -> None:
-        """Give the onboard computer what arrived of auxiliary sensors at the end of the last tick, once."""
+        """Pass the samples that arrived of auxiliary sensors in the last tick to the onboard computer, once."""
         if self.samples:
             self.onboard.take_samples(self.samples)
             self.samples = ()
@@ -473,7 +498,12 @@ class Emulator:
         self.samples = self.auxiliary.step(self.tick_count, self.world.state, self.faults.effects)
 
     def end_tick(self, frame: SensorFrame, stage: int) -> None:
-        """End a tick of which a part was done elsewhere: the world and the sensors, and what is PERCEIVED, if it is."""
+        """End a tick of which a part was done elsewhere.
+
+        Args:
+            frame: Sensor frame of the tick.
+            stage: SENSED or PERCEIVED: the part that is done.
+        """
         self.frame = frame
         self.command = self.onboard.step(frame) if stage == SENSED else self.onboard.decide(frame.tick)
         self._record()
@@ -486,11 +516,11 @@ class Emulator:
 
     @property
     def totals(self) -> Totals:
-        """What has been used up and summed up in the loaded traversal."""
+        """Consumption and sums of the loaded traversal."""
         return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.settled)
 
     def metrics(self) -> PaintMetrics:
-        """The figures of the paint so far; takes a moment."""
+        """Compute the figures of the paint so far; takes a moment."""
         return paint_metrics(self.ledger)
 
     def _record(self) -> None:

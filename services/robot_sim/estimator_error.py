@@ -1,4 +1,4 @@
-"""How far the estimate is from the truth, as running sums."""
+"""Error of the estimate against the truth, as running sums."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def enter_error(
     truth: tuple[float, float, float],
     estimate: tuple[float, float, float],
 ) -> None:
-    """Enter a tick: the square of the distance, and that of the heading error; not before the robot first moves.
+    """Add a tick: the squares of distance and heading error; nothing before the robot first moves.
 
     Args:
         sums: (SUMS,) updated.
-        speed_mps: True.
+        speed_mps: True speed.
         truth: East [m], north [m], heading [rad], map frame.
-        estimate: The same, as the robot believes.
+        estimate: The same, estimated.
     """
     if sums[COUNT] == 0.0 and abs(speed_mps) < MOVING_MPS:
         return
@@ -48,13 +48,13 @@ def enter_error(
 
 
 class EstimatorError:
-    """The estimate against the truth, from the first motion of a traversal to its end.
+    """Error of the estimate, from the first motion of a traversal to its end.
 
     Args:
         before: Sums of the part of the traversal that another process has driven.
 
     Attributes:
-        sums: (SUMS,) for kernels; without those `before`, since a count tells that the robot has moved.
+        sums: (SUMS,) for kernels; without those `before`, since a count means that the robot has moved.
     """
 
     def __init__(self, before: Sequence[float] = (0.0,) * SUMS) -> None:
@@ -63,11 +63,17 @@ class EstimatorError:
 
     @property
     def totals(self) -> tuple[float, ...]:
-        """(SUMS,) those before included."""
+        """Sums (SUMS,), those before included."""
         return tuple(map(add, self._before, self.sums.tolist()))
 
     def add(self, truth: TruePose, speed_mps: float, estimate: Estimate) -> None:
-        """Enter one tick."""
+        """Add one tick.
+
+        Args:
+            truth: True pose.
+            speed_mps: True speed.
+            estimate: Estimate of the same tick.
+        """
         enter_error(self.sums, speed_mps, tuple(truth), estimate[:3])
 
     @property

@@ -1,8 +1,8 @@
-"""The fast runner: many nominal ticks in one kernel, for when nobody listens to every tick.
+"""Fast runner: many nominal ticks in one kernel, for times when nobody observes every tick.
 
-A tick is the one of `Emulator.tick`, made of the same kernels. The loop stops before anything that is not nominal: a
-fault that begins or ends, a message that is late, a switch of state, a pose in doubt; the emulator then does that tick
-itself. The bits are the same either way.
+A tick is the same as in `Emulator.tick`, made of the same kernels. The loop stops before anything that is not nominal:
+a fault that begins or ends, a message that is late, a change of state, a doubtful pose; the emulator then does that
+tick itself. The bits are the same either way.
 """
 
 from __future__ import annotations
@@ -43,40 +43,40 @@ from touchline.services.robot_sim.world.physics import HeldCommand, WorldArrays,
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-ASKING: Final = 3  # a stage more than the emulator's: the follower is to be asked
+ASKING: Final = 3  # a stage more than the emulator's: the follower is to be called
 
 UNLOGGED: Final[Rows] = np.zeros((0, 0))
-"""Rows for ticks that nobody wants to be kept."""
+"""Rows for ticks that are not logged."""
 
 RETRY_TICKS: Final = 10
-"""After a tick that was not nominal, the next ones are not likely to be."""
+"""Ticks after one that was not nominal, in which others are likely not to be either."""
 
 
 class TickProgress(Record):
-    """Where a tick stands."""
+    """Progress of a tick."""
 
     tick: int
     stage: int
     """WHOLE, SENSED, PERCEIVED or ASKING."""
     fixes: int
-    """That arrived in it."""
+    """Number of fixes that arrived in it."""
     wanted: int
-    """Actuation."""
+    """Planned actuation."""
     last_tick: int
-    """To be done."""
+    """Last tick to be done."""
     first_tick: int
-    """That of the first row of `Books.rows`."""
+    """Tick of the first row of `TickAccounts.rows`."""
 
 
 class Hardware(NamedTuple):
-    """The world, the sensors, and the fix that they become.
+    """World and sensors, and the fix for the computer.
 
     Attributes:
-        world: The robot's.
-        effects: (1,) of faults; they must not change before the last tick is done.
-        sensing: The sensors'.
-        fixes: (1,) the one that arrived, for the computer.
-        battery_wh: Full.
+        world: State and constants of the world.
+        effects: (1,) effects of faults; they must not change before the last tick is done.
+        sensing: State of the sensors.
+        fixes: (1,) the fix that arrived, for the computer.
+        battery_wh: Charge of the full battery.
     """
 
     world: WorldArrays
@@ -87,13 +87,13 @@ class Hardware(NamedTuple):
 
 
 class Pursuit(NamedTuple):
-    """What `pursue` is given.
+    """Inputs of `pursue`.
 
     Attributes:
-        lead: Row of the path ahead; negative if another follower is asked outside.
-        limits: That it keeps to.
-        memory: (1,) of the follower.
-        twist: (2 + actuators,) what it, or the other, answers; see `nominal_tick.actuate`.
+        lead: Row of the path ahead; negative if another follower is called outside.
+        limits: Limits of the follower.
+        memory: (1,) memory of the follower.
+        twist: (2 + actuators,) answer of this or the other follower; see `nominal_tick.actuate`.
     """
 
     lead: int
@@ -103,11 +103,11 @@ class Pursuit(NamedTuple):
 
 
 class Pilot(NamedTuple):
-    """What the robot's computer goes by.
+    """The robot's computer, for kernels.
 
     Attributes:
         computer: (1,) its state.
-        course: That it drives.
+        course: Course that it drives.
         pursuit: Its follower.
         saved: (NOW,) scratch.
     """
@@ -118,14 +118,14 @@ class Pilot(NamedTuple):
     saved: Floats
 
 
-class Books(NamedTuple):
-    """Where a tick is entered.
+class TickAccounts(NamedTuple):
+    """Accounts in which a tick is entered.
 
     Attributes:
-        paint: Of the ledger.
+        paint: Arrays of the ledger.
         track: Rows and count of the `Track`, with room for all these ticks.
         error: Sums of the estimator's error.
-        rows: (n, tick_log.columns) in which the ticks are kept, if n > 0.
+        rows: (n, tick_log.columns) for the log of the ticks, if n > 0.
     """
 
     paint: PaintArrays
@@ -148,7 +148,7 @@ def _arrived_in_time(fixes: int, tick: int, transport: Sequence[Transport]) -> b
 
 @kernel
 def _read_frame(fixes: int, hardware: Hardware, computer: Computer) -> None:
-    """Fill in the frame from what has arrived and the world's state."""
+    """Fill in the frame from the received samples and the world's state."""
     frame, state, transport = computer[0].frame, hardware.world.state[0], hardware.sensing.transport[0]
     copy(transport.readings, frame.readings)
     measured = transport.measured_tick
@@ -166,14 +166,14 @@ def _read_frame(fixes: int, hardware: Hardware, computer: Computer) -> None:
 
 @kernel
 def _held(computer: Computer) -> HeldCommand:
-    """The command that is in force."""
+    """Return the command in force."""
     command = computer[0].command
     return HeldCommand(command.actuators, command.valve, command.disc, command.valve_after_s)
 
 
 @kernel
 def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, computer: Computer) -> None:
-    """Keep a tick in a row of the log."""
+    """Log a tick in a row."""
     tick, fixes, transport = progress[0].tick, progress[0].fixes, hardware.sensing.transport[0]
     slot = tick % model.RING
     tick_log.note(row, tick, hardware.world.state, transport.readings, _held(computer))
@@ -202,7 +202,7 @@ def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, com
 
 @kernel
 def _keep_guided(row: Floats, tick: int, computer: Computer, course: GuidedCourse) -> None:
-    """Keep what only a guided robot tells of a tick, in its row of the log."""
+    """Log the data of a tick that only a guided robot publishes."""
     row[tick_log.ELAPSED_S] = computer[0].clock.elapsed_s
     if tick % tick_log.WHEREABOUTS_TICKS == 0:
         stop = stopping_point(computer, course)
@@ -210,21 +210,21 @@ def _keep_guided(row: Floats, tick: int, computer: Computer, course: GuidedCours
 
 
 @kernel
-def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, books: Books) -> None:
-    """Enter a tick that is done in the books."""
+def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, accounts: TickAccounts) -> None:
+    """Enter a completed tick in the accounts."""
     state, tick = hardware.world.state[0], progress[0].tick
-    enter(hardware.world.trace, books.paint)
+    enter(hardware.world.trace, accounts.paint)
     x = computer[0].filter.states[tick % model.RING]
     truth = (state.east_m, state.north_m, state.heading_rad)
-    follow(tick, truth, books.paint.coverage.state[0].points, *books.track)
-    enter_error(books.error, state.speed_mps, truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
-    if len(books.rows) > 0:
-        _keep(books.rows[tick - progress[0].first_tick], progress, hardware, computer)
+    follow(tick, truth, accounts.paint.coverage.state[0].points, *accounts.track)
+    enter_error(accounts.error, state.speed_mps, truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+    if len(accounts.rows) > 0:
+        _keep(accounts.rows[tick - progress[0].first_tick], progress, hardware, computer)
 
 
 @kernel
 def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: Any) -> bool:
-    """Let another tick pass, up to where the robot's computer decides; False if it is not nominal so far."""
+    """Run the next tick up to the decision of the robot's computer; return False if it is not nominal so far."""
     at, tick = progress[0], progress[0].tick + 1
     world, effects, sensing, fixes, _ = hardware
     at.tick = tick
@@ -241,47 +241,53 @@ def _perceive(progress: Sequence[TickProgress], hardware: Hardware, computer: Co
 
 @unlocked
 def run_guided_ticks(
-    progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, course: GuidedCourse, books: Books
+    progress: Sequence[TickProgress],
+    hardware: Hardware,
+    computer: Computer,
+    course: GuidedCourse,
+    accounts: TickAccounts,
 ) -> None:
     """Run ticks of a guided robot until the last is done or one is not nominal.
 
     Args:
         progress: (1,) updated.
-        hardware: Of the robot, all of it updated.
-        computer: (1,) of the robot, updated.
-        course: That it goes by.
-        books: In which each tick is entered.
+        hardware: World and sensors, updated.
+        computer: (1,) state of the computer, updated.
+        course: Present guidance.
+        accounts: Accounts in which each tick is entered.
     """
-    at, ledger = progress[0], books.paint.coverage.state[0]
+    at, ledger = progress[0], accounts.paint.coverage.state[0]
     while at.tick < at.last_tick:
         if not _perceive(progress, hardware, computer, course) or not guide(computer, course):
             return
-        _enter(progress, hardware, computer, books)
-        if len(books.rows) > 0:
-            _keep_guided(books.rows[at.tick - at.first_tick], at.tick, computer, course)
+        _enter(progress, hardware, computer, accounts)
+        if len(accounts.rows) > 0:
+            _keep_guided(accounts.rows[at.tick - at.first_tick], at.tick, computer, course)
         at.stage = WHOLE
-        if ledger.points + 2 * MOST_RUNS > len(books.paint.points) or ledger.stretches > 0:
+        if ledger.points + 2 * MOST_RUNS > len(accounts.paint.points) or ledger.stretches > 0:
             return
 
 
 @unlocked
-def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, books: Books) -> None:
-    """Run ticks until the last is done, the valve has switched, one is not nominal, or the follower must be asked.
+def run_nominal_ticks(
+    progress: Sequence[TickProgress], hardware: Hardware, pilot: Pilot, accounts: TickAccounts
+) -> None:
+    """Run ticks until the last is done, the valve has switched, one is not nominal, or the follower must be called.
 
     Args:
-        progress: (1,) updated; its stage is WHOLE or, with the follower's answer filled in, ASKING to go on from.
-        hardware: Of the robot, all of it updated.
-        pilot: That drives it, updated.
-        books: In which each tick is entered.
+        progress: (1,) updated; its stage is WHOLE or, with the follower's answer filled in, ASKING to continue from.
+        hardware: World and sensors, updated.
+        pilot: Computer and follower, updated.
+        accounts: Accounts in which each tick is entered.
     """
-    at, ledger = progress[0], books.paint.coverage.state[0]
+    at, ledger = progress[0], accounts.paint.coverage.state[0]
     computer, course, pursuit, saved = pilot
     lead, limits, memory, twist = pursuit
-    points, ahead = books.paint.points, course.leg.ahead
+    points, ahead = accounts.paint.points, course.leg.ahead
     while True:
         if at.stage == ASKING:
             switched = actuate(twist, at.wanted, computer, course)
-            _enter(progress, hardware, computer, books)
+            _enter(progress, hardware, computer, accounts)
             at.stage = WHOLE
             full = ledger.points + 2 * MOST_RUNS > len(points)
             if at.tick >= at.last_tick or switched or full or ledger.stretches > 0:
@@ -298,7 +304,7 @@ def run_nominal_ticks(progress: Sequence[TickProgress], hardware: Hardware, pilo
 
 
 class FastRunner:
-    """Runs an emulator fast; one with another onboard computer than Touchline's own tick by tick."""
+    """Runner of an emulator; without Touchline's own onboard computer it runs tick by tick."""
 
     def __init__(self, emulator: Emulator) -> None:
         self._emulator = emulator
@@ -313,9 +319,9 @@ class FastRunner:
         self._guided_code: Callable[..., None] | None = None
 
     def run(self, most: int) -> None:
-        """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
+        """Run up to that many ticks, no more than the traversal takes, without reading their messages.
 
-        It is what as many calls of `Emulator.tick` would do, several times as fast.
+        The result is the same as of as many calls of `Emulator.tick`, several times as fast.
         """
         emulator = self._emulator
         last = emulator.tick_count + most
@@ -323,9 +329,14 @@ class FastRunner:
             self.step(last - emulator.tick_count, UNLOGGED)
 
     def step(self, most: int, rows: Rows) -> int:
-        """Let 1 to `most` ticks pass: nominal ones, and at the end perhaps one that is not; returns how many.
+        """Run 1 to `most` ticks: nominal ones, and at the end perhaps one that is not.
 
-        The nominal ones are kept in `rows`, (`most`, tick_log.columns) or none at all.
+        Args:
+            most: Largest number of ticks.
+            rows: (`most`, tick_log.columns) filled with the log of the nominal ticks, or none at all.
+
+        Returns:
+            Number of ticks.
         """
         emulator = self._emulator
         first = emulator.tick_count
@@ -336,7 +347,7 @@ class FastRunner:
         return emulator.tick_count - first
 
     def _run_nominal(self, onboard: Onboard, last_tick: int, rows: Rows) -> None:
-        """Run from the emulator's tick on, to `last_tick` at most; to the end of the first tick that is not nominal."""
+        """Run from the emulator's tick to `last_tick` at most; to the end of the first tick that is not nominal."""
         emulator = self._emulator
         first = emulator.tick_count
         emulator.hand_over_samples()
@@ -354,24 +365,24 @@ class FastRunner:
         self._hand_over(onboard)
 
     def _drive_guided(self, computer: Computer, course: GuidedCourse, last_tick: int, rows: Rows) -> None:
-        arguments = self._progress.array, self._hardware(last_tick), computer, course, self._books(last_tick, rows)
+        arguments = self._progress.array, self._hardware(last_tick), computer, course, self._accounts(last_tick, rows)
         if self._guided_code is None:
             self._guided_code = run_guided_ticks.for_types_of(arguments)
         self._guided_code(*arguments)
 
     def _hardware(self, last_tick: int) -> Hardware:
-        """The robot's, ready for ticks up to the last."""
+        """Return the robot's hardware, ready for ticks up to the last."""
         emulator, progress, first = self._emulator, self._progress, self._emulator.tick_count
         progress.tick, progress.first_tick, progress.last_tick, progress.stage = first, first + 1, last_tick, WHOLE
         effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
         return Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh)
 
-    def _books(self, last_tick: int, rows: Rows) -> Books:
-        """Where ticks up to the last are entered."""
+    def _accounts(self, last_tick: int, rows: Rows) -> TickAccounts:
+        """Return the accounts for ticks up to the last."""
         emulator = self._emulator
         emulator.ledger.make_room()
         track = emulator.track.arrays(last_tick - emulator.tick_count)
-        return Books(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
+        return TickAccounts(emulator.ledger.paint, track, emulator.estimator_error.sums, rows)
 
     def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
         progress, follower = self._progress, nominal.follower
@@ -382,7 +393,7 @@ class FastRunner:
             pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
         hardware = self._hardware(last_tick)
         pilot = Pilot(nominal.computer, nominal.course, pursuit, self._saved)
-        arguments = (progress.array, hardware, pilot, self._books(last_tick, rows))
+        arguments = (progress.array, hardware, pilot, self._accounts(last_tick, rows))
         if self._code is None:
             self._code = run_nominal_ticks.for_types_of(arguments)
         run = self._code
@@ -392,11 +403,11 @@ class FastRunner:
             speed_mps, yaw_rate_radps, actuators = follower.step(now, ahead)
             self._twist[:2], self._twist[2:] = (speed_mps, yaw_rate_radps), actuators or np.nan
             if follower.problem:
-                progress.last_tick = progress.tick  # that which is under way: the next one is decided
+                progress.last_tick = progress.tick  # the present tick: the next one is decided
             run(*arguments)
 
     def _hand_over(self, onboard: Onboard) -> None:
-        """Give everything back, and let the emulator do what is left of the last tick."""
+        """Return everything to the emulator, which does the rest of the last tick."""
         emulator, progress = self._emulator, self._progress
         tick, stage = progress.tick, progress.stage
         emulator.command = onboard.driven(tick if stage == WHOLE else tick - 1)

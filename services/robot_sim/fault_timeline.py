@@ -1,4 +1,4 @@
-"""The timeline of faults: which are acting in a tick, and what they add up to."""
+"""Timeline of faults: those acting in a tick, and the sum of their effects."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ _NEVER: Final = 1 << 60
 
 
 class TimedFault(NamedTuple):
-    """A fault, from its first to its last tick."""
+    """A fault with its first and last tick."""
 
     first_tick: int
     last_tick: float
     fault: f.Fault
 
     def as_json(self) -> list[Any]:
-        """Values as in JSON, for `from_json`."""
+        """Return the values as in JSON, for `from_json`."""
         last_tick = None if math.isinf(self.last_tick) else int(self.last_tick)
         return [self.first_tick, last_tick, self.fault.model_dump(mode="json", exclude_none=True)]
 
     @classmethod
-    def from_json(cls, told: list[Any]) -> Self:
-        """The fault that was told.
+    def from_json(cls, values: list[Any]) -> Self:
+        """Read a fault from the result of `as_json`.
 
         Raises:
-            SpecError, ValueError, TypeError: It is none.
+            SpecError, ValueError, TypeError: It is not a fault.
         """
-        first_tick, last_tick, fault = told
+        first_tick, last_tick, fault = values
         return cls(int(first_tick), math.inf if last_tick is None else int(last_tick), f.parse_fault(json.dumps(fault)))
 
 
@@ -53,14 +53,18 @@ class _Entry(NamedTuple):
 
 
 class FaultTimeline:
-    """Follows the faults through sim time; costs one comparison in a tick in which nothing changes.
+    """Faults over sim time; costs one comparison in a tick in which nothing changes.
 
     Attributes:
-        effects: The sum of what acts in the tick of the last `step`; changed in place.
+        effects: Sum of the effects in the tick of the last `step`; changed in place.
     """
 
     def __init__(self, faults: Iterable[f.Fault], drive: DriveSpec) -> None:
-        """The scenario's faults, and the drive of the vehicle that they come upon.
+        """Take the scenario's faults, for the drive of a vehicle.
+
+        Args:
+            faults: Faults of the scenario.
+            drive: Drive of the vehicle.
 
         Raises:
             SpecError: A fault is of an actuator that the drive does not have.
@@ -75,12 +79,16 @@ class FaultTimeline:
             self._add(fault, 0, "scenario", f"faults[{number}].")
 
     def inject(self, fault: f.Fault, tick: int) -> None:
-        """Add a fault whose `start_s` counts from the end of `tick`.
+        """Add a fault whose `start_s` counts from the end of a tick.
+
+        Args:
+            fault: The fault.
+            tick: The tick.
 
         Raises:
             CommandRefused: There are too many already.
             SpecError: It is of an actuator that the drive does not have.
-            TouchlineError: It is of another package, and its function fails, or is not to be had.
+            TouchlineError: It is of another package, and its function fails, or cannot be found.
         """
         if len(self._entries) >= MAX_FAULTS:
             raise CommandRefused(f"{MAX_FAULTS} faults are acting or waiting already; start the robot anew")
@@ -91,7 +99,12 @@ class FaultTimeline:
         self._events.append(OnboardEvent(Event.WARN, "fault-injected", text))
 
     def mend(self, kind: type[f.Fault], tick: int) -> None:
-        """End, with `tick`, the faults of a kind that act in it: somebody has done something about them."""
+        """End the acting faults of a kind, because somebody has repaired them.
+
+        Args:
+            kind: Class of the faults.
+            tick: Their last tick.
+        """
         mended = [entry for entry in self._active if isinstance(entry.fault, kind)]
         self._entries = [entry._replace(last_tick=tick) if entry in mended else entry for entry in self._entries]
         self._active = [entry._replace(last_tick=tick) if entry in mended else entry for entry in self._active]
@@ -99,7 +112,7 @@ class FaultTimeline:
             self._next_change = min(self._next_change, tick + 1)
 
     def step(self, tick: int) -> None:
-        """Bring `effects` up to `tick`; ticks must not go back."""
+        """Update `effects` to a tick; ticks must not go back."""
         if tick < self._next_change:
             return
         before = self._active
@@ -112,7 +125,7 @@ class FaultTimeline:
                 self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
 
     def _let_act(self, tick: int) -> None:
-        """Have act in a tick what is to."""
+        """Apply the faults of a tick."""
         self._active = [entry for entry in self._entries if entry.first_tick <= tick <= entry.last_tick]
         self._entries = [entry for entry in self._entries if entry.last_tick >= tick]
         self._next_change = min(
@@ -125,11 +138,15 @@ class FaultTimeline:
 
     @property
     def timed(self) -> tuple[TimedFault, ...]:
-        """What acts or is still to come."""
+        """Faults that act or are still to come."""
         return tuple(TimedFault(*entry[:3]) for entry in self._entries)
 
     def restore(self, faults: Sequence[TimedFault], tick: int) -> None:
-        """Have these faults, and no others, as after a tick; there is nothing to tell of them.
+        """Replace all faults by these, as after a tick, without events.
+
+        Args:
+            faults: The faults.
+            tick: The tick.
 
         Raises:
             SpecError: One is of an actuator that the drive does not have.
@@ -139,16 +156,16 @@ class FaultTimeline:
 
     @property
     def unchanged_until(self) -> int:
-        """The last tick before something begins or ends."""
+        """Last tick before a fault begins or ends."""
         return int(min(self._next_change, _NEVER)) - 1
 
     @property
     def no_events(self) -> bool:
-        """Whether nothing began or ended since the last `take_events`."""
+        """True if no fault began or ended since the last `take_events`."""
         return not self._events
 
     def take_events(self) -> list[OnboardEvent]:
-        """What began and ended since the last call."""
+        """Return and clear the events of faults that began and ended."""
         events, self._events = self._events, []
         return events
 
@@ -159,7 +176,7 @@ class FaultTimeline:
         self._next_change = min(self._next_change, first)
 
     def _entry(self, timed: TimedFault, source: str, place: str) -> _Entry:
-        """The fault, with what its kind does.
+        """Make the entry of a fault, with the function of its kind.
 
         Raises:
             SpecError: It is of an actuator that the drive does not have; it is found in `source`, at this place.
@@ -173,7 +190,7 @@ class FaultTimeline:
         return _Entry(*timed, apply, acting)
 
     def _numbers(self, fault: f.Fault, source: str, place: str) -> list[int]:
-        """Of the actuators that it is a fault of.
+        """Return the indices of the actuators that a fault affects.
 
         Raises:
             SpecError: There is none of that name; it is found in `source`, at this place.
@@ -189,7 +206,7 @@ class FaultTimeline:
 
 
 def _tried(fault: f.Fault, apply: ApplyFault, acting: Acting, actuators: int) -> None:
-    """Apply a fault of somebody else to a robot without faults: what fails shall do so here, not in the loop.
+    """Apply a fault of another package to a robot without faults, so that a failure occurs here, not in the loop.
 
     Raises:
         PluginError: Its function fails.

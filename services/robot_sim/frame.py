@@ -1,4 +1,4 @@
-"""How messages lie in the pipe from the control loop to the sender: one after another, each behind a header."""
+"""Format of the pipe from the control loop to the sender: messages one after another, each behind a header."""
 
 from __future__ import annotations
 
@@ -23,6 +23,6 @@ _OTHERS: Final = (
     topics.TEAM_REPORT,
 )
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
-"""What the robot publishes by way of the sender."""
+"""Topics that the robot publishes through the sender."""
 NUMBERS: Final = {topic.name: number for number, topic in enumerate(CARRIED)}
-"""Of the first robot's topics; those of the next one go on after them."""
+"""Numbers of the first robot's topics; those of the next one follow them."""

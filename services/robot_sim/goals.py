@@ -1,6 +1,6 @@
-"""Goals: the robot has the way planned from where it is, or from amid its drive, and sets off or drives on along it.
+"""Goals: the robot requests a path from its place, at rest or while driving, and sets off or continues on it.
 
-One rule for the console, the command line and ROS 2: they all ask the service `traversal/goto`.
+The rule is the same for the console, the command line and ROS 2: they all call the service `traversal/goto`.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.path_start import PathStart, hindrance
 from touchline.schemas.plan_cause import PlanCause
-from touchline.schemas.way_start import WayStart, hindrance
 from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
 from touchline.services.robot_sim.emulator import Emulator
 
 PATIENCE_S: Final = 10.0
-"""Wall clock: for how long it is waited until the robot knows where it is, rests, or can be taken over."""
+"""Wall-clock time to wait until the robot knows its place, rests, or can be taken over."""
 PLAN_TIMEOUT_S: Final = 60.0
 RETRY_S: Final = 0.1
 ARRIVING_S: Final = 0.5
-"""Sim time: who arrives as soon as that has arrived in a moment."""
+"""Sim time: a robot that arrives within it counts as arrived."""
 LAST_M: Final = 1e-6
-"""Who has no more to drive than that turns on the spot, or rests in a moment."""
+"""Remaining distance below which the robot turns on the spot, or is about to rest."""
 _LOST: Final = "the robot does not find out where it stands; does sim time pass, has it a fix?"
 _STOPPED: Final = "the robot was told to stop meanwhile; send the goal again"
 
@@ -42,14 +42,14 @@ class AskedGoal:
     """A goal that has not been answered yet.
 
     Attributes:
-        call: Where it is answered.
-        since_s: When it came.
-        stops: How often the robot had been told to stop by then.
-        retry_s: Not looked at before.
-        question: To the planner, if that is asked.
-        under_way: Whether it is planned from amid a drive.
-        reason: Why it has not been answered.
-        cause_json: What the way is made from, if that begins at rest.
+        call: Call to answer.
+        since_s: Time of its arrival.
+        stops: Number of stop orders to the robot by then.
+        retry_s: Time before which it is not handled again.
+        question: Call of the planner, if one is pending.
+        under_way: True if the path begins on a path that is being driven.
+        reason: Reason why it has not been answered.
+        cause_json: Request that the path is made from, if it begins at rest.
     """
 
     call: GoalCall
@@ -63,13 +63,13 @@ class AskedGoal:
 
 
 class Goals:
-    """The goals of one robot; of several at once the newest counts.
+    """Goals of one robot; of several at once the newest counts.
 
     Args:
-        bus: Of the robot.
+        bus: Bus of the robot.
         emulator: The robot.
-        commands: By which it takes a trajectory.
-        prepare: Has a load prepared in a thread of its own.
+        commands: Handlers that take a trajectory.
+        prepare: Prepares a load in a thread of its own.
         pace: Sim time per wall time.
     """
 
@@ -90,18 +90,18 @@ class Goals:
 
     @property
     def waking(self) -> bool:
-        """Whether sim time has to pass for the robot to find out where it stands."""
+        """True if sim time has to pass for the robot to find its place."""
         return self._asked is not None and not self._emulator.active and not self._emulator.onboard.aligned
 
     def cancel(self) -> None:
-        """The robot is told to stop: no goal that came before sets it in motion."""
+        """Drop a goal because the robot was ordered to stop: no earlier goal sets it in motion."""
         self._stops += 1
         if self._asked is not None:
             asked, self._asked = self._asked, None
             self._refuse(asked.call, _STOPPED)
 
     def turn(self) -> None:
-        """Take goals that have come, and see to the one at hand."""
+        """Receive goals, and handle the present one."""
         now_s = time.monotonic()
         if (call := self._server.poll()) is not None:
             if self._asked is not None:
@@ -120,13 +120,13 @@ class Goals:
             self._refuse(asked.call, str(error))
 
     def _ask(self, asked: AskedGoal, now_s: float) -> None:
-        """Ask the planner, once the robot is where a drive can begin.
+        """Call the planner, once the robot is where a path can begin.
 
         Raises:
-            CommandRefused: It cannot be waited for that.
+            CommandRefused: Waiting for that is over or pointless.
         """
         emulator, request = self._emulator, asked.call.request
-        start = self._way_start()
+        start = self._path_start()
         if problem := hindrance(start.state):
             raise CommandRefused(f"cannot go to a goal while {problem}")
         if len(request.options.start):
@@ -141,15 +141,15 @@ class Goals:
         asked.reason = asked.reason or _LOST
         self._wait(asked, now_s)
 
-    def _way_start(self) -> WayStart:
-        """The robot as it is now."""
+    def _path_start(self) -> PathStart:
+        """Return the present state of the robot."""
         onboard = self._emulator.onboard
         pose = onboard.estimate[:3] if onboard.aligned else ()
         at_m = onboard.status.arc_length_m
-        return WayStart(onboard.state, pose, self._commands.trajectory, at_m, self._pace())
+        return PathStart(onboard.state, pose, self._commands.trajectory, at_m, self._pace())
 
     def _look(self, asked: AskedGoal, question: Question, now_s: float) -> None:
-        """Take the planner's answer.
+        """Handle the planner's answer.
 
         Raises:
             CommandRefused, PayloadError: There is none, or no plan.
@@ -166,7 +166,7 @@ class Goals:
             return
         planned = decode(m.PlanResponse, answer.payload)
         if not planned.success and asked.under_way and self._arriving:
-            asked.reason = planned.message  # what is left of the drive may be too short to be left: plan from its end
+            asked.reason = planned.message  # the rest of the path may be too short: plan from its end
             self._wait(asked, now_s)
             return
         if not planned.success:
@@ -190,8 +190,8 @@ class Goals:
         status = self._emulator.onboard.status
         return status.remaining_s < ARRIVING_S or status.arc_length_m > status.total_length_m - LAST_M
 
-    def _go(self, ready: Ready, asked: AskedGoal, said: str) -> m.GotoResponse | None:
-        """Take what was prepared and set off; None if that has to be tried again."""
+    def _go(self, ready: Ready, asked: AskedGoal, message: str) -> m.GotoResponse | None:
+        """Take the prepared path and set off; return None if that has to be tried again."""
         if asked.stops != self._stops:
             return self._refusal(_STOPPED)
         try:
@@ -206,15 +206,15 @@ class Goals:
             asked.reason, asked.retry_s = str(error), time.monotonic() + RETRY_S
             self._asked = asked
             return None
-        self._commands.tell(m.Event.INFO, "goal", said)
-        self._commands.tell_news()
-        return m.GotoResponse(success=True, message=said, total_time=total_time_s)
+        self._commands.report(m.Event.INFO, "goal", message)
+        self._commands.report_changes()
+        return m.GotoResponse(success=True, message=message, total_time=total_time_s)
 
     def _wait(self, asked: AskedGoal, now_s: float) -> None:
-        """Look again in a moment.
+        """Handle the goal again in a moment.
 
         Raises:
-            CommandRefused: That was done for long enough.
+            CommandRefused: It has waited long enough.
         """
         if now_s > asked.since_s + PATIENCE_S:
             raise CommandRefused(asked.reason)
@@ -224,6 +224,6 @@ class Goals:
         call.reply(self._refusal(reason))
 
     def _refusal(self, reason: str) -> m.GotoResponse:
-        """The answer to a goal that is not driven to; whoever set it may not hear it, so the event log has it, too."""
-        self._commands.tell(m.Event.ERROR, "goal-refused", f"the goal is refused: {reason}")
+        """Return the answer to a refused goal; its sender may not receive it, so the event log has it, too."""
+        self._commands.report(m.Event.ERROR, "goal-refused", f"the goal is refused: {reason}")
         return m.GotoResponse(success=False, message=reason)

@@ -1,4 +1,4 @@
-"""What keeps a robot's loop safe: watchdog, link watch, and the guard of the emergency stop's latch."""
+"""Guards of a robot's loop: watchdog, link watch, and the guard of the emergency stop's latch."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from touchline.schemas.messages.base import Message
 from touchline.services.robot_sim.command_handlers import Handler
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER, topics.COORDINATOR))
-"""Of these nodes at least one must be on the bus while the robot drives by itself."""
+"""Nodes of which at least one must be on the bus while the robot drives by itself."""
 WATCHDOG_S: Final = 0.2
-"""Not commanded for so long in real time, valve and wheels stop by themselves."""
+"""Real time without a command after which valve and wheels stop by themselves."""
 RESET_AFTER_S: Final = 0.5
-"""A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
+"""Time after an emergency stop within which a reset was given before it, and is late: it must not undo the stop."""
 
 
 class Watchdog:
-    """For how long the loop had not turned, at each turn."""
+    """Meter of the time between turns of the loop."""
 
     def __init__(self) -> None:
-        """It has never turned."""
+        """Begin before the first turn."""
         self._turned_s: float | None = None
 
     def missed_s(self, now_s: float) -> float:
-        """Since the last turn; this is one."""
+        """Return the time since the last turn, and count this one."""
         missed_s = now_s - self._turned_s if self._turned_s is not None else 0.0
         self._turned_s = now_s
         return missed_s
 
 
 class LatchGuard:
-    """Keeps a reset that was given before an emergency stop, and served after it, from undoing it."""
+    """Guard against a reset that was given before an emergency stop, and served after it."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """No stop yet."""
+        """Begin without a stop."""
         self._clock = clock
         self._stopped_at_s = -math.inf
 
     def stop(self, handler: Handler) -> Handler:
-        """The emergency stop's handler, watched."""
+        """Wrap the emergency stop's handler to record its time."""
 
         def handle(request: Any) -> Message:
             self._stopped_at_s = self._clock()
@@ -53,7 +53,7 @@ class LatchGuard:
         return handle
 
     def reset(self, handler: Handler) -> Handler:
-        """The reset's handler, guarded."""
+        """Wrap the reset's handler to refuse late resets."""
 
         def handle(request: Any) -> Message:
             since_s = self._clock() - self._stopped_at_s
@@ -66,7 +66,7 @@ class LatchGuard:
 
 
 class LinkWatch:
-    """Whether everybody who could stop the robot has been gone for too long."""
+    """Monitor of the nodes that could stop the robot."""
 
     def __init__(self, bus: Bus, timeout_s: float) -> None:
         """Watch the bus."""
@@ -75,7 +75,12 @@ class LinkWatch:
         self._seen_s: float | None = None
 
     def lost(self, driving: bool, now_s: float) -> bool:
-        """True when `driving` and no guardian has been there for the time-out, counted from the start of driving."""
+        """Return True if the robot drives and no guardian has been there for the time-out.
+
+        Args:
+            driving: True while the robot drives; the time-out is counted from its start.
+            now_s: Monotonic wall time.
+        """
         self._presence.poll()
         if not driving or self._seen_s is None or GUARDIANS & self._presence.alive():
             self._seen_s = now_s

@@ -1,8 +1,8 @@
-"""A guided robot's link to its team's coordinator over the bus; in lockstep, sim time is held until that answers.
+"""Link of a guided robot to its team's coordinator over the bus; in lockstep, sim time is held until it answers.
 
-The robot believes the coordinator that it has joined, and no other session: whoever else sends it guidance is told of.
-In lockstep it also tells where the robot truly was since the last exchange: no robot knows where the others are, so who
-touches whom, and has its bumper pressed, is found by who hears them all.
+The robot obeys the coordinator that it has joined, and no other session; guidance from others is reported. In lockstep
+it also publishes its true path since the last exchange: no robot knows where the others are, so contacts, which press
+the bumper, are detected by the process that receives the paths of all.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.tick_log import TRUTH, Rows
 
 PATIENCE_S: Final = 10.0
-"""Wall clock: a coordinator that has not answered for so long is waited for no more, until it answers again."""
+"""Wall-clock time after which a coordinator that does not answer is no longer waited for, until it answers again."""
 _NEVER: Final = 1 << 30
 _LOOK_S: Final = 0.2
-"""Wall time between two looks whether the coordinator is still on the bus."""
+"""Wall time between two checks that the coordinator is still on the bus."""
 _STRANGERS: Final = 8
-"""So many are told of while a robot is guided."""
+"""Number of strangers that are reported while a robot is guided."""
 
 
 class GuidedLink:
-    """See the module.
+    """Link of one guided robot.
 
     Args:
-        bus: Of the robot.
+        bus: Bus of the robot.
         emulator: The robot.
     """
 
     def __init__(self, bus: Bus, emulator: Emulator) -> None:
         self._bus, self._inbox = bus, bus.inbox([topics.GUIDANCE])
-        self._coordinator, self._believed = "", b""
+        self._coordinator, self._publisher = "", b""
         self._strangers: set[bytes] = set()
         self._news: list[OnboardEvent] = []
         self._there, self._look_at_s = True, 0.0
@@ -51,24 +51,24 @@ class GuidedLink:
         self._answered_tick = -1
         self._held_since_s = math.inf
         self._waits = True
-        self._way: list[NDArray[np.float64]] = []
+        self._true_path: list[NDArray[np.float64]] = []
 
     def begin(self, coordinator: str, lockstep_s: float) -> None:
-        """The robot is guided from now on.
+        """Begin guided driving.
 
         Args:
-            coordinator: Id of the session by which.
-            lockstep_s: At every multiple of it the robot waits for an answer; 0: it never does.
+            coordinator: Id of the coordinator's session.
+            lockstep_s: Interval at which the robot waits for an answer; 0: never.
         """
-        self._coordinator, self._believed = coordinator, session_publisher(coordinator)
+        self._coordinator, self._publisher = coordinator, session_publisher(coordinator)
         self._strangers, self._news, self._there, self._look_at_s = set(), [], True, 0.0
         self._inbox.drain()
-        self._way = []
+        self._true_path = []
         self._step = round(100 * lockstep_s)
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
     def turn(self, now_s: float) -> list[OnboardEvent]:
-        """Take what the coordinator has sent; returns what the operator should know.
+        """Receive the coordinator's messages; return events for the operator.
 
         Args:
             now_s: Monotonic wall time.
@@ -80,9 +80,9 @@ class GuidedLink:
         return news
 
     def _take(self) -> None:
-        """Take guidance of the coordinator, and note who else sends some."""
+        """Receive guidance of the coordinator, and note other senders."""
         for sample, message in self._inbox.messages():
-            if sample.publisher != self._believed:
+            if sample.publisher != self._publisher:
                 self._ignore(sample.publisher)
             elif isinstance(message, Guidance):
                 self._emulator.take_guidance(message)
@@ -90,7 +90,7 @@ class GuidedLink:
                 self._answered_tick = max(self._answered_tick, 100 * stamp.sec + stamp.nanosec // 10_000_000)
 
     def _ignore(self, publisher: bytes) -> None:
-        """Note one who is not believed, once."""
+        """Report a sender of ignored guidance, once."""
         if not self.under_way or publisher in self._strangers or len(self._strangers) == _STRANGERS:
             return
         self._strangers.add(publisher)
@@ -99,7 +99,7 @@ class GuidedLink:
         self._news.append(OnboardEvent(Event.WARN, "stranger", text))
 
     def _look_for_coordinator(self, now_s: float) -> None:
-        """Note once that it has gone; what it has told last ends with its lease, and then the robot brakes."""
+        """Report once that the coordinator has left; its last guidance ends with its lease, then the robot brakes."""
         if not self._there or now_s < self._look_at_s:
             return
         self._look_at_s = now_s + _LOOK_S
@@ -109,39 +109,39 @@ class GuidedLink:
             self._news.append(OnboardEvent(Event.ERROR, "coordinator-lost", text))
 
     def knows(self, session: str) -> bool:
-        """Whether a session is on the bus as a coordinator, by its liveliness token; in any thread."""
+        """Return True if a session is on the bus as a coordinator, by its liveliness token; in any thread."""
         return session in self._bus.sessions(topics.COORDINATOR)
 
     @property
     def under_way(self) -> bool:
-        """Whether the robot is guided: it tells where it is until that ends."""
+        """True while the robot is guided and publishes its place."""
         return self._emulator.onboard.guided
 
     @property
     def in_step(self) -> bool:
-        """Whether sim time waits for the coordinator, and so does not go by the wall clock."""
+        """True if sim time waits for the coordinator, and so does not follow the wall clock."""
         return self._step > 0 and self.under_way
 
     def ticks_ahead(self) -> int:
-        """How many ticks may pass before the next answer is needed."""
+        """Return the number of ticks that may pass before the next answer is needed."""
         if not self.in_step:
             return _NEVER
         return self._step - self._emulator.tick_count % self._step
 
     def drove(self, rows: Rows) -> list[Payload]:
-        """Messages about ticks that have passed, rows (n, tick_log.columns): at an exchange, the robot's place then."""
+        """Return messages about ticks, rows (n, tick_log.columns): at an exchange, the true path since the last."""
         if not self.in_step:
             return []
-        self._way.append(rows[:, TRUTH : TRUTH + 2].copy())
+        self._true_path.append(rows[:, TRUTH : TRUTH + 2].copy())
         tick = self._emulator.tick_count
         if tick % self._step:
             return []
-        x_m, y_m = np.ascontiguousarray(np.concatenate(self._way).T)
-        self._way = []
+        x_m, y_m = np.ascontiguousarray(np.concatenate(self._true_path).T)
+        self._true_path = []
         return [(topics.TRUE_WAY, encode(TrueWay(header=header(tick), x_m=x_m, y_m=y_m)))]
 
     def held(self, now_s: float) -> bool:
-        """Whether sim time has to wait for an answer.
+        """Return True if sim time has to wait for an answer.
 
         Args:
             now_s: Monotonic wall time.

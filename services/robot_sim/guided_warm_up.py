@@ -1,4 +1,4 @@
-"""Compiles what guided driving needs, or loads it from the cache: in a thread, while the robot's loop turns."""
+"""Warm-up of guided driving: compiles or loads its kernels in a thread, while the robot's loop turns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 
 _ALIGNED_TICKS: Final = 1000
-"""More than a robot with a usual receiver or camera needs to know where it is."""
+"""More ticks than a robot with a usual receiver or camera needs to find its place."""
 _DRIVEN_TICKS: Final = 20
 
 
@@ -25,10 +25,10 @@ _done: list[tuple[Vehicle, OnboardConfig]] = []
 
 
 def warm_up_guided(setup: Setup) -> None:
-    """Let a throw-away robot find out where it is, and drive a moment; once in a process for robots of one kind.
+    """Let a throw-away robot find its place, and drive a moment; once in a process for robots of one kind.
 
     Args:
-        setup: Of the robot; faults are left out.
+        setup: Setup of the robot; faults are left out.
 
     Raises:
         CommandRefused: Such a robot cannot be guided.
@@ -46,15 +46,15 @@ def _drive_a_moment(setup: Setup) -> None:
     emulator.begin_guided()
     runner, telemetry = FastRunner(emulator), Telemetry(emulator)
     telemetry.begin([])
-    while (said := emulator.onboard.whereabouts) is not None and not said.aligned:
+    while (whereabouts := emulator.onboard.whereabouts) is not None and not whereabouts.aligned:
         if emulator.tick_count > _ALIGNED_TICKS:
             return
         emulator.tick()
         telemetry.after_tick()
-    if said is not None:
-        far = np.array([(1.0, 0.0, said.x_m + 1.0)])
-        told = Guidance(number=1, echo_s=said.stamp_s, target_x_m=said.x_m, half_planes=far.ravel())
-        emulator.onboard.take_guidance(told)
+    if whereabouts is not None:
+        far = np.array([(1.0, 0.0, whereabouts.x_m + 1.0)])
+        guidance = Guidance(number=1, echo_s=whereabouts.stamp_s, target_x_m=whereabouts.x_m, half_planes=far.ravel())
+        emulator.onboard.take_guidance(guidance)
     emulator.tick()  # as when a tick is not nominal
     telemetry.after_tick()
     runner.run(_DRIVEN_TICKS)

@@ -1,8 +1,8 @@
-"""The state in which a robot is given a job: a check of a recording can begin there, whatever came before.
+"""State in which a robot is given a job: a check of a recording can begin there, whatever came before.
 
-A robot that has driven before is not as it was when it was switched on: errors of its receiver, biases, wheel angles,
-tank and battery go on. All of that is in records, which are kept field by field; what today's code makes of the setup,
-such as noise figures and limits, is left out. A job's own state is made anew with the job, so it is no part of this.
+A robot that has driven before differs from one that was just switched on: errors of its receiver, biases, wheel angles,
+tank and battery persist. All of that is in records, which are kept field by field; what today's code derives from the
+setup, such as noise figures and limits, is left out. A job's own state is made with the job, so it is not included.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _MADE_OF_SETUP: Final = frozenset(
         *(f"{COMPUTER}.pose.{name}" for name in ("needs_fixes", "fix_age_s", "sigma_m", "blind_sigma_m")),
     )
 )
-"""Beside these, all in records that are called `figures`, and the next, which a job begins with anew."""
+"""Fields derived from the setup, in addition to all records that are called `figures`; the next are reset by a job."""
 _MADE_OF_JOB: Final = (f"{COMPUTER}.leg.", f"{COMPUTER}.guidance.")
 _MOST: Final[Mapping[str, float]] = {
     f"{_TRANSPORT}.pending_count": PENDING,
@@ -61,18 +61,18 @@ _MOST: Final[Mapping[str, float]] = {
     f"{COMPUTER}.safety.flow_count": FLOW_WINDOW_TICKS,
     "receiver.fix": FIXED,
 }
-"""What kernels take for an index."""
+"""Largest values of fields that kernels use as an index."""
 _MOST_COUNT: Final = 1 << 40
 _MOST_BYTES: Final = 4_000_000
 _MOST_FIELDS: Final = 1000
 
 
 class DamagedState(SpecError):
-    """A recorded state that is none, or not of such a robot.
+    """A recorded state that is invalid, or not of such a robot.
 
     Args:
-        field: Of the state, that is wrong; empty for all of it.
-        problem: What is wrong, as a predicate.
+        field: Wrong field of the state; empty for all of it.
+        problem: The problem, as a predicate.
     """
 
     def __init__(self, field: str, problem: str) -> None:
@@ -81,7 +81,7 @@ class DamagedState(SpecError):
 
 
 class RobotParts(NamedTuple):
-    """All that goes on from job to job."""
+    """Parts of a robot whose state persists from job to job."""
 
     world: World
     sensors: Sensors
@@ -90,7 +90,7 @@ class RobotParts(NamedTuple):
     onboard: OnboardComputer
 
     def fields(self) -> Arrays:
-        """The fields of all records that are kept, by their paths: views, to be read and set."""
+        """Return the fields of all records that are kept, by their paths: views, to be read and set."""
         world, sensing = self.world, self.sensors.sensing
         records: dict[str, Any] = {
             "body": world.state.array,
@@ -107,7 +107,7 @@ class RobotParts(NamedTuple):
 
 
 def _leaves(path: str, array: NDArray[np.void]) -> Iterator[tuple[str, NDArray[Any]]]:
-    """The fields of a structured array that are arrays of numbers, records in records field by field."""
+    """Yield the fields of a structured array that are arrays of numbers, records in records field by field."""
     for name in array.dtype.names or ():
         field = array[name]
         if field.dtype.names:
@@ -117,21 +117,21 @@ def _leaves(path: str, array: NDArray[np.void]) -> Iterator[tuple[str, NDArray[A
 
 
 def _is_made(path: str) -> bool:
-    """Whether a field is made of the setup or of a job, and not kept."""
+    """Return True if a field is derived from the setup or made by a job, and not kept."""
     return ".figures." in path or path in _MADE_OF_SETUP or path.startswith(_MADE_OF_JOB)
 
 
 class InitialState(NamedTuple):
-    """See the module.
+    """State of a robot at the end of a tick.
 
     Attributes:
-        tick: In which the job was given.
-        orders: That the robot had obeyed before, since it was switched on.
-        command: In force.
-        faults: That act, or are still to come.
-        gathered: What an estimator that has not started has gathered; None if it has started.
-        fields: Of the records, by path; see `RobotParts.fields`.
-        under_way: Of auxiliary sensors, to the computer.
+        tick: Tick in which the job was given.
+        orders: Number of orders that the robot had carried out since it was switched on.
+        command: Command in force.
+        faults: Faults that act, or are still to come.
+        gathered: Samples gathered by an estimator that has not started; None if it has started.
+        fields: Fields of the records, by path; see `RobotParts.fields`.
+        under_way: Samples of auxiliary sensors in transit to the computer.
     """
 
     tick: int
@@ -144,7 +144,14 @@ class InitialState(NamedTuple):
 
     @classmethod
     def of(cls, parts: RobotParts, tick: int, orders: int, command: Command) -> Self:
-        """That of a robot at the end of a tick."""
+        """Copy the state of a robot at the end of a tick.
+
+        Args:
+            parts: Parts of the robot.
+            tick: The tick.
+            orders: Number of orders so far.
+            command: Command in force.
+        """
         fields = {path: field.copy() for path, field in parts.fields().items()}
         gathered = parts.onboard.estimator.gathered if isinstance(parts.onboard, Onboard) else None
         return cls(tick, orders, command, parts.faults.timed, gathered, fields, parts.auxiliary.under_way)
@@ -153,7 +160,7 @@ class InitialState(NamedTuple):
         """Bring a robot that has just been switched on into this state.
 
         Raises:
-            DamagedState: It is not that of such a robot.
+            DamagedState: It is not the state of such a robot.
         """
         self.check_actuators(len(parts.world.state.angles_rad))
         self._set(parts.fields())
@@ -163,10 +170,14 @@ class InitialState(NamedTuple):
             parts.onboard.estimator.gathered = self.gathered
 
     def restore_estimator(self, estimator: Estimator, computer: ComputerState) -> None:
-        """Bring an estimator, and the computer that it is a part of, into this state.
+        """Bring an estimator and its computer into this state.
+
+        Args:
+            estimator: The estimator.
+            computer: State of the computer that it is a part of.
 
         Raises:
-            DamagedState: It is not that of such a robot.
+            DamagedState: It is not the state of such a robot.
         """
         leaves = _leaves(COMPUTER, cast("NDArray[np.void]", computer.array))
         self._set({path: field for path, field in leaves if not _is_made(path)})
@@ -183,26 +194,26 @@ class InitialState(NamedTuple):
             field[...] = kept
 
     def check_actuators(self, count: int) -> None:
-        """Check that it is of a robot whose drive has so many actuators.
+        """Check that the state is of a robot whose drive has so many actuators.
 
         Raises:
             DamagedState: It is not.
         """
-        told = {"command": len(self.command.actuators)}
+        numbers = {"command": len(self.command.actuators)}
         if (readings := self.fields.get(f"{_TRANSPORT}.readings")) is not None:
-            told[f"{_TRANSPORT}.readings"] = readings.shape[-1] - ANGLES
-        for field, number in told.items():
+            numbers[f"{_TRANSPORT}.readings"] = readings.shape[-1] - ANGLES
+        for field, number in numbers.items():
             if number != count:
                 raise DamagedState(field, f"has {number} actuators, the vehicle's drive has {count}")
 
     @property
     def arrived(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """(READINGS,) what the computer had of the 100 Hz sensors, and (3,) the ticks in which it was measured."""
+        """Readings (READINGS,) of the 100 Hz sensors at the computer, and their ticks of measurement (3,)."""
         return self.fields[f"{_TRANSPORT}.readings"][0], self.fields[f"{_TRANSPORT}.measured_tick"][0]
 
     @property
     def text(self) -> str:
-        """As JSON, with all bits."""
+        """The state as JSON, with all bits."""
         fields = {path: _worn(path, field, self) for path, field in self.fields.items()}
         layout = [(path, field.dtype.str, field.shape) for path, field in fields.items()]
         data = b"".join(field.tobytes() for field in fields.values())
@@ -223,23 +234,23 @@ class InitialState(NamedTuple):
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """The state of which this is the text.
+        """Read a state from its text.
 
         Raises:
-            DamagedState: It is none.
+            DamagedState: It is not valid.
         """
         try:
-            told = json.loads(text)
-            actuators, valve, disc, valve_after_s = told["command"]
-            gathered = told["gathered"]
+            content = json.loads(text)
+            actuators, valve, disc, valve_after_s = content["command"]
+            gathered = content["gathered"]
             found = cls(
-                int(told["tick"]),
-                int(told["orders"]),
+                int(content["tick"]),
+                int(content["orders"]),
                 Command(tuple(map(float, actuators)), bool(valve), bool(disc), float(valve_after_s)),
-                tuple(map(TimedFault.from_json, told["faults"])),
+                tuple(map(TimedFault.from_json, content["faults"])),
                 None if gathered is None else Gathered.from_json(gathered),
-                _unpacked(told["fields"], told["fields_zlib"]),
-                tuple(map(UnderWay.from_json, told.get("under_way", ()))),
+                _unpacked(content["fields"], content["fields_zlib"]),
+                tuple(map(UnderWay.from_json, content.get("under_way", ()))),
             )
             found._check()
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError, zlib.error, SpecError) as error:
@@ -247,10 +258,10 @@ class InitialState(NamedTuple):
         return found
 
     def _check(self) -> None:
-        """Refuse what kernels could not live with: they do not look at bounds.
+        """Refuse values that would break kernels, which do not check bounds.
 
         Raises:
-            ValueError: For the field that is impossible.
+            ValueError: A field is impossible.
         """
         if not 0 <= self.tick <= _MOST_COUNT:
             raise ValueError("tick is impossible")
@@ -267,7 +278,7 @@ class InitialState(NamedTuple):
 
 
 def _worn(path: str, field: NDArray[Any], state: InitialState) -> NDArray[Any]:
-    """A field without samples that nothing will ask for again: they are noise, which cannot be compressed."""
+    """Clear the samples of a field that will not be read again: they are noise, which cannot be compressed."""
     schedule = state.fields.get(f"{_TRANSPORT}.schedule")
     if path != f"{_TRANSPORT}.history" or schedule is None:
         return field
@@ -279,10 +290,10 @@ def _worn(path: str, field: NDArray[Any], state: InitialState) -> NDArray[Any]:
 
 
 def _unpacked(layout: list[Any], packed: str) -> Arrays:
-    """The fields by their paths.
+    """Unpack the fields by their paths.
 
     Raises:
-        ValueError, TypeError, zlib.error: They are none.
+        ValueError, TypeError, zlib.error: They are not valid.
     """
     if len(layout) > _MOST_FIELDS:
         raise ValueError("there are too many fields")

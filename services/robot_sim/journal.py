@@ -1,10 +1,10 @@
-"""Where the robot is in its traversal, kept on disk from tick to tick, so that a killed process can be told to go on.
+"""Journal of the robot's traversal, kept on disk from tick to tick, so that a job can continue after the process died.
 
-A small file mapped into memory: writing is a copy of some bytes, and what was written survives the process. Two slots
-are written in turn and carry a checksum, so that a process killed in the middle of writing leaves what it wrote before.
-The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen. So is the setup, the robot
-and the world that the traversal began in: whoever goes on must live in the same. And so is the job itself, plan and
-template, so that it can be gone on with by somebody who has neither.
+A small file mapped into memory: writing copies some bytes, and written bytes survive the process. Two slots are written
+in turn and carry a checksum, so that a process killed in the middle of writing leaves its previous entry. The paint is
+in a file beside it, `paint/record.py`; a slot holds the number of its points. The setup is there, too, the robot and
+the world that the traversal began in: it can only continue in the same. And so is the job itself, plan and template, so
+that a process with neither can continue it.
 
 An emergency stop has a place of its own after the slots, and is latched there until a reset.
 """
@@ -31,7 +31,7 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.messages import LoadRequest, Trajectory
 from touchline.services.robot_sim.paint.record import PaintRecord
-from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.recovery_state import EarlierWork, Totals
 from touchline.services.robot_sim.setup_text import SetupText
 
 _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
@@ -39,27 +39,27 @@ _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
 _CHECK: Final = struct.Struct("<I")
 _USED: Final = _RECORD.size + _CHECK.size
 _VERSION: Final = 4
-"""Where the checksum begins: a record of another layout is none."""
+"""Start value of the checksum: a record of another layout is invalid."""
 _SLOT: Final = 256
 _LATCH_AT: Final = 2 * _SLOT
 _SIZE: Final = 3 * _SLOT
 _LATCH: Final = struct.Struct("<8s200s")
-"""A mark and the reason; all zero, as in a journal from before there was a latch: none."""
+"""A mark and the reason; all zero, as in a journal from before there was a latch: not latched."""
 _LATCHED: Final = b"ESTOPPED"
 _OVER: Final = Checkpoint(-1, 0.0, None)
 _NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0)
 
 
 def digest(trajectory: Trajectory) -> bytes:
-    """What tells one trajectory from another: 16 bytes."""
+    """Compute the digest of a trajectory, 16 bytes."""
     return hashlib.blake2b(encode(trajectory), digest_size=16).digest()
 
 
 class Paint(Protocol):
-    """What the journal needs of a `PaintLedger`."""
+    """The part of a `PaintLedger` that the journal uses."""
 
     def rows(self, first: int) -> NDArray[np.float64]:
-        """The points from one on."""
+        """Return the points from an index on."""
 
 
 class _Entry(NamedTuple):
@@ -74,14 +74,14 @@ _NO_ENTRY: Final = _Entry(0, b"", b"", _OVER, _NOTHING)
 
 
 class Journal:
-    """The journal of one robot. A file that cannot be used stops nobody: the robot drives without it.
+    """Journal of one robot. An unusable file does not stop the robot: it drives without a journal.
 
     Attributes:
-        problem: Why nothing, or not all, is kept; "" if all is well.
+        problem: Reason why nothing, or not all, is kept; "" if all is well.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the journal at `path`, or begin one; what is none is overwritten in time."""
+        """Open the journal at `path`, or begin one; a file of another kind is overwritten in time."""
         self.problem = ""
         self._file = -1
         self._map: mmap.mmap | None = None
@@ -101,7 +101,7 @@ class Journal:
     def _open(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of when the process dies
+        fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released when the process dies
         os.posix_fallocate(self._file, 0, _SIZE)  # a mapped page without room on the disk would kill the process
         self._map = mmap.mmap(self._file, _SIZE)
         newest = self._newest()
@@ -115,7 +115,7 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Unmap the files; what they say stays."""
+        """Unmap the files; their contents remain."""
         self._close()
 
     def _close(self) -> None:
@@ -127,11 +127,15 @@ class Journal:
             os.close(self._file)
         self._paint, self._map, self._file = None, None, -1
 
-    def unfinished(self, trajectory: Trajectory, setup: SetupText) -> tuple[Checkpoint, Remains] | None:
-        """From where this trajectory can go on, and what is left of it; None if it was not under way at the end.
+    def unfinished(self, trajectory: Trajectory, setup: SetupText) -> tuple[Checkpoint, EarlierWork] | None:
+        """Return the checkpoint and the earlier work of a trajectory; None if it was not under way at the end.
+
+        Args:
+            trajectory: The trajectory.
+            setup: Present setup of the robot.
 
         Raises:
-            CommandRefused: It was, but with another setup; what is kept stays as it is.
+            CommandRefused: It was under way with another setup; the journal stays as it is.
         """
         if self._paint is None:
             return None
@@ -144,7 +148,7 @@ class Journal:
                 f"{self._changes_to(setup, kept_with)}. Start the robot with the vehicle and scenario that it had "
                 "then, and load with resume again; or load without resume to begin anew"
             )
-        return checkpoint, Remains(totals, self._paint.read(whose, totals.points))
+        return checkpoint, EarlierWork(totals, self._paint.read(whose, totals.points))
 
     def _changes_to(self, setup: SetupText, kept_with: bytes) -> str:
         try:
@@ -157,17 +161,17 @@ class Journal:
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where the job that is kept can go on; None if none is kept, or it is over."""
+        """Checkpoint of the kept job; None if none is kept, or it is over."""
         checkpoint = self._newest().checkpoint if self._map is not None else _OVER
         return checkpoint if checkpoint.leg >= 0 else None
 
-    def left_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
-        """The place and the totals at which the kept job ended, if it is of a robot and a world like these."""
+    def ended_with(self, setup: SetupText) -> tuple[Checkpoint, Totals] | None:
+        """Return the place and the totals at which the kept job ended, if it is of the same robot and world."""
         newest = self._newest() if self._map is not None else _NO_ENTRY
         return newest[3:] if newest.checkpoint.leg >= 0 and newest.setup == setup.digest else None
 
     def job(self) -> LoadRequest | None:
-        """The request by which the job that is kept was loaded; None if there is none, or it cannot be read."""
+        """Return the request by which the kept job was loaded; None if there is none, or it cannot be read."""
         if self.checkpoint is None:
             return None
         try:
@@ -177,16 +181,22 @@ class Journal:
         return job if digest(job.trajectory) == self._newest().trajectory else None
 
     def begin(self, trajectory: bytes, setup: SetupText, job: bytes = b"") -> None:
-        """Begin the traversal of the trajectory of this digest, loaded by this request: no paint has fallen."""
+        """Begin a traversal without paint.
+
+        Args:
+            trajectory: Digest of the trajectory.
+            setup: Present setup of the robot.
+            job: Encoded request by which it was loaded.
+        """
         if self._paint is None:
             return
         self._trajectory, self._setup = trajectory, setup.digest
         self._write(_OVER, _NOTHING)  # there is nothing to resume once the last one's paint is gone
         self.problem, self._keeps_paint = "", True
-        with suppress(OSError):  # a slot has its digest; only what differs could not be named
+        with suppress(OSError):  # a slot has its digest; only the differences could not be named
             self._setup_path.touch(mode=0o600)
             self._setup_path.write_text(setup.text, encoding="utf-8")
-        with suppress(OSError):  # whoever has the plan can go on with it
+        with suppress(OSError):  # a client that has the plan can continue it
             self._job_path.touch(mode=0o600)
             self._job_path.write_bytes(job)
         try:
@@ -195,12 +205,18 @@ class Journal:
             self._lose_paint(error)
 
     def go_on(self) -> None:
-        """Go on with what `unfinished` gave: paint that is written comes after that."""
+        """Continue with the result of `unfinished`: later paint is written after that."""
         if self._paint is not None:
             self.problem, self._keeps_paint = "", True
 
     def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint | None = None) -> None:
-        """Note where the traversal is, after the paint that has fallen since the last time, if any may have."""
+        """Write the progress, after the paint that has fallen since the last time, if any may have.
+
+        Args:
+            checkpoint: Place on the traversal.
+            totals: Consumption and sums.
+            paint: Ledger with the paint; None if no paint may have fallen.
+        """
         if self._paint is None:
             return
         if paint is not None and self._keeps_paint and totals.points > self._paint.points:
@@ -212,7 +228,7 @@ class Journal:
 
     @property
     def latched(self) -> str | None:
-        """Why an emergency stop is latched, None if none is; "" if the reason cannot be read."""
+        """Reason of a latched emergency stop, None if none is latched; "" if the reason cannot be read."""
         if self._map is None:
             return None
         raw = self._map[_LATCH_AT : _LATCH_AT + _LATCH.size + _CHECK.size]
@@ -223,7 +239,7 @@ class Journal:
         return reason.rstrip(b"\0").decode("utf-8", "replace") if whole else ""
 
     def latch(self, reason: str) -> str:
-        """Keep an emergency stop for the next process; returns why that cannot be done, "" if it is."""
+        """Latch an emergency stop for the next process; return the reason if that fails, else ""."""
         if self._map is None:
             return self.problem or "the journal is closed"
         record = _LATCH.pack(_LATCHED, reason.encode()[:200])
@@ -231,12 +247,12 @@ class Journal:
         return ""
 
     def release(self) -> None:
-        """The emergency stop is over."""
+        """Release the latched emergency stop."""
         if self._map is not None:
             self._map[_LATCH_AT : _LATCH_AT + _LATCH.size + _CHECK.size] = bytes(_LATCH.size + _CHECK.size)
 
     def end(self) -> None:
-        """The traversal is over."""
+        """Note that the traversal is over."""
         if self._paint is not None:
             self._write(_OVER, _NOTHING)
 

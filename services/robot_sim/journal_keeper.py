@@ -1,4 +1,4 @@
-"""Keeps the journal of what the emulator does: when it begins, goes on and ends, and what there is to say about it."""
+"""Journal keeping: follows the emulator's jobs from start to end, and reports problems."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from touchline.schemas.messages import LoadRequest, Trajectory, TraversalStatus,
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.packing import header
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.setup_text import SetupText
 from touchline.services.robot_sim.unfinished import unfinished_before, unfinished_here
 
@@ -20,11 +20,11 @@ class Taken(NamedTuple):
     """A trajectory that was loaded.
 
     Attributes:
-        digest: Of the trajectory.
-        request: By which it was loaded, encoded.
-        name: Of its template.
-        works: Whether there is work to do along it, not only a way to drive.
-        resumed: Whether it goes on from what is kept.
+        digest: Digest of the trajectory.
+        request: Request by which it was loaded, encoded.
+        name: Name of its template.
+        works: True if there is work to do along it, not only a path to drive.
+        resumed: True if it continues a kept job.
     """
 
     digest: bytes
@@ -35,31 +35,31 @@ class Taken(NamedTuple):
 
 
 class JournalKeeper:
-    """See the module; without a journal, nothing is kept.
+    """Keeper of a robot's journal; without a journal, nothing is kept.
 
-    What was kept of the last traversal stays until the next one is under way; a job that was not finished stays until
-    the next one with work to do is: the robot may be driven elsewhere in between.
+    The entry of the last traversal stays until the next one is under way; a job that was not finished stays until the
+    next one with work to do is: the robot may be driven elsewhere in between.
 
     Attributes:
-        unfinished: The job that the robot could go on with and is not on now; without a length, there is none.
+        unfinished: Job that the robot could continue and is not on now; without a length, there is none.
     """
 
     def __init__(self, emulator: Emulator, journal: Journal | None) -> None:
-        """Nothing loaded."""
+        """Begin without a loaded trajectory."""
         self._emulator, self._journal = emulator, journal
         self._setup = SetupText.of(emulator.setup)
         self._taken: Taken | None = None
         self._under_way = False
-        self._given_up = journal.left_with(self._setup) if journal is not None else None
-        """The end of the job that can be gone on with, and the levels since."""
-        if self._given_up is not None:
-            emulator.begin_with(self._given_up[1].supplies)
+        self._aborted = journal.ended_with(self._setup) if journal is not None else None
+        """End of the job that can be continued, and the levels since."""
+        if self._aborted is not None:
+            emulator.begin_with(self._aborted[1].supplies)
         self.unfinished = self._unfinished_before()
-        self._said = ""
+        self._reported = ""
         self._latched = False
 
     def restore_latch(self) -> bool:
-        """Stop if the last process ended in an emergency stop that nobody has reset; returns whether it did."""
+        """Stop if the last process ended in an emergency stop that nobody has reset; return True if it did."""
         reason = self._journal.latched if self._journal is not None else None
         if reason is None:
             return False
@@ -69,7 +69,7 @@ class JournalKeeper:
         return True
 
     def note_latch(self) -> str:
-        """Keep that there is, or no longer is, an emergency stop; returns what the operator should know."""
+        """Keep or release the latch of an emergency stop; return a text for the operator, "" for none."""
         stopped = self._emulator.onboard.state == TraversalStatus.ESTOPPED
         if self._journal is None or stopped == self._latched:
             return ""
@@ -91,7 +91,7 @@ class JournalKeeper:
             return UnfinishedJob()
 
     def kept_job(self) -> LoadRequest:
-        """The request by which the job was loaded that can be gone on with.
+        """Return the request by which the job was loaded that can be continued.
 
         Raises:
             CommandRefused: There is none, or it cannot be read.
@@ -101,8 +101,8 @@ class JournalKeeper:
             raise CommandRefused("there is nothing to resume: the robot keeps no unfinished job; load a plan")
         return job
 
-    def to_resume(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains]:
-        """Where to go on with a trajectory, and with what.
+    def to_resume(self, trajectory: Trajectory) -> tuple[Checkpoint, EarlierWork]:
+        """Return the checkpoint and the earlier work of a trajectory.
 
         Raises:
             CommandRefused: It was not under way last, or with another vehicle or scenario, or that cannot be known.
@@ -114,20 +114,20 @@ class JournalKeeper:
             raise CommandRefused(f"there is nothing to resume: {reason}")
         return found
 
-    def as_of_now(self, remains: Remains) -> Remains:
-        """The rest of a job with the levels of now: somebody may have filled up since."""
-        return remains._replace(totals=remains.totals._replace(supplies=self._emulator.world.supplies))
+    def as_of_now(self, earlier: EarlierWork) -> EarlierWork:
+        """Update the levels of earlier work to the present ones: the tank may have been filled since."""
+        return earlier._replace(totals=earlier.totals._replace(supplies=self._emulator.world.supplies))
 
     def loaded(self, taken: Taken) -> str:
-        """This trajectory will be under way; returns what the operator should know, "" for nothing."""
+        """Note that this trajectory will be under way; return a text for the operator, "" for none."""
         if self._journal is None:
             return ""
         keeps = taken.works or not self.unfinished.total_length_m
-        self._taken, self._under_way, self._said = taken if keeps else None, False, ""
+        self._taken, self._under_way, self._reported = taken if keeps else None, False, ""
         return self._news(self._journal)
 
     def note(self) -> str:
-        """Note where the traversal is; returns what the operator should know, "" for nothing."""
+        """Note the progress of the traversal; return a text for the operator, "" for none."""
         journal, emulator, taken = self._journal, self._emulator, self._taken
         if journal is None:
             return ""
@@ -142,13 +142,13 @@ class JournalKeeper:
         totals = emulator.totals
         journal.write(checkpoint, totals, emulator.ledger)
         if emulator.onboard.state == TraversalStatus.ABORTED:
-            self._given_up = checkpoint, totals
+            self._aborted = checkpoint, totals
             if not self.unfinished.total_length_m or emulator.settled:
                 self.unfinished = unfinished_here(taken.name, emulator, header(emulator.tick_count))
         return self._news(journal) if journal.problem else ""
 
     def _set_off(self, journal: Journal, taken: Taken) -> None:
-        self._under_way, self._given_up = True, None
+        self._under_way, self._aborted = True, None
         if self.unfinished.total_length_m:
             self.unfinished = UnfinishedJob()
         if taken.resumed:
@@ -157,18 +157,18 @@ class JournalKeeper:
             journal.begin(taken.digest, self._setup, taken.request)
 
     def _note_rest(self, journal: Journal) -> None:
-        """Note that the traversal is over, or, of a job that was given up, how full tank and battery are now."""
+        """Note that the traversal is over, or, for an aborted job, the present levels of tank and battery."""
         if self._under_way and self._emulator.onboard.state == TraversalStatus.DONE:
             journal.end()
-        elif self._given_up is not None:
-            checkpoint, totals = self._given_up
+        elif self._aborted is not None:
+            checkpoint, totals = self._aborted
             supplies = self._emulator.world.supplies
             if supplies != totals.supplies:
-                self._given_up = checkpoint, totals._replace(supplies=supplies)
-                journal.write(*self._given_up)
+                self._aborted = checkpoint, totals._replace(supplies=supplies)
+                journal.write(*self._aborted)
         self._taken, self._under_way = (None, False) if self._under_way else (self._taken, False)
 
     def _news(self, journal: Journal) -> str:
-        news = journal.problem if journal.problem != self._said else ""
-        self._said = journal.problem
+        news = journal.problem if journal.problem != self._reported else ""
+        self._reported = journal.problem
         return news

@@ -1,4 +1,4 @@
-"""The byte layouts of what the robot sends often: one `FixedLayout` per message, made once."""
+"""Byte layouts of frequent messages: one `FixedLayout` per message, made once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "lo
 
 @lru_cache(maxsize=16)
 def joint_states(joints: tuple[str, ...]) -> FixedLayout:
-    """Layout of the states of these joints."""
+    """Return the layout of the states of these joints."""
     count = len(joints)
     return FixedLayout(
         m.JointState, {"header.frame_id": BODY_FRAME, "name": joints}, {"position": count, "velocity": count}
@@ -34,23 +34,35 @@ def joint_states(joints: tuple[str, ...]) -> FixedLayout:
 
 @lru_cache(maxsize=16)
 def actuator_command(names: tuple[str, ...]) -> FixedLayout:
-    """Layout of a command to these actuators."""
+    """Return the layout of a command to these actuators."""
     return FixedLayout(m.ActuatorCommand, {"header.frame_id": BODY_FRAME, "names": names}, {"values": len(names)})
 
 
 @lru_cache(maxsize=256)
 def paint_marks(segment_id: str, points: int) -> FixedLayout:
-    """Layout of marks of that many points on that line."""
+    """Return the layout of marks.
+
+    Args:
+        segment_id: Id of the line.
+        points: Number of points.
+    """
     return FixedLayout(
         m.PaintMarks, {"header.frame_id": MAP_FRAME, "segment_id": segment_id}, {"x_m": points, "y_m": points}
     )
 
 
-# One at a time is in use, until the next line or reason. It names every line of the job: few are kept, as thousands
+# One at a time is in use, until the next line or reason. It names every line of the job: few are cached, as thousands
+# take a gigabyte.
 # take a gigabyte.
 @lru_cache(maxsize=4)
 def status(reason: str, segment_id: str, painted_ids: tuple[str, ...]) -> FixedLayout:
-    """Layout of a status with these texts."""
+    """Return the layout of a status with these texts.
+
+    Args:
+        reason: Reason of the state.
+        segment_id: Id of the segment under the robot.
+        painted_ids: Ids of the lines to be painted.
+    """
     return FixedLayout(
         m.TraversalStatus,
         {"header.frame_id": MAP_FRAME, "reason": reason, "segment_id": segment_id, "painted_ids": painted_ids},
@@ -58,10 +70,10 @@ def status(reason: str, segment_id: str, painted_ids: tuple[str, ...]) -> FixedL
     )
 
 
-# It names every line, too; another one comes with the next job only.
+# It names every line, too; it changes with the next job only.
 @lru_cache(maxsize=2)
 def true_coverage(painted_ids: tuple[str, ...]) -> FixedLayout:
-    """Layout of the truth about these lines."""
+    """Return the layout of the true coverage of these lines."""
     return FixedLayout(
         m.TrueCoverage,
         {"header.frame_id": MAP_FRAME, "painted_ids": painted_ids},

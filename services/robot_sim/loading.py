@@ -1,4 +1,4 @@
-"""Loads, prepared in a thread of their own: reading a large plan takes seconds, and the loop turns meanwhile."""
+"""Preparation of loads in a thread of their own: reading a large plan takes seconds, and the loop turns meanwhile."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.services.robot_sim.command_handlers import Load
 
 WAITING: Final = 2
-"""Beside the one that is being prepared; more are told to come back."""
+"""Number of loads that may wait for the one in preparation; further ones are refused for now."""
 
 
 class Prepared(NamedTuple):
@@ -25,9 +25,9 @@ class Prepared(NamedTuple):
 
 
 class Loader:
-    """Prepares one load after another.
+    """Thread that prepares one load after another.
 
-    The thread never touches the robot or the bus: what it has made ready is taken away by the loop.
+    The thread never touches the robot or the bus: the loop takes its results.
     """
 
     def __init__(self) -> None:
@@ -38,16 +38,21 @@ class Loader:
 
     @property
     def busy(self) -> bool:
-        """Whether another load has to come back later."""
+        """True if another load has to be sent again later."""
         return self._under_way > WAITING
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is being prepared."""
+        """True if nothing is being prepared."""
         return self._under_way == 0
 
     def prepare(self, call: ServedCall[Any, Any], load: Load) -> None:
-        """Begin with a request, or have it wait for those before."""
+        """Begin to prepare a request, after those before it.
+
+        Args:
+            call: The request.
+            load: Handler of its service.
+        """
         self._under_way += 1
         self._asked.put((call, load))
         if self._thread is None:
@@ -55,7 +60,7 @@ class Loader:
             self._thread.start()
 
     def poll(self) -> Prepared | None:
-        """The next request that is ready, if there is one."""
+        """Return the next request that is ready, if there is one."""
         if self._done.empty():
             return None
         self._under_way -= 1
@@ -68,7 +73,7 @@ class Loader:
 
 
 def _made_ready(call: ServedCall[Any, Any], load: Load) -> Any:
-    """What came of it; None for what nobody foresaw, which is written to the log and must not end the robot."""
+    """Return the result; None for an unforeseen error, which is written to the log and must not end the robot."""
     try:
         return load.prepare(call.request)
     except (PayloadError, CommandRefused, SpecError) as error:

@@ -1,4 +1,4 @@
-"""Asks an external follower over the bus, tick by tick."""
+"""Lockstep with an external follower over the bus, tick by tick."""
 
 from __future__ import annotations
 
@@ -13,15 +13,17 @@ from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 
 TIMEOUT_S: Final = 1.0
-"""Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""
+"""Wall-clock timeout. Sim time stands still meanwhile, and so do all services except those that `interrupted`
+checks."""
 
 
 class Lockstep:
-    """`Ask` of an external follower, over the service `follower/step`.
+    """The `Ask` function of an external follower, over the service `follower/step`.
 
     Args:
-        bus: To ask on.
-        interrupted: Whether somebody who has to be answered at once is waiting; asked every few milliseconds.
+        bus: Bus of the robot.
+        interrupted: Returns True if a request that has to be answered at once is waiting; called every few
+            milliseconds.
     """
 
     def __init__(self, bus: Bus, interrupted: Callable[[], bool] = lambda: False) -> None:
@@ -30,10 +32,10 @@ class Lockstep:
         self._step = 0
 
     def __call__(self, question: FollowerQuestion) -> tuple[float, float]:
-        """The wanted twist: speed [m/s] and yaw rate [rad/s].
+        """Return the wanted twist: speed [m/s] and yaw rate [rad/s].
 
         Raises:
-            ConnectionError: Nobody answered in time, or with something else.
+            ConnectionError: There was no valid answer in time.
             Interrupted: The wait was broken off.
         """
         self._step += 1
@@ -66,6 +68,6 @@ NOW_FIELDS: Final = (
     "yaw_rate_radps",
     "reference_speed_mps",
 )
-"""Fields of the request in the order of `tracking_state`; what comes after them is the drive's own."""
+"""Fields of the request in the order of `tracking_state`; later elements are the drive's own."""
 TIMED_FIELDS: Final = ("along_m", "across_m", "turn_rad", "reference_acceleration_mps2")
-"""And those from ALONG on."""
+"""Fields from ALONG on."""

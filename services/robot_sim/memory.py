@@ -1,11 +1,11 @@
-"""Memory that a long-lived process has freed, given back to the system."""
+"""Return of freed memory to the system, for a long-lived process."""
 
 import ctypes
 import gc
 
 
 def give_back() -> None:
-    """Collect garbage and return what is free to the system: jobs of different sizes leave holes between what is kept.
+    """Collect garbage and return free memory to the system: jobs of different sizes leave holes between what is kept.
 
     Takes some tens of milliseconds. Without glibc only garbage is collected.
     """

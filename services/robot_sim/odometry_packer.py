@@ -1,4 +1,4 @@
-"""Packs estimates and true poses, of many ticks at once."""
+"""Packing of estimates and true poses, of many ticks at once."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ _COVARIANCE: Final = {
     "twist.covariance[30]": slice(_T + 2, _T + 3),
     "twist.covariance[35]": slice(_T + 3, _T + 4),
 }
-"""Where the columns of `tick_log` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
+"""Columns of `tick_log` for the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
 
 
 class OdometryPacker:
-    """See the module.
+    """Packer of odometry messages.
 
     Args:
-        most: Ticks at once.
+        most: Largest number of ticks at once.
     """
 
     def __init__(self, most: int) -> None:
-        """See the class."""
+        """Prepare the records."""
         pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
         twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
         odometry = layouts.ODOMETRY.pack(*NO_STAMP, *_NO_ODOMETRY)
@@ -52,24 +52,29 @@ class OdometryPacker:
         self._truth = Records(layouts.ODOMETRY, odometry, STAMP | pose | twist, most)
 
     def estimates(self, rows: Rows) -> Payloads:
-        """The estimates in rows (n, tick_log.columns)."""
+        """Pack the estimates in rows (n, tick_log.columns)."""
         covariance = (rows[:, columns] for columns in _COVARIANCE.values())
         motion = _motion(rows[:, tick_log.ESTIMATE : tick_log.COVARIANCE])
         return self._estimate.pack(*stamps(rows, tick_log.TICK), *motion, *covariance)
 
     def truths(self, rows: Rows) -> Payloads:
-        """The true poses and speeds in rows (n, tick_log.columns)."""
+        """Pack the true poses and speeds in rows (n, tick_log.columns)."""
         motion = _motion(rows[:, tick_log.TRUTH : tick_log.SPRAYER])
         return self._truth.pack(*stamps(rows, tick_log.TICK), *motion)
 
 
 def stamps(rows: Rows, column: int) -> tuple[Integers, Integers]:
-    """Seconds and nanoseconds (n, 1) of sim time at the ends of the ticks in a column."""
+    """Return seconds and nanoseconds (n, 1) of sim time at the ends of ticks.
+
+    Args:
+        rows: (n, tick_log.columns).
+        column: Column with the ticks.
+    """
     whole = rows[:, column : column + 1].astype(np.int64)
     return whole // 100, whole % 100 * 10_000_000
 
 
 def _motion(rows: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Position (n, 2), the quaternion's z and w (n, 2), speed and yaw rate (n, 1) of rows (n, 5)."""
+    """Return position (n, 2), the quaternion's z and w (n, 2), speed and yaw rate (n, 1) of rows (n, 5)."""
     turned = [(math.sin(0.5 * heading), math.cos(0.5 * heading)) for heading in rows[:, 2].tolist()]
     return rows[:, :2], np.array(turned).reshape(-1, 2), rows[:, 3:4], rows[:, 4:5]

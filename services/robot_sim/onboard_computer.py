@@ -1,4 +1,4 @@
-"""What the emulator needs of the robot's own computer."""
+"""Interface of the robot's own computer for the emulator."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -30,84 +30,102 @@ class OnboardComputer(Protocol):
 
     @property
     def estimate(self) -> Estimate:
-        """Where it believes the robot is."""
+        """Estimated pose and twist of the robot."""
 
     @property
     def status(self) -> Status:
-        """Where the traversal stands."""
+        """Status of the traversal."""
 
     @property
     def state(self) -> int:
-        """The state of `status`."""
+        """State in `status`."""
 
     @property
     def warning(self) -> MoveOffWarning | None:
-        """The warning that it gives before and while the robot moves."""
+        """Warning that it gives before and while the robot moves."""
 
     @property
     def consistency(self) -> Consistency:
-        """How consistent the estimate is."""
+        """Consistency of the estimate."""
 
     @property
     def lateral_error_m(self) -> float:
-        """How far it believes the nozzle is to the left of its path."""
+        """Estimated distance of the nozzle to the left of its path [m]."""
 
     @property
     def spraying(self) -> bool:
-        """Whether it commands the valve open."""
+        """True if it commands the valve open."""
 
     @property
     def painted(self) -> PaintBelief:
-        """What it believes it has painted."""
+        """Estimated paint."""
 
     @property
     def aligned(self) -> bool:
-        """Whether it knows where it stands well enough to drive off."""
+        """True if it knows its pose well enough to drive off."""
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on."""
+        """Checkpoint from which another process could continue."""
 
     def check_load(self) -> None:
-        """Whether a trajectory would be taken now."""
+        """Check that a trajectory would be accepted now."""
 
     def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Any:
-        """Check a trajectory, not to be left beyond the boundary; changes nothing."""
+        """Check a trajectory without changing anything.
+
+        Args:
+            trajectory: Path, speeds and actuation.
+            boundary: Corners (x, y) [m] of the area that the robot must not leave.
+        """
 
     def take(self, course: Any, resume: Checkpoint | None = None) -> float:
-        """Take what `prepare` gave; returns its planned duration [s]."""
+        """Take a prepared course.
+
+        Args:
+            course: Result of `prepare`.
+            resume: Checkpoint to begin at; None: the start.
+
+        Returns:
+            Planned duration [s].
+        """
 
     def take_here(self, course: Any) -> float:
-        """As `take`, if it begins where the robot stands."""
+        """Take a course that begins where the robot stands, as `take`."""
 
     def take_over(self, course: Any) -> float:
-        """As `take`, under way and without a stop."""
+        """Take a course while driving, without a stop, as `take`."""
 
     def begin_guided(self) -> None:
-        """Drive where a coordinator guides the robot from now on."""
+        """Follow a coordinator's guidance from now on."""
 
-    def take_guidance(self, told: Guidance) -> bool:
-        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
+    def take_guidance(self, guidance: Guidance) -> bool:
+        """Take guidance from the coordinator; return False if it cannot be used, or the robot is not guided."""
 
     @property
     def guided(self) -> bool:
-        """Whether a coordinator guides the robot, emergency-stopped or not."""
+        """True if a coordinator guides the robot, emergency-stopped or not."""
 
     @property
     def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator; None if it is not guided."""
+        """Message of a guided robot to its coordinator; None if it is not guided."""
 
     def start(self) -> None:
         """Begin the traversal."""
 
     def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
-        """Brake and close the valve."""
+        """Brake and close the valve.
+
+        Args:
+            reason: Shown to the operator.
+            by: Cause and source of the pause.
+        """
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Brake and give the traversal up."""
+        """Brake and abort the traversal."""
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop at once and latch."""
@@ -116,19 +134,19 @@ class OnboardComputer(Protocol):
         """Release the latch."""
 
     def authorize(self, until_m: float) -> None:
-        """Drive up to this arc length only [m], and on when it is moved on."""
+        """Allow driving up to this arc length only [m], which later calls may extend."""
 
     def link_lost(self) -> None:
-        """The operator cannot be heard any more: pause if under way."""
+        """Pause if under way, because the link to the operator is lost."""
 
     def take_samples(self, samples: Sequence[AuxiliarySample]) -> None:
-        """Use what auxiliary sensors have measured."""
+        """Use measurements of auxiliary sensors."""
 
     def step(self, frame: SensorFrame) -> Command:
-        """One tick."""
+        """Run one tick."""
 
     def decide(self, tick: int) -> Command:
-        """The last part of a tick that has been perceived already."""
+        """Run the last part of a tick that has been perceived already."""
 
     def take_events(self) -> list[OnboardEvent]:
-        """Events since the last call."""
+        """Return and clear the events since the last call."""

@@ -1,4 +1,4 @@
-"""Which commands the robot has obeyed, and after which tick: with its setup and plan, all that decides a session."""
+"""Log of the commands that the robot has carried out, with ticks; with setup and plan they determine a session."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 
 class ObeyedOrder(NamedTuple):
-    """A command that was obeyed.
+    """A command that was carried out.
 
     Attributes:
-        tick: The last one before it.
-        name: Of the command.
-        details_json: What belongs to it, a JSON object.
+        tick: Last tick before it.
+        name: Name of the command.
+        details_json: Its details, a JSON object.
     """
 
     tick: int
@@ -21,25 +21,31 @@ class ObeyedOrder(NamedTuple):
 
 
 class OrderLog:
-    """The orders since they were told last.
+    """Orders since they were last published.
 
     Attributes:
-        count: Of all orders so far.
+        count: Number of all orders so far.
     """
 
     def __init__(self) -> None:
-        """None yet."""
+        """Begin without orders."""
         self._waiting: list[ObeyedOrder] = []
         self.count = 0
 
     def note(self, tick: int, name: str, **details: Any) -> None:
-        """An order was obeyed, with these details (values as in JSON)."""
+        """Add an order.
+
+        Args:
+            tick: Last tick before it.
+            name: Name of the command.
+            details: Its details (values as in JSON).
+        """
         text = json.dumps(details, separators=(",", ":")) if details else "{}"
         self.count += 1
         self._waiting.append(ObeyedOrder(tick, name, text))
 
     def take(self) -> list[ObeyedOrder]:
-        """Those since the last call."""
+        """Return and clear the orders since the last call."""
         if not self._waiting:
             return []
         taken, self._waiting = self._waiting, []

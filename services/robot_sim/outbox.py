@@ -1,8 +1,8 @@
-"""Telemetry of a process's robots on its way to a process of its own, so that the control loop waits for no subscriber.
+"""Outbox for the telemetry of a process's robots to a sender process, so that the control loop waits for no subscriber.
 
-What is to be published is written to a pipe that never blocks; what the pipe does not take waits here, up to a bound,
-beyond which it is dropped: the sequence numbers, which are given here, then show the gap to every subscriber. At the
-other end is `sender`. If that process dies, or takes nothing for long, another takes its place.
+Messages are written to a pipe that never blocks; messages that the pipe does not take wait here, up to a limit, beyond
+which they are dropped: the sequence numbers, which are given here, then show the gap to every subscriber. At the other
+end is `sender`. If that process dies, or takes nothing for long, another takes its place.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from touchline.supervision.safe_path import safe_path
 
 _PIPE_BYTES: Final = 1024 * 1024
 MOST_BYTES: Final = 64 * 1024 * 1024
-"""What waits at most: half a minute of telemetry at 20 times real time."""
+"""Limit of the waiting messages: half a minute of telemetry at 20 times real time."""
 BEHIND_BYTES: Final = 2 * 1024 * 1024
-"""With more than this waiting, sim time that passes as fast as it goes is held."""
+"""Amount of waiting messages above which sim time that passes as fast as possible is held."""
 STUCK_S: Final = 10.0
-"""A sender that takes nothing for so long, though something waits, is replaced. One subscriber that takes nothing holds
-it up for `PATIENCE_S` of the bus at most."""
+"""Time after which a sender that takes nothing, though something waits, is replaced. One subscriber that takes nothing
+holds it up for `PATIENCE_S` of the bus at most."""
 _CLOSING_S: Final = 3.0
 
 
 class Outbox:
-    """See the module; use `send` for all, `turn` often, and `close` at the end.
+    """Sender's end in the control loop; use `send` for all, `turn` often, and `close` at the end.
 
     Args:
-        config: Of the bus, with the robots of this process.
+        config: Configuration of the bus, with the robots of this process.
         clock: Monotonic seconds.
 
     Attributes:
-        waiting_bytes: What the pipe has not taken yet.
-        dropped: Messages for which there was no room.
-        restarts: How often the sender was replaced.
+        waiting_bytes: Size of the messages that the pipe has not taken yet.
+        dropped: Number of messages for which there was no room.
+        restarts: Number of times that the sender was replaced.
     """
 
     def __init__(self, config: BusConfig, clock: Callable[[], float] = time.monotonic) -> None:
@@ -76,23 +76,23 @@ class Outbox:
 
     @property
     def pid(self) -> int:
-        """Of the process that publishes."""
+        """Id of the process that publishes."""
         return self._sender.pid
 
     @property
     def behind(self) -> bool:
-        """Whether so much waits that sim time should not run ahead."""
+        """True if so much waits that sim time should not run ahead."""
         return self.waiting_bytes > BEHIND_BYTES
 
     def send(self, payloads: Sequence[Payload], robot: int = 0) -> int:
-        """Have these messages published, in this order; never waits.
+        """Send messages to be published, in this order; never waits.
 
         Args:
-            payloads: Of one robot.
-            robot: Which of the robots of this process it is, from 0.
+            payloads: Messages of one robot.
+            robot: Index of the robot in this process, from 0.
 
         Returns:
-            How many of them there was no room for.
+            Number of messages for which there was no room.
         """
         frames: list[bytes] = []
         first = robot * len(CARRIED)
@@ -109,7 +109,7 @@ class Outbox:
         return dropped
 
     def _put(self, batch: bytes) -> bool:
-        """Whether there was room."""
+        """Queue a batch; return False if there is no room."""
         if self.waiting_bytes + len(batch) > MOST_BYTES:
             return False
         if batch:
@@ -136,9 +136,10 @@ class Outbox:
             self._cut = False
 
     def turn(self) -> bool:
-        """Pass on what waits, and replace a sender that died or is stuck; True if it was replaced.
+        """Pass on waiting messages, and replace a sender that died or is stuck; return True if it was replaced.
 
-        What the old one had not published is lost but for the latched messages; paint has to be told anew.
+        Messages that the old sender had not published are lost except for the latched ones; paint has to be published
+        anew.
         """
         self._flush()
         if not self._waiting:
@@ -159,7 +160,7 @@ class Outbox:
         return True
 
     def close(self) -> None:
-        """Have everything published, as far as that takes no longer than a few seconds, and end the sender."""
+        """Publish everything, as far as that takes no longer than a few seconds, and end the sender."""
         deadline = self._clock() + _CLOSING_S
         while self._waiting and self._clock() < deadline and self._sender.poll() is None:
             self._flush()
@@ -176,31 +177,36 @@ class RobotOutlet:
     """One robot's end of an `Outbox`.
 
     Attributes:
-        dropped: Messages of this robot for which there was no room.
+        dropped: Number of messages of this robot for which there was no room.
     """
 
     def __init__(self, outbox: Outbox, robot: int = 0) -> None:
-        """`robot` is which of the outbox's robots it is, from 0."""
+        """Make the outlet of a robot.
+
+        Args:
+            outbox: Outbox of the process.
+            robot: Index of the robot in it, from 0.
+        """
         self._outbox, self._robot = outbox, robot
-        self._told_restarts = outbox.restarts
+        self._known_restarts = outbox.restarts
         self.dropped = 0
 
     @property
     def behind(self) -> bool:
-        """Whether so much waits, of all robots together, that sim time should not run ahead."""
+        """True if so much waits, of all robots together, that sim time should not run ahead."""
         return self._outbox.behind
 
     @property
     def restarts(self) -> int:
-        """How often the process that publishes was replaced."""
+        """Number of times that the process that publishes was replaced."""
         return self._outbox.restarts
 
     def send(self, payloads: Sequence[Payload]) -> None:
-        """Have these messages published, in this order; never waits."""
+        """Send messages to be published, in this order; never waits."""
         self.dropped += self._outbox.send(payloads, self._robot)
 
     def turn(self) -> bool:
-        """As of the outbox; True if this robot's paint has to be told anew."""
+        """Turn the outbox; return True if this robot's paint has to be published anew."""
         self._outbox.turn()
-        told, self._told_restarts = self._told_restarts, self._outbox.restarts
-        return told != self._told_restarts
+        known, self._known_restarts = self._known_restarts, self._outbox.restarts
+        return known != self._known_restarts

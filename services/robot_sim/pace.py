@@ -1,4 +1,4 @@
-"""How many ticks the wall clock asks for, at N× real time, as fast as it goes, or not at all."""
+"""Pace of the ticks by the wall clock: N× real time, as fast as possible, or held."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from typing import Final
 from touchline.onboard.interface import TICK_S, TICKS_PER_S
 
 LONGEST_SLICE_S: Final = 0.01
-"""Commands are looked at this often, also when ticks run as fast as they go."""
+"""Interval at which commands are served, also when ticks run as fast as possible."""
 SHORTEST_WAIT_S: Final = 0.002
 """Faster than real time several ticks are run at once rather than each when it is due, which costs half as much."""
 UNLIMITED: Final = 1 << 30
 FORGIVEN_S: Final = 0.25
-"""Usually: who has stood still for longer does not drive the faster for it."""
+"""Default lag beyond which a loop that stood still does not catch up."""
 
 
 class Pacer:
-    """Hands out ticks against the wall clock; it is told the time and never asks for it.
+    """Source of ticks by the wall clock; the time is an argument, the clock is never read.
 
     Args:
-        factor: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
+        factor: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as possible.
         now_s: Monotonic wall time.
 
     Attributes:
-        stride: Ticks are handed out up to those that are multiples of this.
-        forgiven_s: Lagging further behind than this the pace starts anew.
+        stride: Ticks are handed out up to multiples of this.
+        forgiven_s: Lag beyond which the pace starts anew.
     """
 
     def __init__(self, factor: float, now_s: float) -> None:
@@ -33,7 +33,12 @@ class Pacer:
         self._given = 0
 
     def set_factor(self, factor: float, now_s: float) -> None:
-        """Change the pace from now on; the part of a tick that has passed stays, however often it is changed."""
+        """Change the pace from now on; the part of a tick that has passed is kept, however often the pace is changed.
+
+        Args:
+            factor: Sim time per wall time.
+            now_s: Monotonic wall time.
+        """
         begun = max((now_s - self._anchor_s) * self.factor / TICK_S - self._given, 0.0)
         self.factor = factor
         self.restart(now_s)
@@ -41,11 +46,16 @@ class Pacer:
             self._anchor_s -= min(begun, 1.0) * TICK_S / factor
 
     def restart(self, now_s: float) -> None:
-        """Begin to count anew: what passed until now is not to be caught up with."""
+        """Begin to count anew: time until now is not caught up with."""
         self._anchor_s, self._given = now_s, 0
 
     def due(self, now_s: float, tick: int = 0) -> int:
-        """Ticks that should run now, after this one; they count as run."""
+        """Return the number of ticks that should run now; they count as run.
+
+        Args:
+            now_s: Monotonic wall time.
+            tick: Ticks so far.
+        """
         if self.factor < 0.0:
             return UNLIMITED
         wanted = int((now_s - self._anchor_s) * self.factor / TICK_S + 1e-6)
@@ -65,7 +75,12 @@ class Pacer:
             self._given -= ticks
 
     def wait_s(self, now_s: float, longest_s: float = LONGEST_SLICE_S) -> float:
-        """Wall time until the next tick is due, or some are; at most `longest_s`."""
+        """Return the wall time until the next ticks are due.
+
+        Args:
+            now_s: Monotonic wall time.
+            longest_s: Upper limit of the result.
+        """
         if self.factor < 0.0:
             return 0.0
         if self.factor == 0.0:
@@ -78,15 +93,20 @@ class Pacer:
 
 
 class RateMeter:
-    """Sim time per wall time, over about the last second."""
+    """Meter of sim time per wall time, over about the last second."""
 
     def __init__(self) -> None:
-        """Nothing measured yet."""
+        """Begin without a measurement."""
         self.real_time_factor = 0.0
         self._since = (0.0, 0)
 
     def note(self, now_s: float, ticks: int) -> None:
-        """Enter the present wall time and tick count."""
+        """Enter the present state.
+
+        Args:
+            now_s: Monotonic wall time.
+            ticks: Ticks so far.
+        """
         since_s, since_ticks = self._since
         if now_s - since_s < 1.0:
             return

@@ -1,4 +1,4 @@
-"""Single messages of the robot, from plain values to payload."""
+"""Packing of single messages of the robot, from plain values to payload."""
 
 from __future__ import annotations
 
@@ -32,24 +32,29 @@ _NAVSAT_STATUS: Final = {
 
 
 def stamp(tick: int) -> Stamp:
-    """(seconds, nanoseconds) of sim time at the end of `tick`."""
+    """Return (seconds, nanoseconds) of sim time at the end of `tick`."""
     return tick // 100, tick % 100 * 10_000_000
 
 
 def stamp_of(time_s: float) -> Stamp:
-    """(seconds, nanoseconds) of a time that need not be a whole tick; not before 0."""
+    """Return (seconds, nanoseconds) of a time that need not be a whole tick; not before 0."""
     nanoseconds = max(round(time_s * 1e9), 0)
     return nanoseconds // 1_000_000_000, nanoseconds % 1_000_000_000
 
 
 def header(tick: int, frame_id: str = MAP_FRAME) -> m.Header:
-    """The header of a message sent after `tick`."""
+    """Make the header of a message.
+
+    Args:
+        tick: Tick after which it is sent.
+        frame_id: Frame of its contents.
+    """
     sec, nanosec = stamp(tick)
     return m.Header(stamp=m.Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
 
 
 def gnss(report: GnssReport) -> list[Payload]:
-    """A fix and its RTK state, stamped with the time of validity."""
+    """Pack a fix and its RTK state, stamped with the time of validity."""
     time = stamp_of(report.stamp_s)
     variance = report.variance_m2
     fix = layouts.GNSS_FIX.pack(
@@ -69,7 +74,7 @@ def gnss(report: GnssReport) -> list[Payload]:
 
 
 def camera_pose(sample: CameraSample) -> Payload:
-    """A pose that the camera overhead has found, stamped with the time of its picture."""
+    """Pack a pose of the overhead camera, stamped with the time of its picture."""
     half, covariance = 0.5 * sample.heading_rad, [0.0] * 36
     covariance[0] = covariance[7] = sample.sigma_m**2
     covariance[35] = sample.sigma_rad**2
@@ -83,13 +88,18 @@ def camera_pose(sample: CameraSample) -> Payload:
 
 
 def positions(sensors: Sensors) -> list[Payload]:
-    """The fixes or poses that arrived in the last tick."""
+    """Pack the fixes or poses that arrived in the last tick."""
     fixes = [payload for report in sensors.gnss_reports for payload in gnss(report)]
     return fixes + [camera_pose(sample) for sample in sensors.camera_poses]
 
 
 def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str]) -> list[Payload]:
-    """Measurements of auxiliary sensors, stamped with their times; `kinds` is by the sensors' names."""
+    """Pack measurements of auxiliary sensors, stamped with their times.
+
+    Args:
+        samples: The measurements.
+        kinds: Kind of each sensor, by its name.
+    """
     return [
         (
             topics.SENSOR_SAMPLE,
@@ -105,39 +115,65 @@ def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str])
     ]
 
 
-def whereabouts(time: Stamp, said: m.Whereabouts) -> bytes:
-    """What a guided robot tells its coordinator."""
-    return whereabouts_at(time, said, said.stamp_s, (said.x_m, said.y_m, said.stop_x_m, said.stop_y_m))
+def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:
+    """Pack a guided robot's message to its coordinator.
+
+    Args:
+        time: Stamp of the message.
+        message: The message.
+    """
+    return whereabouts_at(
+        time, message, message.stamp_s, (message.x_m, message.y_m, message.stop_x_m, message.stop_y_m)
+    )
 
 
-def whereabouts_at(time: Stamp, said: m.Whereabouts, stamp_s: float, place: Sequence[float]) -> bytes:
-    """As `whereabouts`, at another time of the robot's computer and place: x, y, and those where it would stand (m)."""
-    return layouts.WHEREABOUTS.pack(*time, stamp_s, said.aligned, *place, said.adopted, said.decided)
+def whereabouts_at(time: Stamp, message: m.Whereabouts, stamp_s: float, place: Sequence[float]) -> bytes:
+    """Pack a guided robot's message at another time and place, as `whereabouts`.
+
+    Args:
+        time: Stamp of the message.
+        message: The message, except for time and place.
+        stamp_s: Time of the robot's computer.
+        place: x, y, and those of the stopping point (m).
+    """
+    return layouts.WHEREABOUTS.pack(*time, stamp_s, message.aligned, *place, message.adopted, message.decided)
 
 
-def status(time: Stamp, said: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
-    """Where the traversal stands, all of it as the onboard computer believes."""
+def status(time: Stamp, current: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
+    """Pack the status of the traversal, as estimated by the onboard computer.
+
+    Args:
+        time: Stamp of the message.
+        current: The status.
+        speed_mps: Estimated speed.
+        onboard: Computer with the estimated paint.
+    """
     painted = onboard.painted
-    layout = layouts.status(said.reason, said.segment_id, painted.ids)
+    layout = layouts.status(current.reason, current.segment_id, painted.ids)
     return topics.STATUS, layout.pack(
         *time,
-        said.state,
-        said.segment_index,
-        said.segment_count,
-        said.arc_length_m,
-        said.total_length_m,
+        current.state,
+        current.segment_index,
+        current.segment_count,
+        current.arc_length_m,
+        current.total_length_m,
         painted.coverage_pct,
         *painted.fractions,
         speed_mps,
-        said.elapsed_s,
-        said.remaining_s,
+        current.elapsed_s,
+        current.remaining_s,
         onboard.lateral_error_m,
         onboard.spraying,
     )
 
 
 def pause_status(tick: int, pause: Pause | None) -> Payload:
-    """Why the robot pauses after `tick` and what ends that; None: it does not."""
+    """Pack the status of a pause.
+
+    Args:
+        tick: Tick after which it is sent.
+        pause: The pause; None if there is none.
+    """
     if pause is None:
         return topics.PAUSE_STATUS, encode(m.PauseStatus(header=header(tick)))
     earliest = m.Time()
@@ -155,7 +191,12 @@ def pause_status(tick: int, pause: Pause | None) -> Payload:
 
 
 def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
-    """The warning that begins with, or has begun before, `tick`; None: it ends."""
+    """Pack the warning before the robot moves.
+
+    Args:
+        tick: Tick after which it is sent.
+        warning: The warning; None: it ends.
+    """
     message = m.AboutToMove(header=header(tick))
     if warning is not None:
         earliest = header(warning.earliest_tick).stamp
@@ -164,7 +205,13 @@ def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
 
 
 def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:
-    """What is truly painted, and whether paint flows."""
+    """Pack the true coverage.
+
+    Args:
+        time: Stamp of the message.
+        emulator: Emulator with the ledger.
+        flowing: True if paint flows.
+    """
     ledger, account = emulator.ledger, emulator.account
     if account is None:
         ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
@@ -176,13 +223,13 @@ def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:
 
 
 def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> bytes:
-    """The battery, its voltage linear in its charge.
+    """Pack the state of the battery, its voltage linear in its charge.
 
     Args:
-        time: Of the message.
-        left_wh: In it.
-        power_w: Taken from it.
-        capacity_wh: Full.
+        time: Stamp of the message.
+        left_wh: Charge in it.
+        power_w: Power taken from it.
+        capacity_wh: Charge of the full battery.
     """
     share = left_wh / capacity_wh
     voltage: float = voltage_of(share)

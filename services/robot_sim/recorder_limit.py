@@ -1,4 +1,4 @@
-"""Holds sim time back for a recorder that cannot take telemetry as fast as the emulation makes it."""
+"""Limit of sim time for a recorder that cannot take telemetry as fast as the emulation makes it."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ from touchline.schemas import topics
 from touchline.schemas.messages import Clock
 
 FRESH_S: Final = 1.0
-"""A recorder that is behind says so more often; the word of one that has died or hangs holds up nobody for longer."""
+"""Validity of a limit: a recorder that is behind repeats it more often, and one that has died or hangs stops nobody for
+longer."""
 _LOOK_S: Final = 0.02
 
 
 class RecorderLimit:
-    """The last limit of sim time that the recorder has set; it is only asked for at a pace that can be held back."""
+    """The last limit of sim time that the recorder has set; it is only checked at a pace that can be held back."""
 
     def __init__(self, bus: Bus, clock: Callable[[], float] = time.monotonic) -> None:
-        """Listen on the bus of the robot; `clock` is in seconds."""
+        """Subscribe on the bus of the robot; `clock` is in seconds."""
         self._inbox = bus.inbox([topics.RECORDER_LIMIT], keep="latest")
         self._clock = clock
         self._limit_s = self._heard_s = self._look_at_s = float("-inf")
 
     def passed(self, time_s: float) -> bool:
-        """True if a sim time (s) lies beyond the limit."""
+        """Return True if a sim time (s) lies beyond the limit."""
         now_s = self._clock()
         if now_s >= self._look_at_s:
             self._look_at_s = now_s + _LOOK_S

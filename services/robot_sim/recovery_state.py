@@ -1,4 +1,4 @@
-"""State restored after a crash: where a traversal goes on, and with what; also as JSON, for a recording to say so."""
+"""State restored after a crash: place and earlier work of a traversal; also as JSON, for recordings."""
 
 from __future__ import annotations
 
@@ -14,36 +14,41 @@ from touchline.onboard.interface import Checkpoint
 
 
 class Totals(NamedTuple):
-    """What has been used up and summed up by the tick of the checkpoint."""
+    """Consumption and sums by the tick of the checkpoint."""
 
     supplies: tuple[float, float, float, float]
-    """As of `World`."""
+    """Supplies as in `World.supplies`."""
     errors: tuple[float, ...]
-    """(3,) as of `EstimatorError`."""
+    """Sums (3,) as in `EstimatorError`."""
     points: int
-    """Of paint, as of `PaintLedger`."""
+    """Number of points of paint, as in `PaintLedger`."""
 
 
-class Remains(NamedTuple):
-    """The totals, and the paint."""
+class EarlierWork(NamedTuple):
+    """Earlier work on a traversal: the totals, and the paint."""
 
     totals: Totals
     paint: NDArray[np.float64]
-    """(n, 5) rows as of `PaintLedger`; fewer than `totals.points` if the rest was lost."""
+    """Rows (n, 5) as in `PaintLedger`; fewer than `totals.points` if the rest was lost."""
 
 
-def restored_json(resume: Checkpoint, remains: Remains | None) -> dict[str, Any]:
-    """What `restored_from` reads: values as in JSON, the paint compressed, with all its bits."""
-    if remains is None:
+def restored_json(resume: Checkpoint, earlier: EarlierWork | None) -> dict[str, Any]:
+    """Return the state for `restored_from`: values as in JSON, the paint compressed, with all its bits.
+
+    Args:
+        resume: Checkpoint of the traversal.
+        earlier: Its earlier work, if known.
+    """
+    if earlier is None:
         return {"checkpoint": resume._asdict()}
-    rows: NDArray[np.float64] = np.ascontiguousarray(remains.paint, "<f8")
+    rows: NDArray[np.float64] = np.ascontiguousarray(earlier.paint, "<f8")
     packed = base64.b64encode(zlib.compress(rows.tobytes(), 1)).decode()
-    totals = remains.totals._asdict() | {"paint_columns": rows.shape[1], "paint_zlib": packed}
+    totals = earlier.totals._asdict() | {"paint_columns": rows.shape[1], "paint_zlib": packed}
     return {"checkpoint": resume._asdict(), "totals": totals}
 
 
-def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Remains | None]:
-    """Where a traversal went on and with what, as `restored_json` has put it among the details of an order.
+def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, EarlierWork | None]:
+    """Read the checkpoint and the earlier work of a traversal from the details of an order, as made by `restored_json`.
 
     Raises:
         ValueError, KeyError, TypeError: They are no such details.
@@ -53,11 +58,11 @@ def restored_from(details: Mapping[str, Any]) -> tuple[Checkpoint | None, Remain
     resume = Checkpoint(**details["checkpoint"])
     if "totals" not in details:
         return resume, None
-    told = dict(details["totals"])
-    columns, packed = int(told.pop("paint_columns")), str(told.pop("paint_zlib"))
+    content = dict(details["totals"])
+    columns, packed = int(content.pop("paint_columns")), str(content.pop("paint_zlib"))
     try:
         data = zlib.decompress(base64.b64decode(packed, validate=True))
     except zlib.error as error:
         raise ValueError(f"paint that cannot be unpacked: {error}") from error
-    totals = Totals(tuple(told["supplies"]), tuple(told["errors"]), int(told["points"]))
-    return resume, Remains(totals, np.frombuffer(data, "<f8").reshape(-1, columns).copy())
+    totals = Totals(tuple(content["supplies"]), tuple(content["errors"]), int(content["points"]))
+    return resume, EarlierWork(totals, np.frombuffer(data, "<f8").reshape(-1, columns).copy())

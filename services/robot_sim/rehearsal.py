@@ -1,4 +1,4 @@
-"""Rehearsal: a short job of a throw-away robot, with a pause, a fault and a restart, which needs every kernel."""
+"""Rehearsal: a short job of a throw-away robot, with a pause, a fault and a restart, which runs every kernel."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 _SPEED_MPS: Final = 0.3
 _WORK_M: Final = 0.5
 _MOST_TICKS: Final = 2000
-"""More than the job takes."""
+"""More ticks than the job takes."""
 _FAULT: Final = '{"kind": "encoder-dropout", "duration_s": 0.05}'
 
 
 def rehearse(setup: Setup) -> None:
-    """Let a robot set off, pause and end in the middle of its work, and another one go on from there to the end.
+    """Let a robot set off, pause and end in the middle of its work, and another one continue from there to the end.
 
     Args:
-        setup: Of the robot; start and faults of its scenario are left out.
+        setup: Setup of the robot; start and faults of its scenario are left out.
     """
     scenario = setup.scenario.model_copy(update={"faults": (), "start": None})
     setup = setup.model_copy(update={"scenario": scenario})
@@ -47,14 +47,14 @@ def rehearse(setup: Setup) -> None:
     if checkpoint is None:  # it cannot even set off
         return
     second = _Rehearsal(setup)
-    remains = Remains(first.robot.totals, ledger.rows(0)[: ledger.settled].copy())
-    second.robot.load(trajectory, template, checkpoint, remains)
+    earlier = EarlierWork(first.robot.totals, ledger.rows(0)[: ledger.settled].copy())
+    second.robot.load(trajectory, template, checkpoint, earlier)
     second.start(trajectory, template)
     second.run(lambda: not second.robot.active)
 
 
 class _Rehearsal:
-    """A throw-away robot, and what it tells of itself."""
+    """A throw-away robot and its telemetry."""
 
     def __init__(self, setup: Setup) -> None:
         self.robot = Emulator(setup.vehicle, setup.scenario, setup.onboard)
@@ -62,14 +62,19 @@ class _Rehearsal:
         self._runner = FastRunner(self.robot)
 
     def start(self, trajectory: Trajectory, template: Template) -> None:
-        """Start the job that is loaded."""
+        """Start the loaded job.
+
+        Args:
+            trajectory: Trajectory of the job.
+            template: Its template.
+        """
         self._telemetry.loaded(trajectory, template)
         self._telemetry.restored_paint()
         self._telemetry.supplies()
         self.robot.start()
 
     def pause_and_resume(self) -> None:
-        """Pause until the robot stands, and go on; one that cannot drive has paused by itself, and stays so."""
+        """Pause until the robot stands, and continue; one that cannot drive has paused by itself, and stays so."""
         with suppress(CommandRefused):
             self.robot.pause()
         self.run(lambda: self.robot.onboard.state == TraversalStatus.PAUSED and not self.robot.world.state.speed_mps)
@@ -77,14 +82,14 @@ class _Rehearsal:
             self.robot.resume()
 
     def run(self, until: Callable[[], bool]) -> None:
-        """Let time pass, and tell what is due, until something is so."""
+        """Run ticks, and pack their telemetry, until a condition is true."""
         last = self.robot.tick_count + _MOST_TICKS
         while not until() and self.robot.tick_count < last:
             self._telemetry.after(self._runner.step(self._telemetry.until_due(MOST_TICKS), self._telemetry.rows))
 
 
 def _job(vehicle: Vehicle) -> tuple[Trajectory, Template]:
-    """A straight from rest to rest; its middle is worked on if the vehicle has a tool."""
+    """Make a straight from rest to rest; its middle is worked on if the vehicle has a tool."""
     drive, tool = vehicle.drive, vehicle.tool
     speed_mps = min(_SPEED_MPS, drive.transit_speed_mps)
     ramp_m = speed_mps**2 / drive.max_acceleration_mps2

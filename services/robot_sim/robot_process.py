@@ -1,4 +1,4 @@
-"""One robot in a process: its loop serves commands, keeps the pace and minds its links; and a host of several."""
+"""One robot in a process: its loop serves commands, keeps the pace and monitors its links; and a host of several."""
 
 from __future__ import annotations
 
@@ -31,64 +31,65 @@ from touchline.services.robot_sim.recorder_limit import RecorderLimit
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Reports, Telemetry
 
 SERVED_AT_ONCE: Final = 4
-"""Requests of one service in a turn; the others wait for the next one."""
+"""Requests of one service that are served in a turn; others wait for the next one."""
 HEALTH_EVERY_S: Final = 0.02
-"""How often at most it is looked whether anybody asks how things are."""
+"""Shortest interval between checks for requests of diagnostics."""
 TIDY_S: Final = 10.0
-"""How often cyclic garbage is collected while no robot has anything to do; a collection amid a job could take long."""
+"""Interval at which cyclic garbage is collected while no robot has anything to do; a collection during a job could take
+long."""
 IDLE_S: Final = 0.002
-"""How long at most a turn sleeps while no tick is to come."""
+"""Longest sleep of a turn while no tick is due."""
 SHORTEST_SLICE_S: Final = 0.002
-"""Many robots that lag behind each catch up a stretch at a time: to begin on one takes a while."""
+"""Shortest slice: of many robots that lag behind each catches up a stretch at a time, because starting one takes a
+while."""
 HELD_S: Final = 0.0005
-"""How long at most a turn sleeps while sim time waits for a coordinator's answer."""
+"""Longest sleep of a turn while sim time waits for a coordinator's answer."""
 LOOK_S, LATEST_LOOK_S = 0.001, 0.05
-"""So much later for every robot in a process each looks at its commands, but no later than this; stops are looked for
-by `Beside`."""
+"""Delay per robot in a process with which each serves its commands, and its limit; stops are checked by `Beside`."""
 BESIDE_EVERY_S: Final = 0.001
-"""How often at most, amid the ticks of one robot, the stops of the others are looked for."""
+"""Shortest interval at which, amid the ticks of one robot, the stops of the others are checked."""
 ROBOTS_A_TICK: Final = 5
-"""For so many robots in a process ticks are run one more at a time: it is the turns that cost, not the ticks. Stops
-are looked for less often by as much."""
+"""Number of robots in a process per additional tick that is run at a time: the turns cost time, not the ticks. Stops
+are checked less often by as much."""
 STRIDES: Final = tuple(ticks for ticks in range(1, MOST_TICKS + 1) if MOST_TICKS % ticks == 0)
-"""Ticks that are run at a time: they end where those end that can be told at once."""
+"""Possible numbers of ticks that are run at a time: divisors of the ticks that can be published at once."""
 IN_STEP_FORGIVEN_S: Final = 2.0
-"""Lag that a robot catches up with which waits for its coordinator, and for all others, now and then."""
+"""Lag that a robot which occasionally waits for its coordinator, and so for all others, catches up with."""
 BRAKING_TICKS: Final = 300
-"""More than enough to come to rest."""
+"""More ticks than it takes to come to rest."""
 HELD_BACK_S: Final = 1.0
-"""For so long after sim time was held for who takes telemetry, it is told."""
+"""Time for which it is reported that sim time was held for a slow receiver of telemetry."""
 ClockPolicy = Literal["held", "free"]
 
 
 class Outlet(Protocol):
-    """Where telemetry goes, without the loop having to wait: an `Outbox`."""
+    """Receiver of telemetry that never makes the loop wait: an `Outbox`."""
 
     @property
     def behind(self) -> bool:
-        """Whether so much waits that sim time should not run ahead."""
+        """True if so much waits that sim time should not run ahead."""
 
     @property
     def dropped(self) -> int:
-        """Messages for which there was no room."""
+        """Number of messages for which there was no room."""
 
     @property
     def restarts(self) -> int:
-        """How often the process that publishes was replaced."""
+        """Number of times that the process that publishes was replaced."""
 
     def send(self, payloads: Sequence[Payload]) -> None:
-        """Publish, in this order."""
+        """Publish messages, in this order."""
 
     def turn(self) -> bool:
-        """Called in every turn of the loop; True if all paint has to be told anew."""
+        """Turn; called in every turn of the loop. Return True if all paint has to be published anew."""
 
 
 class Beside:
-    """The robots of a process, and when the stops of all of them were last looked for, by whichever's turn.
+    """Robots of a process, and the time at which the stops of all of them were last checked, in any robot's turn.
 
     Attributes:
         robots: All of them.
-        at_s: When those are due again (monotonic); never for one robot, which looks for its own.
+        at_s: Time at which their stops are due again (monotonic); never for a single robot, which checks its own.
     """
 
     def __init__(self, robots: Sequence[RobotProcess]) -> None:
@@ -97,7 +98,7 @@ class Beside:
         self.at_s = 0.0
 
     def due(self, now_s: float) -> Sequence[RobotProcess]:
-        """Whose stops are to be looked for at a wall time (s): of all, if that was a while ago, else of nobody."""
+        """Return the robots whose stops are to be checked at a wall time (s): all if they are due, else none."""
         if now_s < self.at_s:
             return ()
         self.at_s = now_s + self._every_s
@@ -105,10 +106,10 @@ class Beside:
 
 
 class RobotHost:
-    """The robots of one process in one loop; call `turn` in a loop."""
+    """Robots of one process in one loop; call `turn` in a loop."""
 
     def __init__(self, robots: Sequence[RobotProcess]) -> None:
-        """They take turns from now on."""
+        """Make the robots take turns from now on."""
         self._robots = robots
         self._due_s = [0.0] * len(robots)
         self._slice_s = max(LONGEST_SLICE_S / len(robots), SHORTEST_SLICE_S)
@@ -119,7 +120,7 @@ class RobotHost:
             robot.take_ticks(stride)
 
     def turn(self) -> None:
-        """A turn of each robot of which something is due, and sleep until it is again; stops are due all the time."""
+        """Turn each robot that has something due, and sleep until the next is due; stops are always due."""
         now_s = time.monotonic()
         for robot in self._beside.due(now_s):
             robot.answer_stops()
@@ -138,7 +139,7 @@ class RobotProcess:
     """The emulator on the bus; call `turn` in a loop, or `step` in that of a `RobotHost`.
 
     Attributes:
-        beside: All robots of this process, whose stops are looked for whenever this one's are.
+        beside: All robots of this process, whose stops are checked whenever this one's are.
     """
 
     def __init__(
@@ -152,7 +153,17 @@ class RobotProcess:
         clock: ClockPolicy,
         journal: Journal | None = None,
     ) -> None:
-        """Serve at once; nothing moves before a command."""
+        """Begin to serve; nothing moves before a command.
+
+        Args:
+            bus: Bus of the robot.
+            health: Reporter of its diagnostics.
+            setup: Robot and world.
+            outlet: Receiver of its telemetry.
+            speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as possible.
+            clock: "held": sim time passes only while a traversal is under way or coming to rest; "free": always.
+            journal: Journal of its progress, if one is kept.
+        """
         self.beside = Beside((self,))
         ask = Lockstep(bus, self._stop_waits)
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
@@ -182,30 +193,30 @@ class RobotProcess:
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
-        self._health, self._told_state, self._health_at_s = health, -1, 0.0
+        self._health, self._published_state, self._health_at_s = health, -1, 0.0
         self._recorder_limit, self._held_at_s = RecorderLimit(bus), -math.inf
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._telemetry.awake()])
         self._publish(self._commands.take())
 
     def take_ticks(self, stride: int) -> None:
-        """Run ticks up to every so many, once they are due."""
+        """Run ticks up to multiples of the stride, once they are due."""
         self._pacer.stride = self._stride = stride
 
     @property
     def active(self) -> bool:
-        """Whether a traversal is under way or coming to rest."""
+        """True if a traversal is under way or coming to rest."""
         return self._emulator.active
 
     def turn(self) -> None:
-        """Serve what waits, run the ticks that are due (at most 10 ms of them), and sleep if there are none."""
+        """Serve requests, run the ticks that are due (at most 10 ms of them), and sleep if there are none."""
         time.sleep(max(0.0, self.step(LONGEST_SLICE_S) - time.monotonic()))
 
     def step(self, slice_s: float) -> float:
-        """Serve what waits and run the ticks that are due; returns until when (monotonic) nothing else is due.
+        """Serve requests and run the ticks that are due; return the time (monotonic) until which nothing else is due.
 
         Args:
-            slice_s: Ticks run for no longer than about this.
+            slice_s: Approximate limit of the time for running ticks.
         """
         self._answer_all_stops(time.monotonic())
         self._mind_watchdog()
@@ -215,7 +226,7 @@ class RobotProcess:
         self._mind_outlet()
         now = time.monotonic()
         self._rate.note(now, self._emulator.tick_count)
-        self._tell_health()
+        self._publish_health()
         if self._time_passes:
             if self._held:
                 self._held_at_s = now
@@ -231,7 +242,7 @@ class RobotProcess:
 
     @property
     def _idle_s(self) -> float:
-        """How long commands may wait: many robots take their time to look."""
+        """Time for which commands may wait: many robots serve theirs less often."""
         return min(max(IDLE_S, LOOK_S * len(self.beside.robots)), LATEST_LOOK_S)
 
     def close(self) -> None:
@@ -254,14 +265,14 @@ class RobotProcess:
         return self._free or self._emulator.active or self._goals.waking or self._guided.under_way
 
     def _pace(self) -> float:
-        """Sim time per wall time."""
+        """Return sim time per wall time."""
         return self._pacer.factor if self._pacer.factor >= 0.0 else self._rate.real_time_factor
 
     @property
     def _held(self) -> bool:
         """True if sim time stands still until the telemetry so far is taken; never while the robot is to stop.
 
-        At real time or slower it never does: an operator would see a robot that stands though it drives.
+        At real time or slower sim time is never held: an operator would see a robot that stands although it drives.
         """
         hurries = self._pacer.factor < 0.0 or self._pacer.factor > 1.0
         if not (hurries and self._running):
@@ -270,16 +281,16 @@ class RobotProcess:
 
     @property
     def _held_back(self) -> bool:
-        """True if sim time was held lately."""
+        """True if sim time was held recently."""
         return time.monotonic() - self._held_at_s < HELD_BACK_S
 
     def _begin_guided(self, coordinator: str, lockstep_s: float) -> None:
         self._guided.begin(coordinator, lockstep_s)
         self._pacer.forgiven_s = IN_STEP_FORGIVEN_S if lockstep_s else FORGIVEN_S
-        self._pacer.stride = 2 * self._stride if lockstep_s else self._stride  # nobody waits for what comes in between
+        self._pacer.stride = 2 * self._stride if lockstep_s else self._stride  # nobody waits for messages in between
 
     def _run(self, ticks: int, until_s: float) -> bool:
-        """Run ticks, until about a wall time (s); returns whether sim time waits for a coordinator's answer."""
+        """Run ticks, until about a wall time (s); return True if sim time waits for a coordinator's answer."""
         waits = False
         while ticks > 0 and self._time_passes:
             if waits := self._guided.held(time.monotonic()):
@@ -292,7 +303,7 @@ class RobotProcess:
             self._telemetry.hold(done)
             news += self._guided.drove(rows[:done])
             if news or self._telemetry.full or self._emulator.settled:
-                self._tell_held()
+                self._publish_held()
                 self._publish(news)
             ticks -= done
             now = time.monotonic()
@@ -300,11 +311,11 @@ class RobotProcess:
             if now >= until_s:
                 self._pacer.give_back(ticks)
                 break
-        self._tell_held()
+        self._publish_held()
         return waits
 
-    def _tell_held(self) -> None:
-        """Publish what was due in the ticks since the last time, all at once."""
+    def _publish_held(self) -> None:
+        """Publish the messages that were due in the ticks since the last time, all at once."""
         self._publish(self._telemetry.told())
 
     def _serve(self) -> None:
@@ -320,7 +331,7 @@ class RobotProcess:
                 self._begin_load(call, server)
         self._goals.turn()
         for news in self._guided.turn(time.monotonic()):
-            self._commands.tell(*news)
+            self._commands.report(*news)
         self._publish(self._commands.take())
         while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)
@@ -344,7 +355,7 @@ class RobotProcess:
             call.fail("the robot could not read this plan: a defect; its log has the details")
         else:
             response = load.refuse(str(ready)) if isinstance(ready, Exception) else load.take(ready)
-            self._rate = RateMeter()  # a job that is gone on with sets the clock
+            self._rate = RateMeter()  # a resumed job sets the clock
             self._publish(self._commands.take())
             if response is not None:
                 call.reply(response)
@@ -355,7 +366,7 @@ class RobotProcess:
         call.reply(response)
 
     def _cancelling_goals(self, handler: Handler) -> Handler:
-        """The handler of what stops the robot, after which no earlier goal sets it in motion."""
+        """Wrap a handler that stops the robot, so that no earlier goal sets it in motion afterwards."""
 
         def handle(request: Any) -> Message:
             response = handler(request)
@@ -365,7 +376,7 @@ class RobotProcess:
         return handle
 
     def _stop_waits(self) -> bool:
-        """Whether somebody wants to stop the robot; in the middle of a tick, so it is answered after that."""
+        """Return True if a stop is requested; in the middle of a tick, so it is answered after that."""
         for server, handler in self._stops:
             for _ in range(SERVED_AT_ONCE):
                 if (call := server.poll()) is None:
@@ -374,24 +385,24 @@ class RobotProcess:
         return bool(self._waiting)
 
     def _answer_all_stops(self, now_s: float) -> None:
-        """Those of this robot, and now and then those of the others in this process."""
+        """Answer the stops of this robot, and at intervals those of the others in this process."""
         self.answer_stops()
         for robot in self.beside.due(now_s):
             robot.answer_stops()
 
     def answer_stops(self) -> None:
-        """Carry out what stops this robot; between ticks only."""
+        """Carry out the stops of this robot; between ticks only."""
         self._stop_waits()
         waiting, self._waiting = self._waiting, []
         if waiting:
-            self._tell_held()
+            self._publish_held()
         for call, handler in waiting:
             self._answer(call, handler)
 
-    def _tell_health(self) -> None:
-        """Tell how things are, a new state at once: by a way of its own, should the telemetry be held up."""
+    def _publish_health(self) -> None:
+        """Publish the diagnostics, a new state at once: on a session of its own, should the telemetry be held up."""
         state, now_s = self._emulator.onboard.state, time.monotonic()
-        changed, self._told_state = state != self._told_state, state
+        changed, self._published_state = state != self._published_state, state
         if not changed and now_s < self._health_at_s:
             return
         self._health_at_s = now_s + HEALTH_EVERY_S
@@ -402,7 +413,7 @@ class RobotProcess:
         self._health.poll(self._diagnostics(), message=message, at_once=changed)
 
     def _mind_report(self) -> None:
-        """Have the report of a traversal that has ended made in a thread, and publish it: nothing is loaded before."""
+        """Have the report of an ended traversal made in a thread, and publish it; nothing is loaded before."""
         if self._telemetry.ended is None:
             return
         if self._report is None:
@@ -429,7 +440,7 @@ class RobotProcess:
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing of this robot would suffer from a pause of the process."""
+        """True if this robot can bear a pause of the process."""
         return self._loader.idle and not self._emulator.active
 
     def _tidy(self, now_s: float) -> None:

@@ -1,4 +1,4 @@
-"""The payloads of the topics that come with every tick or every other, packed for several ticks at once."""
+"""Payloads of topics that are sent with every tick or every other, packed for several ticks at once."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _FIELD: Final = slice(tick_log.READINGS + MAG, tick_log.READINGS + ANGLES)
 
 
 class Series(NamedTuple):
-    """Payloads of a topic, in order, and in which row of several each is due."""
+    """Payloads of a topic, in order, and the row of several in which each is due."""
 
     topic: Topic
     rows: Sequence[int]
@@ -53,21 +53,21 @@ class Series(NamedTuple):
 
 
 Placed = tuple[int, Payload]
-"""A row of several, and what is due in it."""
+"""Index of a row, and a payload that is due in it."""
 
 
 class Samples:
-    """Packs rows of `tick_log`.
+    """Packer of rows of `tick_log`.
 
     Args:
-        vehicle: Has the actuators, a tool or none, and what positions it.
-        scenario: Has the IMU's noise, of which the covariances that it reports are made.
-        history: (transport.HISTORY, READINGS) what was measured, by tick.
-        most: Rows at once.
+        vehicle: Gives the actuators, the tool and the positioning.
+        scenario: Gives the IMU's noise, from which its reported covariances are made.
+        history: (transport.HISTORY, READINGS) readings by tick.
+        most: Largest number of rows at once.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, history: Floats, most: int) -> None:
-        """See the class."""
+        """Prepare the records."""
         actuators = vehicle.drive.actuators
         count = len(actuators)
         self._angles = slice(tick_log.READINGS + ANGLES, tick_log.READINGS + ANGLES + count)
@@ -94,18 +94,18 @@ class Samples:
         self._estimator = Records(layouts.ESTIMATOR, still, STAMP | figures, most)
         self._history, self._sprays, self._battery_wh = history, vehicle.tool.paints, vehicle.body.battery_wh
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
-        self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
+        self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # as last published
 
-    def told_before(self, row: Rows) -> None:
-        """Take for told what the last tick's row, (tick_log.columns,), has to say of the sprayer."""
+    def published_before(self, row: Rows) -> None:
+        """Take the last tick's row, (tick_log.columns,), as already published, for the sprayer."""
         self._sprayer = row[np.newaxis, tick_log.SPRAYER : tick_log.TANK_L]
 
     def series(self, rows: Rows, positions: Sequence[Placed]) -> list[Series]:
-        """All that is due in these ticks, which follow one another, in the order of topics within a tick.
+        """Pack all payloads that are due in consecutive ticks, in the order of topics within a tick.
 
         Args:
-            rows: (n, tick_log.columns) of them.
-            positions: Those that are packed already, with the row of each.
+            rows: (n, tick_log.columns) of the ticks.
+            positions: Positions that are packed already, with the row of each.
         """
         return [
             *self._of_sensors(rows),
@@ -117,7 +117,7 @@ class Samples:
         ]
 
     def _of_sensors(self, rows: Rows) -> list[Series]:
-        """The samples that arrived, stamped with the time of measurement, and the commands to the actuators."""
+        """Pack the samples that arrived, stamped with the time of measurement, and the commands to the actuators."""
         (imu, at_imu), (mag, at_mag), (encoders, at_encoders) = (
             _arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.ESTIMATE)
         )
@@ -132,7 +132,7 @@ class Samples:
         ]
 
     def _of_positions(self, rows: Rows, packed: Sequence[Placed]) -> list[Series]:
-        """Fixes with their states, or the camera's poses: those in the rows, and those that are packed already."""
+        """Pack fixes with their states, or the camera's poses: those in the rows, and those that are packed already."""
         placed = [
             (row, payload)
             for row in np.flatnonzero(rows[:, tick_log.FIXES]).tolist()
@@ -148,13 +148,14 @@ class Samples:
         ]
 
     def _position(self, report: list[float]) -> list[Payload]:
-        """A row of `position_report`."""
+        """Pack a row of `position_report`."""
         return [camera_pose(camera.unpack(report))] if self._seen else gnss(unpack(report)[0])
 
     def _rates(self, encoders: Rows) -> Floats:
-        """Rates (n, actuators) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
+        """Compute rates (n, actuators) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
 
-        That is where they are read, so a message that is late, lost or sent again changes no other one's.
+        They are computed where the encoders are read, so a message that is late, lost or repeated changes no other
+        one's.
         """
         before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
         angles = encoders[:, self._angles]
@@ -162,7 +163,7 @@ class Samples:
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[Series]:
-        """The estimates and the truths, in the ticks in which they are due."""
+        """Pack the estimates and the true poses, in the ticks in which they are due."""
         at = _due(rows, tick_log.ODOMETRY_TICKS)
         due = rows[at.start :: at.step]
         return [
@@ -171,19 +172,19 @@ class Samples:
         ]
 
     def _of_estimator(self, rows: Rows) -> Series:
-        """What the estimator says about itself, in the ticks in which it is due."""
+        """Pack the estimator's status, in the ticks in which it is due."""
         at = _due(rows, tick_log.ESTIMATOR_TICKS)
         due = rows[at.start :: at.step]
         figures, counts = due[:, tick_log.CONSISTENCY : _COUNTS], due[:, _COUNTS : tick_log.ELAPSED_S]
         return Series(topics.ESTIMATOR, at, self._estimator.pack(*stamps(due, tick_log.TICK), figures, counts))
 
     def _of_battery(self, rows: Rows) -> Series:
-        """The battery, in the ticks in which it is due."""
+        """Pack the battery's state, in the ticks in which it is due."""
         at = _due(rows, _BATTERY_TICKS)
         return Series(topics.BATTERY, at, Payloads.of([battery_state(rows[row], self._battery_wh) for row in at]))
 
     def _of_sprayer(self, rows: Rows) -> Series:
-        """Its state, where that is another one than before, or it is time."""
+        """Pack the sprayer's state, where it has changed or is due."""
         states = np.concatenate((self._sprayer, rows[:, tick_log.SPRAYER : tick_log.TANK_L]))
         self._sprayer = states[-1:]
         other = (states[1:] != states[:-1]).any(axis=1)
@@ -192,25 +193,30 @@ class Samples:
 
 
 def battery_state(row: Floats, capacity_wh: float) -> bytes:
-    """CDR of `battery_state` of a tick's row; the battery holds `capacity_wh`."""
+    """Pack `battery_state` of a tick as CDR.
+
+    Args:
+        row: (tick_log.columns,) of the tick.
+        capacity_wh: Charge of the full battery.
+    """
     left_wh, power_w = row[tick_log.BATTERY_WH : tick_log.POWER_W + 1].tolist()
     return battery(stamp(round(row[tick_log.TICK])), left_wh, power_w, capacity_wh)
 
 
 def odometry_of(row: Floats) -> bytes:
-    """CDR of `odometry/filtered` of a tick's row."""
+    """Pack `odometry/filtered` of a tick's row as CDR."""
     return OdometryPacker(1).estimates(row[np.newaxis]).data
 
 
 def sprayer_state(row: Floats) -> bytes:
-    """CDR of `sprayer/state` of a tick's row."""
+    """Pack `sprayer/state` of a tick's row as CDR."""
     valve, is_open, disc, down, flow, tank_l = row[tick_log.SPRAYER : tick_log.TANK_L + 1].tolist()
     time = stamp(round(row[tick_log.TICK]))
     return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
 
 
 def _due(rows: Rows, ticks: int) -> range:
-    """Which rows are due, of those that follow one another, if every tick that is a multiple of `ticks` is."""
+    """Return the rows that are due, of consecutive ones, if every tick that is a multiple of `ticks` is."""
     return range(-round(rows[0, tick_log.TICK]) % ticks, len(rows), ticks)
 
 
@@ -219,6 +225,6 @@ def _diagonal(variance: float) -> tuple[float, ...]:
 
 
 def _arrived(rows: Rows, measured: int) -> tuple[Rows, Sequence[int]]:
-    """The rows in which the sample measured in that column's tick arrived, and which they are."""
+    """Return the rows in which the sample measured in that column's tick arrived, and their indices."""
     at = np.flatnonzero(rows[:, measured] >= 0.0)
     return rows if len(at) == len(rows) else rows[at], at.tolist()

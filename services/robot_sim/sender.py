@@ -1,7 +1,7 @@
-"""The process that publishes the telemetry of the robots of a process and tells what was painted.
+"""Sender: the process that publishes the telemetry of the robots of another process and answers requests for paint.
 
-It reads `frame`s from a pipe and puts them on the bus. A subscriber that does not take them holds up this process, but
-not the robot, and not for long: after the bus's patience it is cut off, told of, and counted.
+It reads `frame`s from a pipe and publishes them on the bus. A subscriber that does not take them holds up this process,
+but not the robot, and not for long: after the bus's patience it is cut off, reported, and counted.
 """
 
 from __future__ import annotations
@@ -26,31 +26,32 @@ from touchline.supervision.priority import USUAL, run_at
 
 _READ_BYTES: Final = 1024 * 1024
 _DRAIN_BYTES: Final = 16 * 1024 * 1024
-"""Read at once at most before requests are looked at again."""
+"""Largest amount that is read before requests are checked again."""
 _IDLE_S: Final = 0.01
 _ANSWER_EVERY_S: Final = 0.1
-"""Paint is told so often at most, whoever asks: it may be megabytes."""
+"""Shortest interval between answers with the paint: they may be megabytes."""
 _CUT_OFF_S: Final = 0.9 * PATIENCE_S
 
 _PaintCall = ServedCall[GetPaintRequest, GetPaintResponse]
 
 
 class Sender:
-    """Publishes what comes through the pipe; call `turn` in a loop.
+    """Publisher of the messages from the pipe; call `turn` in a loop.
 
     Args:
-        buses: Of the node `telemetry`, one for each robot.
-        run: Tells the publishers of this run of the robots from all others; a sender that replaces another has its.
+        buses: Buses of the node `telemetry`, one for each robot.
+        run: Id that distinguishes the publishers of this run of the robots; a sender that replaces another has the
+            same.
     """
 
     def __init__(self, buses: Sequence[Bus], run: str) -> None:
-        self._voices = [_RobotVoice(bus, run) for bus in buses]
+        self._robots = [_RobotPublisher(bus, run) for bus in buses]
         self._rest = b""
 
     def turn(self, pipe: int) -> bool:
-        """Publish what is there and answer requests; False once the pipe has been closed and is empty."""
-        # What had been sent before a request came is published before its answer.
-        asked = [(voice, call) for voice in self._voices if (call := voice.asked()) is not None]
+        """Publish all available messages and answer requests; return False once the pipe is closed and empty."""
+        # Messages that had been sent before a request came are published before its answer.
+        asked = [(robot, call) for robot in self._robots if (call := robot.asked()) is not None]
         is_open = True
 
         def drain() -> None:
@@ -58,20 +59,20 @@ class Sender:
             is_open = self._drain(pipe)
 
         drain()
-        for voice in self._voices:
-            voice.tell_health(drain)
-        for voice, call in asked:
-            voice.answer(call)
+        for robot in self._robots:
+            robot.publish_health(drain)
+        for robot, call in asked:
+            robot.answer(call)
         return is_open
 
     def _drain(self, pipe: int) -> bool:
-        """Publish all that is in the pipe; False at its end."""
+        """Publish all messages in the pipe; return False at its end."""
         for _ in range(_DRAIN_BYTES // _READ_BYTES):
             try:
                 data = os.read(pipe, _READ_BYTES)
             except BlockingIOError:
-                for voice in self._voices:
-                    voice.paint.link()
+                for robot in self._robots:
+                    robot.paint.link()
                 return True
             if not data:
                 return False
@@ -79,7 +80,7 @@ class Sender:
         return True
 
     def publish(self, data: bytes) -> None:
-        """Publish the frames in `data`, of which the last need not be whole."""
+        """Publish the frames in `data`, of which the last need not be complete."""
         data = self._rest + data
         at, end = 0, len(data)
         while at + HEADER.size <= end:
@@ -93,11 +94,11 @@ class Sender:
 
     def _put(self, number: int, payload: bytes, sequence: int) -> None:
         robot, topic = divmod(number, len(CARRIED))
-        self._voices[robot].put(topic, payload, sequence)
+        self._robots[robot].put(topic, payload, sequence)
 
 
-class _RobotVoice:
-    """What one robot says, and its paint."""
+class _RobotPublisher:
+    """Messages of one robot, and its paint."""
 
     def __init__(self, bus: Bus, run: str) -> None:
         self._bus = bus
@@ -110,23 +111,29 @@ class _RobotVoice:
         self._cut_off = 0
 
     def asked(self) -> _PaintCall | None:
-        """A request for all paint, if one waits and it is time for the next answer."""
+        """Return a request for all paint, if one waits and the next answer is due."""
         return self._get_paint.poll() if time.monotonic() >= self._answer_at_s else None
 
     def answer(self, asked: _PaintCall) -> None:
-        """Tell all paint."""
+        """Answer with all paint."""
         asked.reply_bytes(self.paint.answer())
         self._answer_at_s = time.monotonic() + _ANSWER_EVERY_S
 
-    def tell_health(self, settle: Callable[[], None]) -> None:
-        """Tell how this process does; `settle` comes between a question and its answer."""
+    def publish_health(self, settle: Callable[[], None]) -> None:
+        """Publish the diagnostics of this process; `settle` is called between a question and its answer."""
         if not self._health.due:
             return
         figures = {"forwarded": self._bus.counters.published, "cut_off": self._cut_off}
         self._health.poll(figures, message="sending", settle=settle)
 
     def put(self, number: int, payload: bytes, sequence: int) -> None:
-        """Publish one message of the topic of this number."""
+        """Publish one message.
+
+        Args:
+            number: Number of its topic.
+            payload: The message.
+            sequence: Its sequence number.
+        """
         topic = CARRIED[number]
         if topic is topics.PLAN:
             self.paint.clear()
@@ -135,9 +142,9 @@ class _RobotVoice:
         begun_s = time.monotonic()
         self._publishers[number].send_numbered(payload, sequence)
         if time.monotonic() - begun_s > _CUT_OFF_S:
-            self._tell_cut_off()
+            self._report_cut_off()
 
-    def _tell_cut_off(self) -> None:
+    def _report_cut_off(self) -> None:
         self._cut_off += 1
         text = f"a subscriber that took no telemetry for {PATIENCE_S:g} s was cut off; it may join again"
         stamp = Header(stamp=Time.of_ns(time.time_ns()))
@@ -151,10 +158,15 @@ def _publisher_id(run: str, key: str) -> bytes:
 
 
 def main(pipe: int, run: str) -> None:
-    """Publish what comes through `pipe` until that is closed."""
+    """Publish the messages in a pipe until it is closed.
+
+    Args:
+        pipe: File descriptor of the pipe.
+        run: Id of the run, as in `Sender`.
+    """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the robot's process ends this one, when all has been said
-    run_at(USUAL)  # it has the robot's, whose loop comes first
+        signal.signal(number, signal.SIG_IGN)  # the robot's process ends this one, when everything has been published
+    run_at(USUAL)  # it inherits the robot's, whose loop comes first
     os.set_blocking(pipe, False)
     wait = select.poll()
     wait.register(pipe, select.POLLIN)

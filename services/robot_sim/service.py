@@ -1,9 +1,9 @@
-"""Robots as a process: it serves commands, keeps the pace, and minds their links; a process of its own publishes.
+"""Robots as a process: it serves commands, keeps the pace, and monitors their links; a process of its own publishes.
 
-The loop waits for nobody. Stops, of all its robots, are looked for before everything else and after every few ticks;
-what takes long is done in other threads (`loading`) and processes (`outbox`); of everything else a bounded amount is
-served in a turn. Robots share the loop and nothing else: each has its own emulator, pace, journal and handlers, so that
-its bytes are the same alone and beside others.
+The loop waits for nobody. Stops, of all its robots, are checked before everything else and after every few ticks; long
+work is done in other threads (`loading`) and processes (`outbox`); of everything else a limited amount is served in a
+turn. Robots share the loop and nothing else: each has its own emulator, pace, journal and handlers, so that its bytes
+are the same alone and beside others.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from touchline.supervision.priority import FIRST, run_at, switch_threads_soon
 from touchline.supervision.shutdown import until_stopped
 
 PATIENCE_S: Final = 0.2
-"""A client that does not take its answer within this is cut off; less would cut off honest ones on a busy machine."""
+"""Time after which a client that does not take its answer is cut off; less would cut off honest ones on a busy
+machine."""
 
 
 def run_service(
@@ -40,20 +41,20 @@ def run_service(
     journal: Path | None = None,
     supervisor: int | None = None,
 ) -> None:
-    """Be these robots until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
+    """Run these robots until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
     Args:
-        robots: By namespace, each with its computer and its world.
-        config: Where the bus is.
-        speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
+        robots: Setups by namespace, each with its computer and its world.
+        config: Configuration of the bus.
+        speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as possible.
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
-        journal: Where is kept what another process would go on from: a file, or a folder with one for each robot;
+        journal: Journal from which another process could continue: a file, or a folder with one for each robot;
             default: in the user's state folder.
         supervisor: Process id of the parent, to end with it.
 
     Raises:
-        SpecError: The bus configuration cannot be used, or these robots cannot be of one process.
+        SpecError: The bus configuration cannot be used, or these robots cannot share a process.
         TouchlineError: One of them runs already.
     """
     check_together(robots, journal)
@@ -98,9 +99,9 @@ def run_service(
 
 
 def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
-    """Compile what these robots need; what differs in their worlds only needs nothing else."""
+    """Compile the kernels of these robots; robots that differ only in their worlds need the same ones."""
 
-    def tell(doing: str) -> None:
+    def report(doing: str) -> None:
         for reporter in health:
             reporter.starting(doing)
 
@@ -109,11 +110,16 @@ def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
         kind = setup.vehicle, setup.onboard
         if kind not in done:
             done.append(kind)
-            warm_up(tell, setup, in_team=True)
+            warm_up(report, setup, in_team=True)
 
 
 def journal_path(namespace: str, chosen: Path | None = None) -> Path:
-    """Where the robot of this namespace keeps its journal: in a file or folder that was chosen, or the user's state."""
+    """Return the path of a robot's journal.
+
+    Args:
+        namespace: Namespace of the robot.
+        chosen: File or folder chosen by the user; None: the user's state folder.
+    """
     if chosen is not None:
         return chosen / f"{namespace}.journal" if chosen.is_dir() else chosen
     base = os.environ.get("XDG_STATE_HOME")

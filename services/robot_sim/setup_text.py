@@ -1,4 +1,4 @@
-"""The setup that a journal was kept with, and what is different now."""
+"""Setup that a journal was kept with, and its differences to another one."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import field_path
 
 _SHOWN: Final = 3
-"""Differences that are told one by one."""
+"""Number of differences that are listed."""
 _LONGEST: Final = 40
 """Characters of a value that are shown."""
 _ABSENT: Final = object()
 
 
 class SetupText(NamedTuple):
-    """A setup as canonical JSON. A scenario's name changes nothing that happens, so it is no part."""
+    """A setup as canonical JSON. A scenario's name has no effect, so it is left out."""
 
     text: str
 
     @classmethod
     def of(cls, setup: Setup) -> Self:
-        """That of a robot."""
+        """Write the setup of a robot."""
         scenario = setup.scenario.model_dump(mode="json", exclude={"name"})
         robot = {name: getattr(setup, name).model_dump(mode="json") for name in ("vehicle", "onboard")}
         return cls(json.dumps({**robot, **scenario}, sort_keys=True, separators=(",", ":")))
 
     @property
     def digest(self) -> bytes:
-        """16 bytes that tell it from others."""
+        """Digest of the setup, 16 bytes."""
         return hashlib.blake2b(self.text.encode(), digest_size=16).digest()
 
     def changes_from(self, earlier: SetupText) -> str:
-        """What is different from an earlier one, for people: ``ground.surface was "grass", is "wet-grass"``."""
+        """List the differences to an earlier setup, for people: ``ground.surface was "grass", is "wet-grass"``."""
         found = list(_changes(json.loads(earlier.text), json.loads(self.text), ()))
         more = f" (and {len(found) - _SHOWN} more)" if len(found) > _SHOWN else ""
         return "; ".join(found[:_SHOWN]) + more

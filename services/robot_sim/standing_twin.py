@@ -1,7 +1,7 @@
-"""Standing twin: finds out what a robot knows of its place while it stands and sim time is held.
+"""Standing twin: estimates the pose of a robot that stands while sim time is held.
 
-A real robot's computer is awake while nobody lets the robot drive. The emulated one lives no tick then, so that the
-session does not depend on how long that was. A twin at the same place lives its first seconds instead.
+A real robot's computer is awake while nobody lets the robot drive. The emulated one runs no tick then, so that the
+session does not depend on the duration. A twin at the same place runs its first seconds instead.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.world.world import TruePose
 
 AWAKE_TICKS: Final = 2 * TICKS_PER_S
-"""For so long the twin looks for its place; without a fix it finds none."""
+"""Ticks in which the twin looks for its place; without a fix it finds none."""
 
 
 class StandingTwin:
     """A robot that has stood for a moment where another one stands.
 
     Args:
-        emulator: The other one, at rest; it is left as it is.
+        emulator: The other robot, at rest; it is not changed.
 
     Attributes:
         emulator: The twin.
-        gnss: The newest report of its receiver; None if it has none.
+        gnss: Newest report of its receiver; None if it has none.
     """
 
     def __init__(self, emulator: Emulator) -> None:

@@ -1,4 +1,4 @@
-"""What the robot tells the world after a tick: the payloads of every topic that is due, in a fixed order.
+"""Telemetry of the robot: the payloads of every topic that is due after a tick, in a fixed order.
 
 Everything is stamped with sim time, so the same session gives the same bytes at any pace.
 """
@@ -54,29 +54,29 @@ _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
 _AREA_TICKS: Final = period(topics.AREA)
 MOST_TICKS: Final = math.gcd(WHEREABOUTS_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS)
-"""Most ticks between two looks at what is told at a lower rate."""
+"""Largest number of ticks between two checks of the low-rate topics."""
 _MOST_HELD: Final = 32 * MOST_TICKS
-"""Most ticks that can be told at once."""
+"""Largest number of ticks that can be published at once."""
 
 
 class Reports(NamedTuple):
-    """The reports of a traversal; of its areas there is one if a covering tool has worked on some."""
+    """Reports of a traversal; `area` if a covering tool has worked on areas."""
 
     traversal: m.TraversalReport
     area: m.AreaReport | None
 
 
 class Figures(NamedTuple):
-    """What the report of a traversal is made from, in any thread: how it was then, though the robot may go on.
+    """Data for the report of a traversal, in any thread: a copy of its end, while the robot may continue.
 
     Attributes:
-        tick: At which it is as here.
-        status: Of the onboard computer.
-        rmse: Of the estimate: position [m], heading [rad].
-        ledger: Of the paint.
-        smearing: Works out what was carried away of it.
-        areas: Works out the figures of areas that a covering tool has worked on, if there are any.
-        digest: Of what was told until then.
+        tick: Tick of the copy.
+        status: Status of the onboard computer.
+        rmse: Error of the estimate: position [m], heading [rad].
+        ledger: Paint.
+        smearing: Computes the smears of it.
+        areas: Computes the figures of areas that a covering tool has worked on, if there are any.
+        digest: Hash of the messages until then.
     """
 
     tick: int
@@ -88,11 +88,11 @@ class Figures(NamedTuple):
     digest: SessionDigest
 
     def reports(self) -> Reports:
-        """The figures; takes a moment."""
+        """Compute the reports; takes a moment."""
         return self._of_areas(self.areas()) if self.areas is not None else Reports(self._of_lines(), None)
 
     def final_reports(self) -> Reports:
-        """The reports; that of the traversal with the hash of all that was told in the session, both included."""
+        """Compute the reports; that of the traversal has the hash of all messages of the session, both included."""
         reports = self.reports()
         self.digest.add(_payloads_of(reports))
         traversal = reports.traversal.model_copy(update={"session_hash": self.digest.hexdigest()})
@@ -142,24 +142,24 @@ class Figures(NamedTuple):
 
 
 class _Steady(NamedTuple):
-    """What a guided robot told when it was last looked at; in nominal ticks since then only its motion is new."""
+    """State of a guided robot at the last check; in nominal ticks since then only its motion is new."""
 
     status: Status
     whereabouts: m.Whereabouts
 
 
 class Telemetry:
-    """Turns the emulator's state into payloads.
+    """Packer of the emulator's state.
 
     Args:
         emulator: The robot.
-        report_at_once: Whether the final report, which takes a moment, is made in the tick in which the traversal ends;
-            otherwise whoever looks for `ended` has it made and gives it to `conclude`.
+        report_at_once: True to make the final report, which takes a moment, in the tick in which the traversal ends;
+            otherwise the caller checks `ended`, has the report made and passes it to `conclude`.
 
     Attributes:
-        digest: The hash of what was told since the last load.
-        ended: The traversal that has ended and of which no final report was told yet.
-        final: The reports that were told, once the traversal's watch has ended.
+        digest: Hash of the messages since the last load.
+        ended: Traversal that has ended and whose final report was not published yet.
+        final: Published reports, once the observation of the traversal has ended.
     """
 
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
@@ -179,78 +179,80 @@ class Telemetry:
         self.final: Reports | None = None
 
     def setup(self) -> Payload:
-        """Which robot this is and in which world, told once at its start: no part of a session and its hash."""
+        """Return the setup of the robot and its world, published once at its start: not part of a session's hash."""
         return topics.SETUP, encode(m.String(data=self._emulator.setup.model_dump_json()))
 
     def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-        """As `begin`, with what is told made here."""
+        """Begin a session, as `begin`, with the payloads made here.
+
+        Args:
+            trajectory: The loaded trajectory.
+            template: Its template, if there is one.
+        """
         return self.begin(job_payloads(trajectory, template))
 
-    def begin(self, told: list[Payload]) -> list[Payload]:
-        """What is told once when a trajectory has been loaded: its `job_payloads`, and how things are then.
-
-        A new session begins.
-        """
+    def begin(self, payloads: list[Payload]) -> list[Payload]:
+        """Begin a new session with the `job_payloads` of a loaded trajectory; return them with the state then."""
         self.digest, self.ended, self.final = SessionDigest(), None, None
-        self.digest.add(told)
+        self.digest.add(payloads)
         initial = self._emulator.initial
         state = [] if initial is None else [(topics.INITIAL_STATE, encode(m.String(data=initial.text)))]
-        return state + told + self.news()
+        return state + payloads + self.news()
 
     def go_on(self) -> None:
-        """Tell on from where an emulator has been restored, of which another `Telemetry` has told all so far."""
+        """Continue from a restored emulator, of which another `Telemetry` has published everything so far."""
         if self._emulator.tick_count:
             row = np.zeros(self._columns)
             self._note(row)
-            self._samples.told_before(row)
+            self._samples.published_before(row)
 
     def awake(self) -> list[Payload]:
-        """What the standing robot knows while sim time is held: tank, battery, fix and place, if it has found that.
+        """Return the state of the standing robot while sim time is held: tank, battery, fix and pose, if known.
 
-        Told when its process begins, and before each job that it is given; nothing while it moves. Not entered in the
-        digest: a session is the same whether or not anybody looks at the robot before it.
+        Published when its process begins, and before each job that it is given; nothing while it moves. Not entered in
+        the digest: a session is the same whether or not anybody looks at the robot before it.
         """
         if self._emulator.active:
             return []
         emulator, row = self._emulator, np.zeros(self._columns)
         self._note(row)
-        told = self._levels(row)
+        payloads = self._levels(row)
         if emulator.onboard.aligned:
-            return [*told, (topics.ODOMETRY, odometry_of(row))]
+            return [*payloads, (topics.ODOMETRY, odometry_of(row))]
         twin = StandingTwin(emulator)
         if twin.gnss is not None and not emulator.tick_count:  # later its receiver has reported itself
             time_s = emulator.time_s
-            told += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
+            payloads += [each for each in gnss(twin.gnss._replace(stamp_s=time_s)) if each[0] is topics.GNSS_STATUS]
         if twin.emulator.onboard.aligned:
             Telemetry(twin.emulator)._note(row)
             row[tick_log.TICK] = emulator.tick_count
-            told.append((topics.ODOMETRY, odometry_of(row)))
-        return told
+            payloads.append((topics.ODOMETRY, odometry_of(row)))
+        return payloads
 
     def after_tick(self) -> list[Payload]:
-        """What is due after the emulator's last tick."""
+        """Return the payloads that are due after the emulator's last tick."""
         return self.after(1)
 
     def after(self, count: int) -> list[Payload]:
-        """What is due after the emulator's last `count` ticks; see `hold`."""
+        """Return the payloads that are due after the emulator's last `count` ticks; see `hold`."""
         self.hold(count)
         return self.told()
 
     @property
     def rows(self) -> Rows:
-        """(at least MOST_TICKS, tick_log.columns) where the nominal ones among the next ticks are to be kept."""
+        """Rows (at least MOST_TICKS, tick_log.columns) for the log of the nominal ones among the next ticks."""
         return self._log[self._held :]
 
     @property
     def full(self) -> bool:
-        """Whether what is held has to be told before the next ticks."""
+        """True if the held payloads have to be taken before the next ticks."""
         return self._held + MOST_TICKS > len(self._log)
 
     def hold(self, count: int) -> None:
-        """Hold what is due after the emulator's last `count` ticks, no more than `until_due` allowed, until it is told.
+        """Hold the payloads of the emulator's last `count` ticks, at most those of `until_due`, until they are taken.
 
-        All but the last of them were nominal and are in `rows`; so is that one, if it was. Nothing else may be told
-        before what is held.
+        All but the last of them were nominal and are in `rows`; so is that one, if it was. Nothing else may be
+        published before the held payloads.
         """
         emulator = self._emulator
         tick = emulator.tick_count
@@ -266,8 +268,8 @@ class Telemetry:
             self._note(row)
             self._positions += [(last, payload) for payload in positions(emulator.sensors)]
         due = sensor_samples(emulator.samples, emulator.auxiliary.kinds)
-        if tick % WHEREABOUTS_TICKS == 0 and (said := emulator.onboard.whereabouts) is not None:
-            due.append((topics.WHEREABOUTS, whereabouts(time, said)))
+        if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
+            due.append((topics.WHEREABOUTS, whereabouts(time, message)))
         if tick % _PAINT_TICKS == 0:
             due += self._paint(time)
         due += [*self._orders(), *self._events(), *self._warnings()]
@@ -283,22 +285,22 @@ class Telemetry:
         self._low_rate += [(last, payload) for payload in due]
 
     def _hold_steady(self, steady: _Steady, rows: range) -> None:
-        """Hold what is due in nominal ticks of a guided robot, which are in these rows of the log, one or more."""
-        said = steady.whereabouts
+        """Hold the payloads of nominal ticks of a guided robot, which are in these rows of the log, one or more."""
+        message = steady.whereabouts
         orders = self._orders()  # commands come between stretches
         for at, row in zip(rows, self._log[rows.start : rows.stop : rows.step].tolist(), strict=True):
             tick = round(row[tick_log.TICK])
             time = stamp(tick)
             place = *row[tick_log.ESTIMATE : tick_log.ESTIMATE + 2], *row[tick_log.STOP : tick_log.STOP + 2]
-            there = topics.WHEREABOUTS, whereabouts_at(time, said, tick / TICKS_PER_S, place)
+            there = topics.WHEREABOUTS, whereabouts_at(time, message, tick / TICKS_PER_S, place)
             status_then = steady.status._replace(elapsed_s=row[tick_log.ELAPSED_S])
-            told = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
+            payloads = self._stands(time, status_then, row[tick_log.SPEED], flowing=row[tick_log.FLOW_LPS] > 0.0)
             clock = topics.CLOCK, layouts.CLOCK.pack(*time)
-            self._low_rate += [(at, each) for each in (there, *orders, *told, clock)]
+            self._low_rate += [(at, each) for each in (there, *orders, *payloads, clock)]
             orders = []
 
     def told(self) -> list[Payload]:
-        """What is held, tick by tick; with the reports, if the traversal has ended."""
+        """Return and release the held payloads, tick by tick; with the reports, if the traversal has ended."""
         by_tick: list[list[Payload]] = [[] for _ in range(self._held)]
         for topic, rows, payloads in self._enter_held():
             for row, payload in zip(rows, payloads.each(), strict=True):
@@ -308,12 +310,12 @@ class Telemetry:
         return [payload for due in by_tick for payload in due] + self._let_go()
 
     def only_hashed(self) -> None:
-        """As `told`, for the hash alone."""
+        """Release the held payloads after adding them to the hash."""
         self._enter_held()
         self._let_go()
 
     def _enter_held(self) -> list[Series]:
-        """Enter what is held in the digest; the samples of it."""
+        """Add the held payloads to the digest; return their series of samples."""
         series = self._samples.series(self._log[: self._held], self._positions) if self._held else []
         for topic, _, payloads in series:
             self.digest.add_of(topic, *payloads)
@@ -321,7 +323,7 @@ class Telemetry:
         return series
 
     def _let_go(self) -> list[Payload]:
-        """Hold nothing any more; returns the reports that follow on it, if the traversal has ended with it."""
+        """Release the held payloads; return the reports that follow them, if the traversal has ended with them."""
         held, self._held, self._positions, self._low_rate = self._held, 0, [], []
         if not held or not self._emulator.settled:
             return []
@@ -334,7 +336,7 @@ class Telemetry:
         return _payloads_of(reports)
 
     def until_due(self, most: int) -> int:
-        """Number of ticks (at most `most`) after which `hold` has to be called at the latest.
+        """Return the number of ticks (at most `most`) after which `hold` has to be called at the latest.
 
         That is when the next low-rate message is due, but for a guided robot all that is new in these until something
         happens is in the log.
@@ -343,14 +345,14 @@ class Telemetry:
         self._steady, onboard = None, emulator.onboard
         nothing_new = emulator.faults.no_events and not emulator.ledger.points
         if nothing_new and isinstance(onboard, Onboard) and onboard.steady:
-            said = onboard.whereabouts
-            assert said is not None, "it is guided"
-            self._steady = _Steady(onboard.status, said)
+            message = onboard.whereabouts
+            assert message is not None, "it is guided"
+            self._steady = _Steady(onboard.status, message)
             return min(most, len(self._log) - self._held)
         return min(most, MOST_TICKS - emulator.tick_count % MOST_TICKS)
 
     def _note(self, row: NDArray[np.float64]) -> None:
-        """Fill in the emulator's last tick."""
+        """Log the emulator's last tick."""
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
         transport = sensors.transport
@@ -364,49 +366,49 @@ class Telemetry:
             row[tick_log.CONSISTENCY : tick_log.ELAPSED_S] = emulator.onboard.consistency
 
     def news(self) -> list[Payload]:
-        """What a command has changed: events, the status and the truth beside it."""
-        told = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
-        self.digest.add(told)
-        return told
+        """Return the changes made by a command: events, the status and the truth beside it."""
+        payloads = [*self._orders(), *self._events(), *self._warnings(), *self.standing()]
+        self.digest.add(payloads)
+        return payloads
 
     def supplies(self) -> list[Payload]:
-        """Tank and battery, at once after one of them was filled: sim time may stand still."""
+        """Return tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(self._columns)
         self._note(row)
-        told = self._levels(row)
-        self.digest.add(told)
-        return told
+        payloads = self._levels(row)
+        self.digest.add(payloads)
+        return payloads
 
     def _levels(self, row: NDArray[np.float64]) -> list[Payload]:
-        """Tank, if there is one, and battery."""
+        """Return tank, if there is one, and battery."""
         vehicle = self._emulator.vehicle
         tank = [(topics.SPRAYER, sprayer_state(row))] if vehicle.tool.paints else []
         return [*tank, (topics.BATTERY, battery_state(row, vehicle.body.battery_wh))]
 
-    def tell(self, event: OnboardEvent) -> Payload:
-        """Something the operator should know, from outside the onboard computer."""
-        told = _event(event, self._emulator.tick_count)
-        self.digest.add([told])
-        return told
+    def report_event(self, event: OnboardEvent) -> Payload:
+        """Return an event for the operator from outside the onboard computer."""
+        payload = _event(event, self._emulator.tick_count)
+        self.digest.add([payload])
+        return payload
 
     def standing(self) -> list[Payload]:
-        """Where the traversal stands, as the robot believes and in truth; not entered in the digest."""
+        """Return the status of the traversal, as estimated and in truth; not entered in the digest."""
         emulator = self._emulator
         onboard, flowing = emulator.onboard, emulator.world.state.flow_lps > 0.0
         return self._stands(stamp(emulator.tick_count), onboard.status, onboard.estimate.speed_mps, flowing=flowing)
 
-    def _stands(self, time: Stamp, said: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
-        self._state = said.state
-        told = status(time, said, speed_mps, self._emulator.onboard)
-        return [*self._pauses(said), told, true_coverage(time, self._emulator, flowing=flowing)]
+    def _stands(self, time: Stamp, current: Status, speed_mps: float, *, flowing: bool) -> list[Payload]:
+        self._state = current.state
+        payload = status(time, current, speed_mps, self._emulator.onboard)
+        return [*self._pauses(current), payload, true_coverage(time, self._emulator, flowing=flowing)]
 
-    def _pauses(self, said: Status) -> list[Payload]:
-        """Why the robot pauses, or that it does no more; nothing if it did not."""
-        paused_before, self._paused = self._paused, said.pause is not None
-        return [pause_status(self._emulator.tick_count, said.pause)] if paused_before or self._paused else []
+    def _pauses(self, current: Status) -> list[Payload]:
+        """Return the status of a pause, or of its end; nothing if there was none."""
+        paused_before, self._paused = self._paused, current.pause is not None
+        return [pause_status(self._emulator.tick_count, current.pause)] if paused_before or self._paused else []
 
     def _warnings(self) -> list[Payload]:
-        """The warning before the robot moves off, if it begins or ends."""
+        """Return the warning before the robot moves off, if it begins or ends."""
         warning = self._emulator.onboard.warning
         if warning == self._warning:
             return []
@@ -421,7 +423,7 @@ class Telemetry:
         return [(topics.AREA, layouts.AREA.pack(*time, *account.standing))]
 
     def reports(self) -> Reports:
-        """The figures of the traversal so far; takes a moment."""
+        """Compute the reports of the traversal so far; takes a moment."""
         return self._figures().reports()
 
     def _figures(self) -> Figures:
@@ -439,7 +441,7 @@ class Telemetry:
         )
 
     def strokes(self) -> tuple[m.PaintMarks, ...]:
-        """Everything painted in this traversal."""
+        """Return all paint of this traversal."""
         head = header(self._emulator.tick_count)
         return tuple(
             m.PaintMarks(
@@ -454,13 +456,13 @@ class Telemetry:
         )
 
     def restored_paint(self) -> list[Payload]:
-        """The paint of a process that came before, once a job has been loaded that goes on from there."""
-        told = self._paint(stamp(self._emulator.tick_count))
-        self.digest.add(told)
-        return told
+        """Return the paint of an earlier process, once a job has been loaded that continues from there."""
+        payloads = self._paint(stamp(self._emulator.tick_count))
+        self.digest.add(payloads)
+        return payloads
 
     def all_paint(self) -> list[Payload]:
-        """Everything painted in this traversal, once more; not entered in the digest."""
+        """Return all paint of this traversal again; not entered in the digest."""
         return self._payloads(self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count))
 
     def _events(self) -> list[Payload]:
@@ -470,7 +472,7 @@ class Telemetry:
         return [_order(order) for order in self._emulator.orders.take()]
 
     def _line(self, marks: Marks) -> str:
-        """Id of the line that marks belong to, "" for none."""
+        """Return the id of the line that marks belong to, "" for none."""
         return self._emulator.ledger.ids[marks.target] if marks.target >= 0 else ""
 
     def _paint(self, time: Stamp) -> list[Payload]:
@@ -489,7 +491,12 @@ class Telemetry:
 
 
 def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-    """The plan and the template, as they are told once."""
+    """Make the payloads of the plan and the template, which are published once.
+
+    Args:
+        trajectory: The plan.
+        template: Its template, if there is one.
+    """
     return [
         (topics.PLAN, encode(trajectory)),
         (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
@@ -497,9 +504,9 @@ def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Pa
 
 
 def _payloads_of(reports: Reports) -> list[Payload]:
-    """That of the areas comes first: with that of the traversal all is said."""
-    told = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
-    return [*told, (topics.REPORT, encode(reports.traversal))]
+    """Pack reports; that of the areas comes first, because that of the traversal ends the session."""
+    payloads = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
+    return [*payloads, (topics.REPORT, encode(reports.traversal))]
 
 
 def _segment(segment: SegmentMetrics) -> m.SegmentPaint:

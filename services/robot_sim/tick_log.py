@@ -1,4 +1,4 @@
-"""The tick log: one row of numbers per tick, kept until it is published, whoever ran the tick."""
+"""Tick log: one row of numbers per tick, kept until it is published, whichever code ran the tick."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ BATTERY_WH: Final = TANK_L + 1
 POWER_W: Final = BATTERY_WH + 1
 CONSISTENCY: Final = POWER_W + 1  # as `Consistency`, every ESTIMATOR_TICKS
 ELAPSED_S: Final = CONSISTENCY + len(interface.Consistency._fields)  # in the traversal: nominal ticks when guided only
-STOP: Final = ELAPSED_S + 1  # east, north of where it would stand: as ELAPSED_S, every WHEREABOUTS_TICKS
+STOP: Final = ELAPSED_S + 1  # east, north of its stopping point: as ELAPSED_S, every WHEREABOUTS_TICKS
 FIXES: Final = STOP + 2  # position reports that arrived: 0 or 1
-REPORT: Final = FIXES + 1  # it, as in `position_report`
-READINGS: Final = REPORT + position_report.COLUMNS  # of the three sensors, as in `interface`, then what is commanded
+REPORT: Final = FIXES + 1  # the report, as in `position_report`
+READINGS: Final = REPORT + position_report.COLUMNS  # of the three sensors, as in `interface`, then the commands
 
 Rows = NDArray[np.float64]
 
 
 def commanded(actuators: int) -> slice:
-    """Columns of what is commanded of so many actuators of a drive, in their order and units."""
+    """Return the columns of the commands of a drive's actuators, in their order and units."""
     first = READINGS + interface.ANGLES + actuators
     return slice(first, first + actuators)
 
 
 def columns(actuators: int) -> int:
-    """Number of columns for a drive with so many actuators."""
+    """Return the number of columns for a drive with so many actuators."""
     return READINGS + interface.ANGLES + 2 * actuators
 
 
 def period(topic: Topic) -> int:
-    """Ticks between two messages of a periodic topic."""
+    """Return the ticks between two messages of a periodic topic."""
     return round(100 / topic.rate_hz)
 
 
 ODOMETRY_TICKS: Final = period(topics.ODOMETRY)
-"""Estimate and truth are told every so many ticks."""
+"""Ticks between two messages of estimate and truth."""
 ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
 WHEREABOUTS_TICKS: Final = period(topics.WHEREABOUTS)
 
@@ -68,14 +68,14 @@ def note(
     readings: NDArray[np.float64],
     command: HeldCommand,
 ) -> None:
-    """Fill in a tick, but for what the onboard computer knows and the position report; every sample is of this tick.
+    """Fill in a tick, except for the onboard computer's data and the position report; every sample is of this tick.
 
     Args:
         row: (`columns`,) filled: SI units, map frame, but readings in the body's.
         tick: This tick.
-        states: (1,) the body's at its end.
+        states: (1,) state of the body at its end.
         readings: (interface.READINGS,) of the sensors.
-        command: That is in force from then on.
+        command: Command in force from then on.
     """
     state = states[0]
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick

@@ -1,4 +1,4 @@
-"""Which robots may share a process."""
+"""Check of robots that are to share a process."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,10 +9,14 @@ from touchline.schemas.setup import Setup
 
 
 def check_together(robots: Mapping[str, Setup], journal: Path | None = None) -> None:
-    """Whether these robots can be of one process, with their journal in a file or their journals in a folder.
+    """Check that robots can share a process; one alone always can.
+
+    Args:
+        robots: Setups by namespace.
+        journal: File of a single robot's journal, or folder of their journals.
 
     Raises:
-        SpecError: They cannot; one alone always can.
+        SpecError: They cannot.
     """
     if len(robots) == 1:
         return

@@ -1,4 +1,4 @@
-"""The job that a robot can go on with after an abort or a restart, as it tells of it."""
+"""The job that a robot can continue after an abort or a restart, as it is published."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def unfinished_before(job: LoadRequest, checkpoint: Checkpoint, vehicle: Vehicle
 
     Args:
         job: The request by which it was loaded.
-        checkpoint: Where it can go on.
-        vehicle: The robot that does it now; where it could not drive the path, share and length are NaN.
+        checkpoint: Place from which it can continue.
+        vehicle: The robot that does it now; if it could not drive the path, share and length are NaN.
     """
     try:
         plan = load_trajectory(job.trajectory, vehicle)
@@ -43,7 +43,13 @@ def unfinished_before(job: LoadRequest, checkpoint: Checkpoint, vehicle: Vehicle
 
 
 def unfinished_here(name: str, emulator: Emulator, header: Header) -> UnfinishedJob:
-    """Describe the job, of a template of this name, that the robot has just given up."""
+    """Describe the job that the robot has just aborted.
+
+    Args:
+        name: Name of its template.
+        emulator: The robot.
+        header: Header of the message.
+    """
     status = emulator.onboard.status
     return UnfinishedJob(
         header=header,
@@ -57,7 +63,7 @@ def unfinished_here(name: str, emulator: Emulator, header: Header) -> Unfinished
 
 
 def _done_pct(plan: LoadedTrajectory, checkpoint: Checkpoint, vehicle: Vehicle) -> float:
-    """Share of the work that the robot will believe to have done when it goes on there."""
+    """Return the share of the work that the robot will count as done when it continues there."""
     if not vehicle.tool.paints:
         return Covered(plan).belief(checkpoint.arc_length_m).coverage_pct
     owed_m = checkpoint.owed_from_m

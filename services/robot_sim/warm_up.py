@@ -1,4 +1,4 @@
-"""Compiles every kernel of the robot, or loads it from the cache, before sim time begins."""
+"""Warm-up: compiles every kernel of the robot, or loads it from the cache, before sim time begins."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def warm_up(
     """Run every kernel once on throw-away data.
 
     Args:
-        report: Told the progress, if kernels have to be compiled; nothing if all are cached.
-        setup: Of the robot.
-        in_team: Whether the robot may be asked to drive where a coordinator guides it.
+        report: Called with the progress, if kernels have to be compiled; not called if all are cached.
+        setup: Setup of the robot.
+        in_team: True if the robot may be guided by a coordinator.
     """
     setup = setup or Setup()
     steps: list[Step] = [

@@ -17,7 +17,7 @@ from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import Telemetry
 
 ROBOT = "tt2"
@@ -105,7 +105,7 @@ class Day:
     def be_killed(self):
         """The process dies, and the next one goes on from its journal."""
         checkpoint = self.emulator.onboard.checkpoint
-        remains = Remains(self.emulator.totals, self.emulator.ledger.rows(0).copy())
+        remains = EarlierWork(self.emulator.totals, self.emulator.ledger.rows(0).copy())
         self.pass_ticks(5)
         self.switch_on()
         self.load(checkpoint, remains)

@@ -25,7 +25,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import Telemetry
 
 pytestmark = pytest.mark.xdist_group("checking")
@@ -59,11 +59,11 @@ def resumed(tmp_path_factory):
     told += telemetry.news() + driven(emulator, telemetry, KILLED_TICK)
     # What the journal has is a little older than what was told last.
     checkpoint = emulator.onboard.checkpoint
-    remains = Remains(emulator.totals, emulator.ledger.rows(0).copy())
-    assert remains.totals.points > 10
+    earlier = EarlierWork(emulator.totals, emulator.ledger.rows(0).copy())
+    assert earlier.totals.points > 10
     told += driven(emulator, telemetry, 7)
     emulator, telemetry, anew = begun(vehicle, scenario)
-    job = emulator.prepare(trajectory, BEND, checkpoint, remains)
+    job = emulator.prepare(trajectory, BEND, checkpoint, earlier)
     emulator.take(job._replace(cause=PlanCause(options=options)))
     anew += telemetry.loaded(trajectory, BEND) + telemetry.restored_paint()
     emulator.start()
@@ -101,10 +101,10 @@ def test_a_later_job_is_not_done_again_without_the_robots_state_at_its_begin(tmp
 def test_other_remains_are_a_difference(resumed, monkeypatch):
     real = Emulator.prepare
 
-    def prepare(self, trajectory, template, resume=None, remains=None, *others):
-        if remains is not None:
-            remains = remains._replace(paint=remains.paint[:-5])
-        return real(self, trajectory, template, resume, remains, *others)
+    def prepare(self, trajectory, template, resume=None, earlier=None, *others):
+        if earlier is not None:
+            earlier = earlier._replace(paint=earlier.paint[:-5])
+        return real(self, trajectory, template, resume, earlier, *others)
 
     monkeypatch.setattr(Emulator, "prepare", prepare)
     first, second = check_recording(resumed, exact=True)

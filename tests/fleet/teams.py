@@ -169,7 +169,7 @@ class Team:
     def cells_in_use(self, name: str) -> list[Floats]:
         """Half-planes of the cells that a robot keeps to, or will or may when it gets what is on its way to it."""
         keeper = self.keepers[name]
-        decided = keeper.say(0.0, (0j, 0j)).decided
+        decided = keeper.report(0.0, (0j, 0j)).decided
         coming = [each.message for each in self.to_robots if each.name == name and each.message.number > decided]
         return [keeper.half_planes, *(np.reshape(told.half_planes, (-1, 3)) for told in coming)]
 
@@ -203,7 +203,7 @@ class Team:
             segments = self._segments()
             for name in self.names:
                 if name not in frozen:
-                    self._post(self.to_hub, name, self.keepers[name].say(self.now_s, segments[name]))
+                    self._post(self.to_hub, name, self.keepers[name].report(self.now_s, segments[name]))
         for _, name, message in self._come(self.to_hub):
             self.hub.receive(name, message, self.now_s)
         if self.ticks % (TICKS_PER_MESSAGE * MESSAGES_PER_UPDATE) == 0:

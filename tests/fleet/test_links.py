@@ -63,11 +63,11 @@ def test_a_robot_adopts_a_newer_cell_that_it_is_in_and_no_other() -> None:
 
     def receive(guidance: Guidance, segment: tuple[complex, complex]) -> tuple[int, int, float]:
         keeper.receive(guidance, segment)
-        said = keeper.say(0.5, segment)
+        said = keeper.report(0.5, segment)
         assert (said.stamp_s, said.x_m, said.stop_y_m) == (0.5, segment[0].real, segment[1].imag)
         return said.adopted, said.decided, keeper.target_m.real
 
-    assert (keeper.say(0.0, HERE).adopted, keeper.say(0.0, HERE).decided) == (0, 0)
+    assert (keeper.report(0.0, HERE).adopted, keeper.report(0.0, HERE).decided) == (0, 0)
     assert receive(told(2, 1.5, target_x_m=0.2), HERE) == (2, 2, 0.2)
     assert receive(told(1, 9.0, target_x_m=0.1), HERE) == (2, 2, 0.2)
     assert receive(told(4, 0.9, target_x_m=0.4), HERE) == (2, 4, 0.2)
@@ -80,9 +80,9 @@ def test_a_robot_adopts_a_newer_cell_that_it_is_in_and_no_other() -> None:
 def test_a_robot_may_believe_itself_a_little_outside_of_a_cell_that_it_takes() -> None:
     keeper = CellKeeper(TEAM_LIMITS.model_copy(update={"doubt_m": 0.005}))
     keeper.receive(told(1, 0.994), HERE)
-    assert keeper.say(0.0, HERE).adopted == 0
+    assert keeper.report(0.0, HERE).adopted == 0
     keeper.receive(told(2, 0.996), HERE)
-    assert keeper.say(0.0, HERE).adopted == 2
+    assert keeper.report(0.0, HERE).adopted == 2
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_robot_passes_over_what_is_no_guidance(changed: dict[str, object]) -> 
     keeper = CellKeeper(TEAM_LIMITS)
     keeper.receive(told(1, 9.0, echo_s=7.0).model_copy(update=changed), HERE)
     assert keeper.until_s == -math.inf
-    assert keeper.say(0.0, HERE).decided == 0
+    assert keeper.report(0.0, HERE).decided == 0
 
 
 def test_a_robot_drives_only_while_it_knows_that_it_is_heard() -> None:

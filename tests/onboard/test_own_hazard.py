@@ -33,7 +33,7 @@ class HalfCharged(Hazard):
     name = "half-charged"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
         return 1 if c.frame.battery_fraction < 0.5 else 0
 
     def words(self, seen: HazardContext, _which: int) -> str:

@@ -12,7 +12,7 @@ from touchline.schemas.template import Area, Polygon, Template
 from touchline.services.robot_sim.accounting import area_raster
 from touchline.services.robot_sim.accounting.area_raster import AreaRaster
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
-from touchline.services.robot_sim.accounting.planned_way import planned_way
+from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 
@@ -149,11 +149,11 @@ def test_shares_of_several_areas_and_of_the_plan() -> None:
     assert found.verdict.text == "79.55 % of what the plan covers is covered, 99 % is asked for"
 
 
-def test_the_planned_way_is_cut_where_it_turns_back() -> None:
+def test_the_planned_path_is_cut_where_it_turns_back() -> None:
     forward = path_of(Curve.from_line((0.0, 0.0), (5.0, 0.0)), Curve(5.0, 0.0, 0.0, 0.25, 4.0)).path.segments
     back = path_of(Curve.from_line((8.0, 3.0), (2.0, 3.0)), direction=-1).path.segments
     both = path_of().model_copy(update={"path": path_of().path.model_copy(update={"segments": (*forward, *back)})})
-    way = planned_way(both, Rolled(field()).vehicle)
+    way = planned_tool_path(both, Rolled(field()).vehicle)
     assert [len(stretch.points) > 2 for stretch in way] == [True, False]
     assert swept_ground(way).swept.area == pytest.approx(9.0 * WIDTH_M + 6.0 * WIDTH_M, rel=0.3)
 

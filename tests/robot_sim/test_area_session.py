@@ -15,7 +15,7 @@ from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import Telemetry
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
@@ -111,7 +111,7 @@ def test_another_process_goes_on_and_has_the_figures_of_both(driven, trajectory)
         before.tick()
     checkpoint, totals = before.onboard.checkpoint, before.totals
     after, telemetry = robot()
-    after.load(trajectory, PAN, checkpoint, Remains(totals, before.ledger.rows(0)[: totals.points]))
+    after.load(trajectory, PAN, checkpoint, EarlierWork(totals, before.ledger.rows(0)[: totals.points]))
     telemetry.restored_paint()
     telemetry.standing()
     before_m2 = after.account.standing.covered_m2

@@ -20,7 +20,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal
-from touchline.services.robot_sim.recovery_state import Remains
+from touchline.services.robot_sim.recovery_state import EarlierWork
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (5, 0)), Curve.from_line((5, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],
@@ -133,7 +133,7 @@ def test_figures_and_supplies_are_those_of_the_whole_job(at):
     """As if there had been no crash, but for the joint, the second run-up and what that takes."""
     whole, before = killed_at(99.0, "none"), killed_at(at, "none")
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
-    remains = Remains(before.totals, before.ledger.rows(0))
+    remains = EarlierWork(before.totals, before.ledger.rows(0))
     after.load(PLAN, None, before.onboard.checkpoint, remains)
     assert after.totals == before.totals
     assert after.metrics() == before.metrics()
@@ -164,7 +164,7 @@ def test_what_a_fault_keeps_from_use_comes_back_when_it_ends():
     before.start()
     drive(before, lambda e: e.time_s >= 9.0)
     assert before.world.supplies[0] < 1.0
-    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, before.ledger.rows(0)))
+    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.ledger.rows(0)))
     after.start()
     drive(after)
     assert Vehicle().tool.tank_l - 0.05 < after.world.supplies[0] < Vehicle().tool.tank_l
@@ -175,7 +175,7 @@ def test_a_gap_at_the_joint_shows_in_the_figures():
     before = killed_at(8.0, "none")
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
     paint = before.ledger.rows(0)[:-30]
-    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, paint))
+    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, paint))
     after.start()
     drive(after)
     assert after.metrics().gap_m == pytest.approx(0.3, abs=0.03)
@@ -185,7 +185,7 @@ def test_all_marks_come_once_more_as_the_last_ones_may_have_reached_nobody():
     before = killed_at(7.0, "none")
     before.ledger.take_marks()
     after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
-    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, before.ledger.rows(0)))
+    after.load(PLAN, None, before.onboard.checkpoint, EarlierWork(before.totals, before.ledger.rows(0)))
     again = after.ledger.take_marks()
     assert again[0].first_index == 0
     assert again[-1].first_index + len(again[-1].x_m) == before.ledger.points

@@ -136,5 +136,5 @@ def test_what_is_passed_is_told_before_what_others_are_granted_for_it_and_else_n
     said.clear()
     for _ in range(2):
         for robot in robots:
-            robot.stretch.give_up()
+            robot.stretch.release()
     assert said == [("a", []), ("b", [])]

@@ -13,7 +13,7 @@ from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import FakeLink
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.way_start import KEEP_S, WayStart
+from touchline.schemas.path_start import KEEP_S, PathStart
 from touchline.tui.app import ConsoleApp
 from touchline.tui.goal_orders import DRAWN_S, REFRESH_S
 from touchline.tui.key_bar import KeyBar
@@ -51,11 +51,11 @@ def panel_of(app: ConsoleApp) -> str:
 def test_a_driving_robot_leaves_its_drive_and_a_standing_one_begins_at_its_pose():
     drive, goal = scenes.drive_response().trajectory, m.PoseGoal(x_m=2.0)
     for state in (m.TraversalStatus.IDLE, m.TraversalStatus.DONE, m.TraversalStatus.ABORTED):
-        asked = WayStart(state, (1.0, 2.0, 0.5), drive, 3.0, 1.0).request(goal, m.PlanOptions(), "{}", "a")
+        asked = PathStart(state, (1.0, 2.0, 0.5), drive, 3.0, 1.0).request(goal, m.PlanOptions(), "{}", "a")
         assert asked.options.start.tolist() == [1.0, 2.0, 0.5]
         assert not asked.leaving
     for pace, keep_s in ((0.5, KEEP_S), (4.0, 4.0 * KEEP_S)):
-        asked = WayStart(RUNNING, (1.0, 2.0, 0.5), drive, 3.0, pace).request(goal, m.PlanOptions(), "{}", "a")
+        asked = PathStart(RUNNING, (1.0, 2.0, 0.5), drive, 3.0, pace).request(goal, m.PlanOptions(), "{}", "a")
         (leaving,) = asked.leaving
         assert (leaving.arc_length_m, leaving.keep_s) == (3.0, keep_s), "what planning takes passes on the wall clock"
         assert leaving.trajectory == drive

@@ -68,7 +68,7 @@ class CoverageTask:
             machine = replace(machine, spin_lever_m=math.inf)
         _check(options, machine.width_m)
         angle = options.swath_angle_deg.tolist() or [area.angle_deg]
-        grounds, remaining = task.company.grounds, task.company.left
+        grounds, remaining = task.company.grounds, task.company.remaining
         return cls(
             area.polygon if grounds is None else grounds[area.id],
             _outline(task.template, area),

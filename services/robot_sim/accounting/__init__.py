@@ -1,1 +1,1 @@
-"""What a covering tool has been over: a template's areas, as a raster while it works and as polygons at the end."""
+"""Accounts of a covering tool's work on a template's areas: a raster while it works, and polygons at the end."""

@@ -1,4 +1,4 @@
-"""How much of a template's areas a covering tool has been over so far."""
+"""Account of a template's areas that a covering tool has passed over so far."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class AreaStanding(NamedTuple):
 
 
 class AreaAccount:
-    """Of one traversal.
+    """Account of one traversal.
 
     The raster follows the strokes of the ledger, from which they are made: a ledger that is restored gives the same.
 
     Args:
-        template: Has areas.
-        trajectory: By which they are to be covered.
-        vehicle: Its tool covers.
+        template: Template with areas.
+        trajectory: Trajectory that covers them.
+        vehicle: Vehicle with a covering tool.
 
     Attributes:
-        ids: Of the areas.
+        ids: Ids of the areas.
     """
 
     def __init__(self, template: Template, trajectory: Trajectory, vehicle: Vehicle) -> None:
@@ -41,18 +41,18 @@ class AreaAccount:
         self._raster = AreaRaster([area.polygon for area in template.areas], vehicle.tool.width_m)
 
     def take(self, ledger: PaintLedger) -> None:
-        """Count what the ledger has got since the last call."""
+        """Count the points that the ledger has gained since the last call."""
         self._raster.take(ledger.rows(0)[: ledger.settled])
 
     @property
     def fractions(self) -> list[float]:
-        """Of each area the share that was passed over."""
+        """Share of each area that was passed over."""
         raster = self._raster
         return [covered / max(1, cells) for covered, cells in zip(raster.covered, raster.cells, strict=True)]
 
     @property
     def standing(self) -> AreaStanding:
-        """How things are by now."""
+        """Present figures."""
         raster, cell_m2 = self._raster, self._raster.cell_m**2
         cells, covered = sum(raster.cells), sum(raster.covered)
         return AreaStanding(
@@ -65,7 +65,13 @@ class AreaAccount:
 
 
 def area_account(template: Template | None, trajectory: Trajectory, vehicle: Vehicle) -> AreaAccount | None:
-    """The account of a job; None if no area is covered by a covering tool in it."""
+    """Make the account of a job; None if it has no area, or no tool that covers.
+
+    Args:
+        template: The job's template, if there is one.
+        trajectory: Its trajectory.
+        vehicle: The robot's vehicle.
+    """
     if template is None or not template.areas or not vehicle.tool.covers:
         return None
     return AreaAccount(template, trajectory, vehicle)

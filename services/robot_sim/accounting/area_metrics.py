@@ -1,4 +1,4 @@
-"""The figures of areas that a covering tool has been over, exact on polygons."""
+"""Figures of areas that a covering tool has passed over, exact on polygons."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from touchline.core.tool_reach import free_ground, reachable
 from touchline.schemas.template import Template
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
-from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way
+from touchline.services.robot_sim.accounting.planned_tool_path import off_path_m, planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground, thinned
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import lateral_error
@@ -24,74 +24,80 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 REQUIRED_PCT: Final = 99.0
-"""Of what the plan would cover; so much has to be covered for the work to be accepted."""
+"""Share of the planned ground that has to be covered for the work to be accepted."""
 _ROOM_M: Final = 20.0
-"""About an area without a boundary: as much as any body is long."""
+"""Free ground around an area without a boundary: more than the length of any body."""
 _LOOK_EVERY_M: Final = 0.1
-"""How far off its way the tool is."""
+"""Spacing of the points at which the tool's distance from its path is measured."""
 
 
 class AreaMetrics(NamedTuple):
-    """Of all areas together [m²]."""
+    """Figures of all areas together [m²]."""
 
     area_m2: float
     covered_m2: float
     reachable_m2: float
-    """What the tool can pass over with the body inside the boundary and off obstacles."""
+    """Ground that the tool can pass over with the body inside the boundary and off obstacles."""
     reached_m2: float
-    """Of that it did."""
+    """The part of that ground that the tool has passed over."""
     planned_m2: float
-    """What it would pass over if it drove exactly as planned."""
+    """Ground that the tool would pass over if it drove exactly as planned."""
     as_planned_m2: float
-    """Of that it did."""
+    """The part of that ground that the tool has passed over."""
     overlap_m2: float
-    """Passed over more than once."""
+    """Ground passed over more than once."""
     beside_m2: float
-    """Passed over outside the areas."""
+    """Ground passed over outside the areas."""
     missed: list[Patch]
-    """The largest first."""
+    """Missed patches, the largest first."""
     body_outside_m: float
-    """How far the body got beyond the boundary or into an obstacle at most, in what this process has driven."""
+    """Largest distance of the body beyond the boundary or inside an obstacle, over the part driven by this process."""
     lateral: LateralError
-    """Of the tool, off its planned way."""
-    way_m: float
-    """That the tool went."""
+    """Distance of the tool from its planned path."""
+    distance_m: float
+    """Length of the tool's path."""
 
     @property
     def missed_m2(self) -> float:
-        """Not passed over, however small the place."""
+        """Area not passed over, including the smallest patches."""
         return max(0.0, self.area_m2 - self.covered_m2)
 
     @property
     def coverage_pct(self) -> float:
-        """Share of the areas."""
+        """Covered share of the areas [%]."""
         return _share_pct(self.covered_m2, self.area_m2)
 
     @property
     def of_reachable_pct(self) -> float:
-        """Share of what can be reached."""
+        """Covered share of the reachable ground [%]."""
         return _share_pct(self.reached_m2, self.reachable_m2)
 
     @property
     def of_planned_pct(self) -> float:
-        """Share of what was planned."""
+        """Covered share of the planned ground [%]."""
         return _share_pct(self.as_planned_m2, self.planned_m2)
 
     @property
     def verdict(self) -> Verdict:
-        """Whether enough of what was planned is covered."""
+        """Acceptance: enough of the planned ground is covered."""
         text = f"{self.of_planned_pct:.2f} % of what the plan covers is covered, {REQUIRED_PCT:g} % is asked for"
         return Verdict(self.of_planned_pct >= REQUIRED_PCT, text)
 
 
 def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> AreaMetrics:
-    """Work out everything; takes a moment, so once at the end."""
+    """Compute all figures; this takes a moment, so it is done once at the end.
+
+    Args:
+        account: Template, trajectory and vehicle.
+        ledger: Strokes of the tool.
+        track: True path of the robot.
+    """
     vehicle, template = account.vehicle, account.template
     strokes = ledger.strokes()
-    way = planned_way(account.trajectory, vehicle)
+    path = planned_tool_path(account.trajectory, vehicle)
     area = union([area.polygon for area in template.areas])
     swept, twice = swept_ground(strokes)
-    planned = intersection(area, swept_ground(way).swept)
+    planned = intersection(area, swept_ground(path).swept)
     covered = intersection(area, swept)
     tool, width_m = vehicle.tool.point_m, vehicle.tool.width_m
     within_reach = reachable(area, ground_of(template, area), vehicle.body.footprint_m, tool, width_m)
@@ -107,13 +113,18 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
         beside_m2=max(0.0, float(swept.area - covered.area)),
         missed=patches(difference(area, swept)),
         body_outside_m=body_outside_m(track.rows, vehicle.body.footprint_m, template),
-        lateral=lateral_error(off_the_way_m(looked_at, way)),
-        way_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
+        lateral=lateral_error(off_path_m(looked_at, path)),
+        distance_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
     )
 
 
 def ground_of(template: Template, area: BaseGeometry) -> BaseGeometry:
-    """Where the body may be: inside the boundary, or anywhere about the area if there is none, and off obstacles."""
+    """Return the ground for the body: inside the boundary, or around the area if there is none, and off obstacles.
+
+    Args:
+        template: Gives boundary and obstacles.
+        area: Union of its areas.
+    """
     import shapely
 
     boundary = template.boundary
@@ -122,5 +133,5 @@ def ground_of(template: Template, area: BaseGeometry) -> BaseGeometry:
 
 
 def _share_pct(part: float, whole: float) -> float:
-    """100 where there is nothing to have a share of."""
+    """Return the percentage; 100 if the whole is empty."""
     return min(100.0, 100.0 * part / whole) if whole > 0.0 else 100.0

@@ -1,6 +1,6 @@
-"""The areas of a template as a raster, in which the ground that a tool passes over is counted.
+"""Raster of a template's areas, in which the ground that a tool passes over is counted.
 
-A cell is passed over when the tool's line (across its way, as wide as it works) goes over the cell's middle: each way
+A cell is passed over when the tool's line (across its path, as wide as it works) goes over the cell's middle: each pass
 over it, forward or backward, counts once. Neighbouring steps share a line, so none is counted twice and none left out.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 CELL_M: Final = 0.05
 MOST_CELLS: Final = 32_000_000
-"""Of two bytes each; more ground than that (8 ha) is counted in larger cells."""
+"""Limit of the number of cells, two bytes each; more ground than that (8 ha) is counted in larger cells."""
 
 # Columns of the totals, a row per area.
 _ONCE: Final = 0
@@ -32,7 +32,7 @@ _TWICE: Final = 1
 _TOTALS: Final = 2
 
 _SHORTEST_M: Final = 1e-3
-"""Of a step: shorter ones do not tell which way the tool goes."""
+"""Length below which a step is ignored, because its direction is uncertain."""
 _MOST_TIMES: Final = 255
 
 Floats = NDArray[np.float64]
@@ -41,24 +41,24 @@ Bytes = NDArray[np.uint8]
 
 
 class ToolLine(Record):
-    """Where the line across the tool's way is, map frame."""
+    """Position of the line across the tool's path, map frame."""
 
     x_m: float
-    """Its middle, as `y_m`."""
+    """Middle of the line, with `y_m`."""
     y_m: float
     ahead_x: float
-    """Unit vector ahead of it, with `ahead_y`; 0 before it has moved."""
+    """Unit vector ahead of the line, with `ahead_y`; 0 before it has moved."""
     ahead_y: float
 
 
 class CountedGround(NamedTuple):
-    """What the kernels count in.
+    """Arrays in which the kernels count.
 
     Attributes:
-        frame: Of the raster.
-        area: Of each cell the number of its area, 0 outside.
-        times: How often each cell was passed over.
-        totals: (areas, _TOTALS) cells of each area that were passed over once at least, and twice at least.
+        frame: Frame of the raster.
+        area: Number of the area of each cell, 0 outside.
+        times: Number of passes over each cell.
+        totals: (areas, _TOTALS) cells of each area that were passed over at least once, and at least twice.
     """
 
     frame: CellFrame
@@ -78,7 +78,7 @@ def _sweep(
     (west, south, cell, columns, rows), area, times, totals = ground
     ax, ay, aux, auy = before[0] - west, before[1] - south, before[2], before[3]
     bx, by, bux, buy = after[0] - west, after[1] - south, after[2], after[3]
-    # Lanes of cells across the tool's way are gone through one by one; there are few cells of each between the lines.
+    # Rows of cells across the tool's path are visited one by one; there are few cells of each between the lines.
     turned = abs(bux) < abs(buy)
     if turned:
         ax, ay, aux, auy = ay, ax, auy, aux
@@ -113,14 +113,14 @@ def _sweep(
 
 @kernel
 def roll(points: Floats, first: int, full_width_m: float, lines: Sequence[ToolLine], ground: CountedGround) -> None:
-    """Count what strokes pass over.
+    """Count the cells that strokes pass over.
 
     Args:
         points: (n, projection.POINT_COLUMNS) of the ledger.
-        first: Of the points, the one to begin with.
-        full_width_m: Of the tool.
-        lines: (1,) where the tool's line was last, updated.
-        ground: Updated.
+        first: Index of the point to begin with.
+        full_width_m: Width of the tool.
+        lines: (1,) last position of the tool's line, updated.
+        ground: Counters, updated.
     """
     line = lines[0]
     for row in range(first, len(points)):
@@ -136,7 +136,7 @@ def roll(points: Floats, first: int, full_width_m: float, lines: Sequence[ToolLi
         ahead_x, ahead_y = line.ahead_x, line.ahead_y
         if ahead_x == 0.0 and ahead_y == 0.0:
             ahead_x, ahead_y = ux, uy
-        elif ahead_x * ux + ahead_y * uy < 0.0:  # it has turned back: the line stays the same way round
+        elif ahead_x * ux + ahead_y * uy < 0.0:  # it has turned back: the line keeps its orientation
             ux, uy = -ux, -uy
         half = 0.5 * full_width_m * points[row, p.POINT_WIDTH]
         _sweep((line.x_m, line.y_m, ahead_x, ahead_y), (x, y, ux, uy), half, ground)
@@ -144,16 +144,16 @@ def roll(points: Floats, first: int, full_width_m: float, lines: Sequence[ToolLi
 
 
 class AreaRaster:
-    """Counts how often each cell of some areas was passed over.
+    """Counter of the passes over each cell of some areas.
 
     Args:
-        areas: They do not overlap; of a cell in two of them only the later one counts.
-        width_m: On which the tool works.
-        cell_m: Edge of a cell, if that does not make more than `MOST_CELLS`.
+        areas: Areas that do not overlap; a cell in two of them counts for the later one only.
+        width_m: Working width of the tool.
+        cell_m: Edge of a cell, unless that makes more than `MOST_CELLS`.
 
     Attributes:
         cell_m: Edge of a cell.
-        cells: How many each area has.
+        cells: Number of cells of each area.
     """
 
     def __init__(self, areas: Sequence[shapely.Polygon], width_m: float, cell_m: float = CELL_M) -> None:
@@ -173,42 +173,42 @@ class AreaRaster:
         self.cells: list[int] = np.bincount(self._ground.area, minlength=len(areas) + 1)[1:].tolist()
 
     def take(self, points: Floats) -> None:
-        """Count what has come since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
+        """Count the strokes since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
         if len(points) > self._taken:
             self._roll(points, self._taken, self._width_m, self._line.array, self._ground)
             self._taken = len(points)
 
     @cached_property
     def _roll(self) -> Callable[..., None]:
-        """`roll`, without a look at the types of its arguments, which are always the same."""
+        """The kernel `roll`, without checking the types of its arguments, which are always the same."""
         points: Floats = np.zeros((0, p.POINT_COLUMNS))
         code: Callable[..., None] = roll.for_types_of((points, 0, self._width_m, self._line.array, self._ground))
         return code
 
     @property
     def covered(self) -> list[int]:
-        """Of each area the cells that were passed over."""
+        """Number of cells of each area that were passed over."""
         cells: list[int] = self._ground.totals[:, _ONCE].tolist()
         return cells
 
     @property
     def overlapped(self) -> list[int]:
-        """Of each area the cells that were passed over more than once."""
+        """Number of cells of each area that were passed over more than once."""
         cells: list[int] = self._ground.totals[:, _TWICE].tolist()
         return cells
 
     @property
     def times(self) -> Bytes:
-        """(rows, columns) how often each cell was passed over, from the south-west on; 0 outside the areas."""
+        """Number of passes over each cell (rows, columns), from the south-west on; 0 outside the areas."""
         return self._ground.times.reshape(self._ground.frame.rows, self._ground.frame.columns)
 
 
 def _inside(area: shapely.Polygon, frame: CellFrame) -> NDArray[np.bool_]:
-    """(rows, columns) cells whose middle is inside: from where a row crosses an edge to where it crosses the next."""
+    """Find the cells (rows, columns) whose middle is inside: between a row's crossings of edges, pairwise."""
     west, south, cell, columns, rows = frame
     rings = [np.asarray(ring.coords) for ring in (area.exterior, *area.interiors)]
     edges = np.concatenate([np.hstack((ring[:-1], ring[1:])) for ring in rings])
-    x0, y0, x1, y1 = ((edges - [west, south, west, south]) / cell - 0.5).T  # cells' middles are whole numbers
+    x0, y0, x1, y1 = ((edges - [west, south, west, south]) / cell - 0.5).T  # the middles of cells are whole numbers
     low, high = np.ceil(np.minimum(y0, y1)), np.ceil(np.maximum(y0, y1))
     low, high = np.clip(low, 0, rows).astype(np.int64), np.clip(high, 0, rows).astype(np.int64)
     many = high - low

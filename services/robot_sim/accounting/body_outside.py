@@ -1,4 +1,4 @@
-"""How far the body got where it must not be."""
+"""Distance that the body reached into forbidden ground."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 _SPACING_M: Final = 0.05
-"""Of the points of the body that are looked at where it is in forbidden ground."""
+"""Spacing of the points of the body that are checked in forbidden ground."""
 _AT_ONCE: Final = 20_000
-"""Poses."""
+"""Number of poses handled at once."""
 _ARCS: Final = 1.01
-"""By this factor wider, ground that is widened, with chords for arcs, reaches as far as it would with arcs."""
+"""Factor by which ground is widened further, so that chords reach as far as the arcs that they replace."""
 
 Floats = NDArray[np.float64]
 
 
 def body_outside_m(rows: Floats, outline: Sequence[tuple[float, float]], template: Template) -> float:
-    """How far any part of the body was beyond the boundary or inside an obstacle, at most [m].
+    """Compute the largest distance of any part of the body beyond the boundary or inside an obstacle [m].
 
     Args:
         rows: (n, TRACK_COLUMNS) of the `Track`.
-        outline: Of the body.
-        template: Has the boundary, if there is one, and the obstacles.
+        outline: Corners of the body in its own frame [m].
+        template: Gives the boundary, if there is one, and the obstacles.
     """
     import shapely
 
@@ -57,7 +57,7 @@ def body_outside_m(rows: Floats, outline: Sequence[tuple[float, float]], templat
 
 
 def _inside(ground: BaseGeometry, rows: Floats) -> NDArray[np.bool_]:
-    """(n,) in which rows the body's origin is inside some ground."""
+    """Find the rows (n,) in which the body's origin is inside some ground."""
     import shapely
 
     shapely.prepare(ground)
@@ -65,7 +65,7 @@ def _inside(ground: BaseGeometry, rows: Floats) -> NDArray[np.bool_]:
 
 
 def _bodies(rows: Floats, outline: Sequence[tuple[float, float]]) -> Iterator[NDArray[np.object_]]:
-    """The body in each row as a polygon, so many at once."""
+    """Yield the body in each row as a polygon, in batches."""
     import shapely
 
     x, y = np.array([*outline, outline[0]]).T
@@ -79,7 +79,7 @@ def _bodies(rows: Floats, outline: Sequence[tuple[float, float]]) -> Iterator[ND
 
 
 def _farthest_m(parts: NDArray[np.object_], limit: shapely.Polygon | shapely.LinearRing) -> float:
-    """How far the farthest point of some parts is from where it should have ended."""
+    """Return the largest distance of the points of some parts from the edge of the permitted ground."""
     import shapely
 
     points = shapely.get_coordinates(shapely.segmentize(parts, _SPACING_M))

@@ -1,4 +1,4 @@
-"""The ground that strokes of a covering tool pass over, exact on polygons; see `paint.paint_areas` for its error."""
+"""Ground that strokes of a covering tool pass over, exact on polygons; see `paint.paint_areas` for its error."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 STEP_M: Final = 1e-3
-"""Strokes are looked at no more finely: on their way to a standstill points lie nanometres apart, in any direction."""
+"""Resolution of strokes: before a standstill points lie nanometres apart, in any direction."""
 
 
 class SweptGround(NamedTuple):
-    """What was passed over, and what of it more than once."""
+    """Ground passed over, and its part passed over more than once."""
 
     swept: BaseGeometry
     twice: BaseGeometry
 
 
 def swept_ground(strokes: Sequence[PaintStroke]) -> SweptGround:
-    """What the flat-ended strips of strokes cover; where a stroke turns back, another strip begins."""
+    """Compute the ground under the flat-ended strips of strokes; where a stroke turns back, another strip begins."""
     looked_at = [thinned(stroke, STEP_M) for stroke in strokes]
     passes = passes_of(looked_at)
     joints = (joint for stroke in looked_at for joint in _joints(stroke))
@@ -35,7 +35,7 @@ def swept_ground(strokes: Sequence[PaintStroke]) -> SweptGround:
 
 
 def _joints(stroke: PaintStroke) -> Iterator[BaseGeometry]:
-    """What lies between the flat ends of strips that go on in a bend, if only a sliver."""
+    """Yield the ground between the flat ends of strips that continue in a bend, even if it is only a sliver."""
     for before, after in pairwise(pieces_of(stroke.points)):
         corner = np.vstack((before[-2:], after[1:2]))
         (ax, ay), (bx, by) = np.diff(corner, axis=0).tolist()
@@ -44,7 +44,12 @@ def _joints(stroke: PaintStroke) -> Iterator[BaseGeometry]:
 
 
 def thinned(stroke: PaintStroke, step_m: float) -> PaintStroke:
-    """A stroke without the points that are less than a step from the one before; its last one stays."""
+    """Remove the points of a stroke that are less than a step from the one before; the last one is kept.
+
+    Args:
+        stroke: The stroke.
+        step_m: Resolution.
+    """
     at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(stroke.points, axis=0).T))))
     keep = np.concatenate(([True], np.diff(np.floor(at / step_m)) > 0.0))
     keep[-1] = True

@@ -1,4 +1,4 @@
-"""Time and place of an acting fault, as its function is given them beside the fault."""
+"""Context of an acting fault, passed to its function beside the fault."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from touchline.services.robot_sim.world.effects import Effects
 
 
 class Acting(NamedTuple):
-    """A fault that acts.
+    """Start and actuators of an acting fault.
 
     Attributes:
         start_s: Sim time at which it began.
-        actuators: Numbers of those that it is a fault of, if it is an `ActuatorFault`; else none.
+        actuators: Indices of the affected actuators of an `ActuatorFault`; otherwise empty.
     """
 
     start_s: float
@@ -20,10 +20,15 @@ class Acting(NamedTuple):
 
 
 class ApplyFault(Protocol):
-    """The function of a kind of fault."""
+    """Function of a kind of fault."""
 
     def __call__(self, fault: Any, effects: Effects, acting: Acting) -> None:
         """Add one acting fault to `effects`.
 
-        Offsets add up, and else the worse of both counts: whichever fault comes first, the sum is the same.
+        Offsets add up; of other effects the worst one counts. So the order of the faults does not matter.
+
+        Args:
+            fault: The fault.
+            effects: Sum of the acting faults, updated.
+            acting: Its start and actuators.
         """

@@ -1,4 +1,4 @@
-"""Faults of the IMU, of the magnetometer and of the camera overhead."""
+"""Faults of the IMU, of the magnetometer and of the overhead camera."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from touchline.services.robot_sim.world.effects import Effects
 
 
 def camera_outage(_fault: f.CameraOutage, effects: Effects, _acting: Acting) -> None:
-    """No pose."""
+    """Withhold the camera's poses; see `ApplyFault`."""
     effects.camera_out = True
 
 
 def imu_bias(fault: f.ImuBias, effects: Effects, _acting: Acting) -> None:
-    """Biases add up."""
+    """Add biases; see `ApplyFault`."""
     effects.gyro_bias_radps += fault.gyro_radps
     effects.accel_bias_mps2 += fault.accel_mps2
 
 
 def imu_noisy(fault: f.ImuNoisy, effects: Effects, _acting: Acting) -> None:
-    """White noises add up by their squares."""
+    """Add white noise: variances add up; see `ApplyFault`."""
     effects.gyro_white_radps = math.hypot(effects.gyro_white_radps, fault.gyro_radps)
     effects.accel_white_mps2 = math.hypot(effects.accel_white_mps2, fault.accel_mps2)
 
 
 def imu_stuck(_fault: f.ImuStuck, effects: Effects, _acting: Acting) -> None:
-    """The last reading again and again."""
+    """Repeat the last reading; see `ApplyFault`."""
     effects.imu_stuck = True
 
 
 def magnetic_disturbance(fault: f.MagneticDisturbance, effects: Effects, _acting: Acting) -> None:
-    """Fields add up."""
+    """Add a magnetic field; see `ApplyFault`."""
     effects.field_east_t += fault.east_t
     effects.field_north_t += fault.north_t

@@ -1,1 +1,1 @@
-"""What got painted: the ledger of the true nozzle and the figures drawn from it."""
+"""True paint: the ledger of the nozzle and the figures computed from it."""

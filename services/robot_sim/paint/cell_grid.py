@@ -1,4 +1,4 @@
-"""Which lines or boxes are near a point: a grid over the field, so that thousands cost no more than a few."""
+"""Grid over the field for finding lines or boxes near a point, so that thousands cost no more than a few."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_CELLS: Final = 65536
 
 
 class CellFrame(NamedTuple):
-    """Where the square cells of a field are, map frame: rows of them from the south-west corner on."""
+    """Square cells of a field, map frame: rows of them from the south-west corner on."""
 
     west_m: float
     south_m: float
@@ -32,14 +32,19 @@ class Grid(NamedTuple):
 
     frame: CellFrame
     starts: NDArray[np.int64]
-    """(cells + 1,) where each cell's list begins in `members`."""
+    """Index in `members` at which each cell's list begins, (cells + 1,)."""
     members: NDArray[np.int64]
     largest: int
     """Length of the longest list."""
 
 
 def make_grid(lines: Sequence[Curve], reach_m: float) -> Grid:
-    """The grid of these lines; a point is within reach of a line also if it is so of its straight continuation."""
+    """Make the grid of lines; the straight continuation of a line counts as the line.
+
+    Args:
+        lines: Lines and arcs, map frame.
+        reach_m: Distance within which a line is listed.
+    """
     if not lines:
         return Grid(CellFrame(0.0, 0.0, 1.0, 0, 0), np.zeros(1, np.int64), np.zeros(0, np.int64), 0)
     # Twice the reach: beside the line and beyond its end at once, and half a sampling step.
@@ -55,7 +60,14 @@ def make_grid(lines: Sequence[Curve], reach_m: float) -> Grid:
 
 
 def grid_of_boxes(low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: float, most_cells: int) -> Grid:
-    """The grid of boxes (n, 2) from low to high corners [m]; its cells are no smaller than any of them."""
+    """Make the grid of boxes; its cells are no smaller than any of them.
+
+    Args:
+        low: (n, 2) lower corners [m].
+        high: (n, 2) upper corners [m].
+        smallest_m: Smallest edge of a cell.
+        most_cells: Largest number of cells.
+    """
     least_m = max(smallest_m, float((high - low).max()))
     frame = _frame(low.min(axis=0), high.max(axis=0), least_m, most_cells)
     corners = [np.column_stack((x[:, 0], y[:, 1])) for x in (low, high) for y in (low, high)]
@@ -69,14 +81,14 @@ def _frame(low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: floa
 
 
 def _cells(points: NDArray[np.float64], frame: CellFrame) -> NDArray[np.int64]:
-    """Index of the cell of each point (n, 2), of the nearest one for what lies outside."""
+    """Return the index of the cell of each point (n, 2); of the nearest one for points outside."""
     at = np.floor((points - (frame.west_m, frame.south_m)) / frame.cell_m).astype(np.int64)
     row, column = np.clip(at[:, 1], 0, frame.rows - 1), np.clip(at[:, 0], 0, frame.columns - 1)
     return np.asarray(row * frame.columns + column)
 
 
 def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: CellFrame) -> Grid:
-    """The grid in whose cells these members are, once each."""
+    """Make the grid with these members in these cells, once each."""
     many = int(members.max()) + 1
     cell, member = np.divmod(np.unique(np.concatenate(cells) * many + members), many)
     counts = np.bincount(cell, minlength=frame.columns * frame.rows)
@@ -86,12 +98,12 @@ def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: C
 
 @kernel
 def cell_of(x: float, y: float, frame: CellFrame) -> int:
-    """Index of the cell of a point, −1 outside the grid.
+    """Return the index of the cell of a point, −1 outside the grid.
 
     Args:
         x: East, map frame [m].
         y: North, map frame [m].
-        frame: Of the `Grid`.
+        frame: Frame of the `Grid`.
     """
     column, row = math.floor((x - frame.west_m) / frame.cell_m), math.floor((y - frame.south_m) / frame.cell_m)
     if column < 0 or row < 0 or column >= frame.columns or row >= frame.rows:

@@ -1,4 +1,4 @@
-"""A wheel or caster that rolls over wet paint: what its tread takes up, and where it prints that again."""
+"""Contact of a wheel or caster with wet paint: its tread takes paint up and prints it elsewhere."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from touchline.core.jit import kernel
 from touchline.services.robot_sim.paint.cell_grid import Grid, cell_of
 
 CELL_M: Final = 0.005
-"""The tread and the path are looked at in pieces no longer than this."""
+"""Largest length of the pieces into which tread and path are divided."""
 FAINTEST: Final = 0.05
-"""Prints with a smaller share of a line's paint are not seen."""
+"""Share of a line's paint below which prints are not visible."""
 _SAME_CROSSING_M: Final = 0.03
-"""Who is off a line for less has not left it: paint has pores between one piece and the next."""
+"""Distance off a line up to which a contact has not left it: paint has pores between one piece and the next."""
 
 # Columns of a contact's path.
 TIME: Final = 0  # s
@@ -39,8 +39,8 @@ PAINT_COLUMNS: Final = 8
 
 # Columns of prints, after the `X0`…`Y1` of a piece of the contact's path.
 STRENGTH: Final = 4  # share of a fresh line's paint
-PRINT_LINE: Final = 5  # the line that it is from
-AGE: Final = 6  # of that paint when it was taken up [s]
+PRINT_LINE: Final = 5  # line that the paint is from
+AGE: Final = 6  # age of the paint when it was taken up [s]
 PRINT_AT: Final = 7  # distance rolled so far [m]
 PRINT_COLUMNS: Final = 8
 
@@ -48,42 +48,42 @@ Floats = NDArray[np.float64]
 
 
 class Tread(NamedTuple):
-    """What touches the ground."""
+    """Tread that touches the ground."""
 
     swivels: bool
-    """Whether it always rolls forward, as a caster does."""
+    """True if it always rolls forward, as a caster does."""
     circumference_m: float
 
 
 class WetPaint(NamedTuple):
-    """What it may roll over."""
+    """Wet paint on the ground."""
 
     strips: Floats
-    """(n, PAINT_COLUMNS)."""
+    """Strips of paint, (n, PAINT_COLUMNS)."""
     grid: Grid
-    """Of the strips."""
+    """Grid of the strips."""
     drying_s: float
-    """How long paint stays wet."""
+    """Time for which paint stays wet."""
     taken: float
     """Share of a line's paint that a tread takes up while it is fresh."""
     fade_m: float
-    """Distance over which prints get fainter by a factor of e."""
+    """Distance over which prints fade by a factor of e."""
 
 
 @kernel
 def roll(path: Floats, tread: Tread, paint: WetPaint, left_m: Floats, prints: Floats) -> tuple[int, int, float]:
-    """Roll along a path.
+    """Roll a contact along a path.
 
-    A crossing is that the middle of the contact comes upon wet paint of a line. There the tread takes up the share
+    A crossing is an encounter of the contact's middle with wet paint of a line. There the tread takes up the share
     `taken` of the paint, less as that dries, none once it is dry. Each time that the piece of tread comes round again
-    it prints on the ground, with what exp(−distance/`fade_m`) has left of it: a rule of this project's own.
+    it prints on the ground, with the share exp(−distance/`fade_m`) of it: a rule of this project's own.
 
     Args:
-        path: (n, PATH_COLUMNS) of the contact's middle, map frame.
-        tread: That rolls.
-        paint: On the ground.
+        path: (n, PATH_COLUMNS) path of the contact's middle, map frame.
+        tread: Tread that rolls.
+        paint: Paint on the ground.
         left_m: (lines + 1,) scratch.
-        prints: (n, PRINT_COLUMNS) filled as far as there is room: more may be returned than that.
+        prints: (n, PRINT_COLUMNS) filled as far as there is room: the returned number may be larger.
 
     Returns:
         Crossings, prints, age of the youngest paint met [s].

@@ -1,4 +1,4 @@
-"""The ledger of what was really painted, and how much of what should be painted it covers so far."""
+"""Ledger of the true paint, and of the coverage of the lines to be painted so far."""
 
 from __future__ import annotations
 
@@ -28,49 +28,50 @@ Floats = NDArray[np.float64]
 
 
 class Marks(NamedTuple):
-    """A stretch of one stroke that belongs to one line."""
+    """Stretch of one stroke that belongs to one line."""
 
     target: int
-    """The line, −1 for none."""
+    """Index of the line, −1 for none."""
     first_index: int
-    """Of its first point, in the count of all points of the session."""
+    """Index of its first point, in the count of all points of the session."""
     width_m: float
     x_m: NDArray[np.float64]
     y_m: NDArray[np.float64]
 
 
 class PaintStroke(NamedTuple):
-    """The nozzle while paint flowed evenly: (n, 2) points [m], and how wide it painted [m]."""
+    """Path of the nozzle while paint flowed evenly: (n, 2) points [m], and the width of the paint [m]."""
 
     points: Floats
     width_m: float
 
 
 class Deviation(NamedTuple):
-    """The nozzle against its line, once per tick of spraying that belongs to one."""
+    """Distance of the nozzle from its line, once per tick of spraying that belongs to one."""
 
     target: NDArray[np.int64]
     lateral_m: NDArray[np.float64]
 
 
 class PaintLedger:
-    """Collects the true paint, tick by tick.
+    """True paint, collected tick by tick.
 
-    A stroke is the true nozzle from the opening of the valve to its closing, in the map frame; its points lie 10 ms
-    apart, but for the first and the last, which are exact to 1 ms. Where the width of the paint changes, another stroke
-    begins. A point takes 40 bytes. Of strokes that are thinned a point is kept every 5 cm, or degree of turn, and where
-    they turn back: a day of rolling fits, and the edge of what is rolled stays where it is to well within a millimetre.
+    A stroke is the true path of the nozzle from the opening of the valve to its closing, in the map frame; its points
+    lie 10 ms apart, except for the first and the last, which are exact to 1 ms. Where the width of the paint changes,
+    another stroke begins. A point takes 40 bytes. Of strokes that are thinned a point is kept every 5 cm, or degree of
+    turn, and where they turn back: a day of rolling fits, and the edge of the rolled ground moves by well under a
+    millimetre.
 
     Args:
-        targets: What should be painted.
-        line_width_m: Of the lines: paint counts within half of it.
-        spray_width_m: Of the paint.
-        tolerance_m: How far the middle of the paint may be off its line.
-        thins: Whether strokes are thinned.
+        targets: Lines to be painted.
+        line_width_m: Width of the lines: paint counts within half of it.
+        spray_width_m: Width of the paint.
+        tolerance_m: Largest distance of the middle of the paint from its line.
+        thins: True if strokes are thinned.
 
     Attributes:
-        ids: Of the targets.
-        length_m: To be painted.
+        ids: Ids of the targets.
+        length_m: Total length to be painted.
     """
 
     def __init__(
@@ -98,10 +99,10 @@ class PaintLedger:
         self._seen: NDArray[np.float64] = self._coverage.latest.copy()
         self._covered = [Intervals() for _ in self.targets]
         self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
-        self._taken = 0  # the point from which the next batch of marks begins
+        self._taken = 0  # index of the point at which the next batch of marks begins
 
     def snapshot(self) -> PaintLedger:
-        """The paint so far, for another thread to look at while the robot paints on."""
+        """Copy the paint so far, for another thread to evaluate while the robot paints on."""
         frozen = copy.copy(self)
         frozen._points, frozen._state = self.rows(0).copy(), copy.deepcopy(self._state)
         frozen._coverage = self._nothing(frozen._state)._replace(latest=self._coverage.latest.copy())
@@ -117,28 +118,28 @@ class PaintLedger:
 
     @cached_property
     def _enter(self) -> Callable[..., None]:
-        """`projection.enter`, without a look at the types of its arguments, which are always the same."""
+        """The kernel `projection.enter`, without checking the types of its arguments, which are always the same."""
         code: Callable[..., None] = p.enter.for_types_of((np.zeros(body.TRACE_SHAPE), self.paint))
         return code
 
     @property
     def paint(self) -> p.PaintArrays:
-        """What `projection.enter` works on."""
+        """Arrays for `projection.enter`."""
         return p.PaintArrays(self._lines, 0.5 * self.line_width_m, self._points, self._coverage, self._thins)
 
     def _nothing(self, state: p.LedgerState) -> p.Coverage:
-        """No line is covered; `state` is that of the ledger."""
+        """Make a coverage without any covered line; `state` is that of the ledger."""
         latest: Floats = np.tile((1.0, -1.0), (len(self.targets), 1))
         room = _MOST_STRETCHES * max(1, self._lines.grid.largest)
         return p.Coverage(latest, np.zeros((room, p.STRETCH_COLUMNS)), state.array)
 
     def make_room(self) -> None:
-        """Have room for the points of another tick at least."""
+        """Make room for the points of at least one more tick."""
         if self._state.points + _ROOM > len(self._points):
             self._points = np.concatenate((self._points, np.zeros_like(self._points)))
 
     def put_aside(self) -> None:
-        """Take the stretches that have been left for good."""
+        """Take over the stretches that the nozzle has left for good."""
         if not self._state.stretches:
             return
         for target, start, end in self._coverage.stretches[: self._state.stretches].tolist():
@@ -147,17 +148,17 @@ class PaintLedger:
 
     @property
     def points(self) -> int:
-        """Points of all strokes so far."""
+        """Number of points of all strokes so far."""
         return self._state.points
 
     @property
     def settled(self) -> int:
-        """Of them those that stay where they are: all, or all but the end of a thinned stroke that goes on."""
+        """Number of points that will not change: all, or all but the end of a thinned stroke that continues."""
         return self._state.settled
 
     @property
     def covered(self) -> list[Intervals]:
-        """Per target, the stretches over which paint lies."""
+        """Stretches under paint of each target."""
         latest = self._coverage.latest
         changed = np.flatnonzero((latest != self._seen).any(axis=1))
         for index in changed.tolist():
@@ -168,13 +169,13 @@ class PaintLedger:
 
     @property
     def covered_by_target_m(self) -> NDArray[np.float64]:
-        """Per target, the length over which paint lies."""
+        """Length under paint of each target."""
         assert self.covered is self._covered, "which brings the lengths up to date"
         return self._covered_m
 
     @property
     def fractions(self) -> list[float]:
-        """Per target, the share of its length over which paint lies."""
+        """Share of its length under paint of each target."""
         if not self.targets:
             return []
         shares: list[float] = np.minimum(1.0, self.covered_by_target_m / self._lengths).tolist()
@@ -182,16 +183,16 @@ class PaintLedger:
 
     @property
     def covered_m(self) -> float:
-        """Length of lines over which paint lies."""
+        """Length of lines under paint."""
         return math.fsum(self.covered_by_target_m)
 
     @property
     def coverage_pct(self) -> float:
-        """Share of the length to be painted over which paint lies [%]; 100 when nothing was to be painted."""
+        """Share of the length to be painted that is under paint [%]; 100 when nothing was to be painted."""
         return min(100.0, 100.0 * self.covered_m / self.length_m) if self.length_m > 0.0 else 100.0
 
     def within_by_target_m(self, limit_m: float) -> list[float]:
-        """Per target, the length over which the middle of paint lies within `limit_m` of it; takes a moment."""
+        """Compute per target the length over which the middle of paint lies within `limit_m` of it; takes a moment."""
         within, state = [Intervals() for _ in self.targets], p.LedgerState()
         coverage, points, done = self._nothing(state), self.rows(0), 0
         while done < len(points):
@@ -206,31 +207,31 @@ class PaintLedger:
 
     @property
     def lateral_m(self) -> float:
-        """The last painted nozzle position against its line [m]; left positive; 0 before any or far from all."""
+        """Last painted nozzle position against its line [m]; left positive; 0 before any or far from all."""
         if not (points := self.points):
             return 0.0
         last = self._points[points - 1]
         return float(last[p.POINT_LATERAL]) if last[p.POINT_TARGET] >= 0.0 else 0.0
 
     def deviation(self) -> Deviation:
-        """Every painted tick's nozzle against its line."""
+        """Return the nozzle against its line at every painted tick."""
         points = self._points[: self.points]
         points = points[points[:, p.POINT_TARGET] >= 0.0]
         return Deviation(points[:, p.POINT_TARGET].astype(np.int64), points[:, p.POINT_LATERAL])
 
     def rows(self, first: int) -> Floats:
-        """(n, POINT_COLUMNS) the points from `first` on; a view."""
+        """Return the points (n, POINT_COLUMNS) from `first` on; a view."""
         return self._points[first : self.points]
 
     def restore(self, rows: Floats, goes_on_at: tuple[float, float] | None = None) -> None:
-        """Enter (n, POINT_COLUMNS) `rows` of another ledger in this empty one; the strokes are complete.
+        """Enter the rows of another ledger in this empty one; the strokes are complete.
 
-        Only where they lie and how wide is taken from them: which line they belong to is found out anew. `take_marks`
-        gives them all: what the other one gave last may have reached nobody.
+        Only their positions and widths are used: the lines that they belong to are determined anew. `take_marks` then
+        returns all of them, because the last marks of the other ledger may have reached nobody.
 
         Args:
-            rows: What the other ledger's `rows` gave.
-            goes_on_at: Where the tool is [m]: if that is where a thinned stroke can have come by then, it goes on.
+            rows: (n, POINT_COLUMNS) `rows` of the other ledger.
+            goes_on_at: Position of the tool [m]: if a thinned stroke can have reached it by then, the stroke continues.
         """
         thins, self._thins = self._thins, False  # they are thinned already
         trace: Floats = np.zeros(body.TRACE_SHAPE)
@@ -247,13 +248,13 @@ class PaintLedger:
         self._state.open = self._state.open and thins and near
 
     def strokes(self) -> list[PaintStroke]:
-        """Each stroke so far, the open one last."""
+        """Return all strokes so far, the open one last."""
         points = self._points[: self.points]
         begins = np.flatnonzero(points[:, p.POINT_TARGET] == p.STROKE_BEGINS).tolist()
         return [self._stroke(points[first:end]) for first, end in pairwise((*begins, len(points)))]
 
     def strokes_by_target(self) -> list[list[PaintStroke]]:
-        """Per target, the stretches of strokes that belong to it."""
+        """Return per target the stretches of strokes that belong to it."""
         parts: list[list[PaintStroke]] = [[] for _ in self.targets]
         for marks in self.all_marks():
             if marks.target >= 0:
@@ -262,7 +263,7 @@ class PaintLedger:
         return parts
 
     def drawn_by_target_m(self) -> list[float]:
-        """Per target, the length along which the strokes that belong to it run, ends and doubled stretches once."""
+        """Compute per target the length of the strokes that belong to it, ends and doubled stretches once."""
         drawn = [Intervals() for _ in self.targets]
         for marks in self.all_marks():
             if marks.target >= 0:
@@ -275,16 +276,16 @@ class PaintLedger:
         return PaintStroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 
     def take_marks(self) -> list[Marks]:
-        """The settled paint since the last call, cut where it passes from one line to another."""
+        """Return the settled paint since the last call, cut where it passes from one line to another."""
         first, self._taken = self._taken, max(self.settled - 1, 0)
         return self._cut(first) if self.points else []
 
     def all_marks(self) -> list[Marks]:
-        """Everything painted and settled, stroke by stroke, cut where it passes from one line to another."""
+        """Return all settled paint, stroke by stroke, cut where it passes from one line to another."""
         return self._cut(0)
 
     def _cut(self, first: int) -> list[Marks]:
-        """Marks of the settled points from `first` on; neighbours share their end points."""
+        """Return the marks of the settled points from `first` on; neighbours share their end points."""
         belongs = self._points[first + 1 : self.settled, p.POINT_TARGET]
         if not len(belongs):
             return []

@@ -1,4 +1,4 @@
-"""The figures of a painted session against what should have been painted."""
+"""Figures of the paint of a session against the lines to be painted."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from touchline.services.robot_sim.paint.verdict import Verdict, verdict
 
 
 class PaintMetrics(NamedTuple):
-    """The whole session's figures; areas as in `paint_areas`."""
+    """Figures of the whole session; areas as in `paint_areas`."""
 
     coverage_pct: float
-    """Of the length."""
+    """Share of the length."""
     area_coverage_pct: float
     within_pct: float
     """Share of the length with the middle of the paint within the tolerance."""
     verdict: Verdict
     gap_m: float
     painted_length_m: float
-    """Driven with the valve open, wherever that was."""
+    """Distance driven with the valve open, on lines or elsewhere."""
     template_length_m: float
     painted_m2: float
     overspray_m2: float
@@ -35,7 +35,7 @@ class PaintMetrics(NamedTuple):
 
 
 def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
-    """Work out everything; the areas take a moment, so once at the end."""
+    """Compute all figures; the areas take a moment, so it is done once at the end."""
     deviation = ledger.deviation()
     distance = np.abs(deviation.lateral_m)
     strokes = ledger.strokes()
@@ -77,12 +77,12 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
 
 
 def _share_pct(part: float, whole: float) -> float:
-    """100 where there is nothing to have a share of."""
+    """Return the percentage; 100 if the whole is empty."""
     return min(100.0, 100.0 * part / whole) if whole > 0.0 else 100.0
 
 
 def lateral_error(distance_m: NDArray[np.float64]) -> LateralError:
-    """The figures of these distances."""
+    """Compute the figures of distances (n,) [m]."""
     if not len(distance_m):
         return LateralError(0.0, 0.0, 0.0)
     return LateralError(float(np.mean(distance_m)), float(np.quantile(distance_m, 0.95)), float(np.max(distance_m)))

@@ -1,7 +1,7 @@
-"""Areas of paint, exact on polygons: what lies outside the lines and what lies twice.
+"""Areas of paint, exact on polygons: paint outside the lines and double paint.
 
 Paint and lines are flat-ended strips about their centre lines. Strokes are simplified and arcs are cut into chords
-within `TOLERANCE_M`, so an area carries an error of at most that much times the length of its edges.
+within `TOLERANCE_M`, so an area has an error of at most that times the length of its edges.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Areas(NamedTuple):
 
 
 class PaintAreas(NamedTuple):
-    """Areas of all paint, and of that which belongs to each line."""
+    """Areas of all paint, and of the paint of each line."""
 
     total: Areas
     lines: list[Areas]
@@ -50,26 +50,25 @@ def paint_areas(
     lines: Sequence[Curve],
     line_width_m: float,
 ) -> PaintAreas:
-    """Areas of the paint against the lines.
+    """Compute the areas of the paint against the lines.
+
+    `wanted_m2` is the area of the lines' bands, each place counted once; `covered_m2` is the part of it under any
+    paint. `painted_m2` is the area of the paint. `overspray_m2` is painted area outside the union of the lines' bands.
+    `double_paint_m2` is area under two or more passes of the nozzle, except within half a line width of where two
+    lines' bands (lengthened by half a width) cross or join, since there the template itself requires it.
 
     Args:
         strokes: All paint.
         by_line: Per line, the stretches of strokes that belong to it.
-        lines: What should be painted.
-        line_width_m: Of the lines.
-
-    `wanted_m2` is the area of the lines' bands, each place counted once; `covered_m2` is how much of it any paint lies
-    on. `painted_m2` is the area of the paint. `overspray_m2` is painted area outside the union of the lines' bands.
-    `double_paint_m2` is area under two or more passes of the nozzle, except within half a line width of where two
-    lines' bands (lengthened by half a width)
-    cross or join, since there the template itself asks for it.
+        lines: Lines to be painted.
+        line_width_m: Width of the lines.
     """
     bands = [band_of(line, line_width_m) for line in lines]
     intended = union(bands)
     joints = _joints(lines, line_width_m)
 
     def measure(passes: Sequence[BaseGeometry]) -> tuple[float, float, float]:
-        """Painted, beside the lines, twice."""
+        """Return the areas painted, beside the lines, and painted twice."""
         if not passes:
             return 0.0, 0.0, 0.0
         painted = union(passes)
@@ -88,12 +87,12 @@ def paint_areas(
 
 
 def passes_of(strokes: Sequence[PaintStroke]) -> list[BaseGeometry]:
-    """The strips of these strokes, cut so that none overlaps itself."""
+    """Return the strips of strokes, cut so that none overlaps itself."""
     return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in pieces_of(stroke.points)]
 
 
 def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> list[float]:
-    """Per band, the area [m²] on which any pass lies."""
+    """Return per band the area [m²] under any pass."""
     import shapely
 
     parts: list[list[BaseGeometry]] = [[] for _ in bands]
@@ -106,12 +105,23 @@ def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> l
 
 
 def band_of(line: Curve, width_m: float) -> BaseGeometry:
-    """Where paint of that width belongs, flat-ended."""
+    """Return the flat-ended band of a line.
+
+    Args:
+        line: The line or arc.
+        width_m: Width of the band.
+    """
     return strip(polyline_of(line), width_m)
 
 
 def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] = "flat") -> BaseGeometry:
-    """The band of that width about a polyline (n, 2)."""
+    """Return the band about a polyline.
+
+    Args:
+        points: (n, 2) points of the polyline [m].
+        width_m: Width of the band.
+        cap_style: Form of its ends.
+    """
     import shapely
 
     line = shapely.LineString(points)
@@ -119,14 +129,22 @@ def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] =
 
 
 def simplified(points: Points, tolerance_m: float = TOLERANCE_M) -> Points:
-    """Fewer points (m, 2) of a polyline (n, 2) that is nowhere further from it."""
+    """Simplify a polyline.
+
+    Args:
+        points: (n, 2) points [m].
+        tolerance_m: Largest distance between the two.
+
+    Returns:
+        (m, 2) fewer points.
+    """
     import shapely
 
     return np.asarray(shapely.LineString(points).simplify(tolerance_m, preserve_topology=False).coords)
 
 
 def polyline_of(curve: Curve) -> NDArray[np.float64]:
-    """(n, 2) points on a curve, chords within the tolerance of it."""
+    """Return (n, 2) points on a curve, with chords within the tolerance of it."""
     pieces = 1
     if curve.curvature_1pm != 0.0:
         radius = 1.0 / abs(curve.curvature_1pm)
@@ -136,7 +154,7 @@ def polyline_of(curve: Curve) -> NDArray[np.float64]:
 
 
 def pieces_of(points: Points) -> list[Points]:
-    """A stroke (n, 2) cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
+    """Cut a stroke (n, 2) where it turns back or has turned by half a circle, so that no piece overlaps itself."""
     moved = np.concatenate(([True], np.any(np.diff(points, axis=0) != 0.0, axis=1)))
     points = points[moved]
     if len(points) < 2:
@@ -155,7 +173,12 @@ def pieces_of(points: Points) -> list[Points]:
 
 
 def overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] | None = None) -> BaseGeometry:
-    """The union of the pairwise intersections of strips `i` < `j`; only of those that are `apart` if that is given."""
+    """Return the union of the pairwise intersections of strips.
+
+    Args:
+        strips: The strips.
+        apart: Called with the indices `i` < `j` of a pair; False leaves the pair out.
+    """
     import shapely
 
     if not strips:
@@ -167,7 +190,7 @@ def overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] |
 
 
 def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
-    """Where lines cross or join, a circle's own ends included: overlaps of their bands, grown by half a line width."""
+    """Return the joints of lines, a circle's own ends included: overlaps of bands, grown by half a line width."""
     parts = [(index, third, curve) for index, line in enumerate(lines) for third, curve in enumerate(_thirds(line))]
     strips = [strip(polyline_of(curve), line_width_m, "square") for _, _, curve in parts]
 
@@ -178,7 +201,7 @@ def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
 
 
 def _thirds(line: Curve) -> list[Curve]:
-    """An arc of more than half a circle in three, so that its first and last part can be seen to join."""
+    """Cut an arc of more than half a circle in three, so that its first and last part can be seen to join."""
     if abs(line.curvature_1pm) * line.length_m <= math.pi:
         return [line]
     third = line.length_m / 3.0

@@ -1,4 +1,4 @@
-"""Where a tick's paint fell: the nozzle's path projected on the lines near it, in one kernel."""
+"""Projection of a tick's paint: the nozzle's path projected on the lines near it, in one kernel."""
 
 from __future__ import annotations
 
@@ -34,66 +34,66 @@ STROKE_BEGINS: Final = -2.0
 STRETCH_COLUMNS: Final = 3
 
 MOST_RUNS: Final = STEPS
-"""Of evenly flowing paint in a tick; each adds at most two points."""
+"""Largest number of runs of evenly flowing paint in a tick; each adds at most two points."""
 REACH_M: Final = 0.5
-"""Paint further than this from every line belongs to none of them."""
+"""Distance beyond which paint belongs to no line."""
 _ALIGNED: Final = math.cos(math.radians(45.0))
 THIN_M: Final = 0.05
 _THIN_TURN: Final = math.cos(math.radians(0.5))
-"""Between a chord and the step that goes on from it, on which the way has turned by twice as much."""
+"""Cosine of the largest angle between a chord and the step that continues it; the path has turned by twice as much."""
 _CREEP_M: Final = 1e-4
-"""Paint that moves by less in a step of the world (0.1 m/s) need not go along its line: the robot corrects itself."""
+"""Distance in a step of the world (0.1 m/s) below which paint need not follow its line: the robot corrects itself."""
 
 Floats = NDArray[np.float64]
 
 
 class LedgerState(Record):
-    """Of the ledger between ticks."""
+    """State of the ledger between ticks."""
 
     open: bool
-    """Whether paint flowed up to the end of the last tick."""
+    """True if paint flowed up to the end of the last tick."""
     points: int
     settled: int
-    """Of the points those that stay where they are; there may be one more, the end of a thinned stroke that goes on."""
+    """Number of points that will not change; there may be one more, the end of a thinned stroke that continues."""
     stretches: int
 
 
 class Lines(NamedTuple):
-    """What should be painted; made once."""
+    """Lines to be painted; made once."""
 
     table: Floats
     """(n, 5) x [m], y [m], heading [rad], curvature [1/m], length [m] of each line's start."""
     grid: Grid
-    """Of those within `REACH_M`."""
+    """Grid of the lines within `REACH_M`."""
 
 
 class Coverage(NamedTuple):
-    """Where paint lies; made once."""
+    """Covered stretches; made once."""
 
     latest: Floats
-    """(n, 2) the newest stretch of each line [m], from > to for none."""
+    """Newest stretch of each line [m], (n, 2), from > to for none."""
     stretches: Floats
-    """(at least 3·MOST_RUNS rows per line within reach, STRETCH_COLUMNS) older ones, until they are put aside."""
+    """Older stretches (at least 3·MOST_RUNS rows per line within reach, STRETCH_COLUMNS), until they are put aside."""
     state: Sequence[LedgerState]
-    """(1,)."""
+    """State of the ledger, (1,)."""
 
 
 class PaintArrays(NamedTuple):
-    """All that `enter` is given of a ledger."""
+    """Arrays of a ledger for `enter`."""
 
     lines: Lines
     half_width_m: float
     """Half the line width."""
     points: Floats
-    """(at least 2·MOST_RUNS rows to spare, POINT_COLUMNS)."""
+    """Points (at least 2·MOST_RUNS rows to spare, POINT_COLUMNS)."""
     coverage: Coverage
     thins: bool
-    """Whether points are left out that a stroke does not need."""
+    """True if points that a stroke does not need are left out."""
 
 
 @kernel
 def project(x: float, y: float, target: Floats) -> tuple[float, float]:
-    """(arc length, lateral offset) [m] of a point against a line or arc; left positive, not clamped to it.
+    """Compute the arc length and lateral offset [m] of a point against a line or arc; left positive, not clamped to it.
 
     Args:
         x: East, map frame [m].
@@ -116,7 +116,7 @@ def project(x: float, y: float, target: Floats) -> tuple[float, float]:
 
 @kernel
 def extent(points: Floats, target: Floats) -> tuple[float, float]:
-    """Arc lengths [m] between which points run along a line or arc, beyond its ends and round a circle.
+    """Compute the arc lengths [m] between which points run along a line or arc, beyond its ends and round a circle.
 
     Args:
         points: (n, 2) east, north, map frame [m].
@@ -135,7 +135,7 @@ def extent(points: Floats, target: Floats) -> tuple[float, float]:
 
 @kernel
 def _clip(a: float, b: float, limit: float) -> tuple[float, float]:
-    """The part (from, to) of 0…1 in which a value going linearly from `a` to `b` stays within ±`limit`."""
+    """Return the part (from, to) of 0…1 in which a value going linearly from `a` to `b` stays within ±`limit`."""
     if abs(a) <= limit and abs(b) <= limit:
         return 0.0, 1.0
     if a == b:
@@ -165,7 +165,7 @@ def _cover(index: int, low: float, high: float, coverage: Coverage) -> None:
 def _hit(
     index: int, lines: Lines, a: tuple[float, float], b: tuple[float, float], limit_m: float, coverage: Coverage
 ) -> None:
-    """Cover the stretch of a line that the chord from `a` to `b`, (arc length, lateral offset), is near to."""
+    """Cover the stretch of a line that is near to the chord from `a` to `b`, (arc length, lateral offset)."""
     target = lines.table[index]
     first, last = _clip(a[1], b[1], limit_m)
     if first > last:
@@ -191,14 +191,14 @@ def cover(lines: Lines, limit_m: float, points: Floats, first: int, coverage: Co
     """Enter the stretches of lines that strokes pass within `limit_m` of, as `enter` does tick by tick.
 
     Args:
-        lines: That may be covered.
-        limit_m: How far off a line.
+        lines: Lines that may be covered.
+        limit_m: Largest distance from a line.
         points: (n, POINT_COLUMNS) of the strokes.
-        first: Of the points, the one to begin with.
+        first: Index of the point to begin with.
         coverage: Updated.
 
     Returns:
-        The point to go on with once `coverage.stretches` have been taken; n when all is entered.
+        Index of the point to continue with once `coverage.stretches` have been taken; n when all is entered.
     """
     grid, room = lines.grid, len(coverage.stretches)
     for row in range(max(first, 1), len(points)):
@@ -232,7 +232,7 @@ def _point(trace_row: Floats, target: float, lateral: float, width: float, paint
 
 @kernel
 def _lengthen(x: float, y: float, target: float, paint: PaintArrays) -> None:
-    """Make room for the stroke's new end (x, y): its last one goes if the way is straight and short without it."""
+    """Make room for the stroke's new end (x, y): remove the last point if the path is straight and short without it."""
     state, points = paint.coverage.state[0], paint.points
     if state.settled < state.points:
         end, before = points[state.points - 1], points[state.points - 2]
@@ -252,11 +252,12 @@ def enter(trace: Floats, paint: PaintArrays) -> None:
 
     A stretch is covered where the nozzle passes within half a line's width of the line. A run belongs to the nearest
     line within `REACH_M` that it follows (directions within 45°), up to half a width beyond the line's ends. If it
-    creeps, and lies within half a width of none that it follows, it belongs to the nearest line within that.
+    creeps, and is not within half a width of any line that it follows, it belongs to the nearest line within that
+    distance.
 
     Args:
         trace: `body.TRACE_SHAPE` of the world's tick, map frame [m].
-        paint: Of the ledger; points are appended, the coverage is updated.
+        paint: Arrays of the ledger; points are appended, the coverage is updated.
     """
     lines, half_width_m, points, coverage, _ = paint
     table, grid, state = lines.table, lines.grid, coverage.state[0]

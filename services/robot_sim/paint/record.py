@@ -1,9 +1,9 @@
-"""The paint of a traversal on disk, batch by batch, for a process that comes after this one.
+"""Record of a traversal's paint on disk, batch by batch, for a process that comes after this one.
 
-A file mapped into memory, as the journal's: entering a batch is a copy of some bytes, and what was entered survives the
-process. Room on the disk is taken beforehand, since a mapped page for which there is none kills the process. Each batch
-carries a checksum over itself and all before it. How many points there are is what the journal says: a batch is entered
-before the journal counts it, so what lies beyond that count is no paint, be it torn or of an earlier traversal.
+A file mapped into memory, as the journal's: entering a batch copies some bytes, and entered batches survive the
+process. Room on the disk is reserved beforehand, since a mapped page without room kills the process. Each batch carries
+a checksum over itself and all before it. The number of points is in the journal: a batch is entered before the journal
+counts it, so anything beyond that count is not paint, be it torn or of an earlier traversal.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from numpy.typing import NDArray
 from touchline.services.robot_sim.paint.projection import POINT_COLUMNS
 
 _HEADER: Final = struct.Struct("<8s16sI")
-"""What this is, whose paint, checksum."""
+"""Magic, digest of the trajectory, checksum."""
 _MAGIC: Final = b"TLPAINT1"
 _BATCH: Final = struct.Struct("<II")
-"""Points, checksum; the points follow."""
+"""Number of points, checksum; the points follow."""
 _POINT_SIZE: Final = 8 * POINT_COLUMNS
 _CHUNK: Final = 1 << 20
-"""Four minutes of spraying or more, or twenty of rolling; to take it costs some milliseconds."""
+"""Growth of the file: four minutes of spraying or more, or twenty of rolling; reserving it takes some milliseconds."""
 LARGEST: Final = 64 * _CHUNK
-"""Four hours of spraying or more, several tanks; or a day of rolling."""
+"""Limit of the file: four hours of spraying or more, several tanks; or a day of rolling."""
 
 Points = NDArray[np.float64]
 
 
 class PaintRecord:
-    """The file of one robot; it belongs to one trajectory at a time.
+    """File of one robot; it belongs to one trajectory at a time.
 
     Attributes:
-        points: That are in it for good; the next one comes after them.
+        points: Number of points in it; the next one comes after them.
     """
 
     def __init__(self, path: Path) -> None:
         """Open the file, or make an empty one.
 
         Raises:
-            OSError: It can be neither.
+            OSError: Neither is possible.
         """
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         self._map: mmap.mmap | None = None
@@ -55,13 +55,13 @@ class PaintRecord:
             self._map = mmap.mmap(self._file, size)
 
     def close(self) -> None:
-        """Unmap the file; what it says stays."""
+        """Unmap the file; its contents remain."""
         if self._map is not None:
             self._map.close()
         os.close(self._file)
 
     def begin(self, trajectory: bytes) -> None:
-        """Forget all paint; what comes belongs to the trajectory of this digest.
+        """Remove all paint; the next points belong to the trajectory of this digest.
 
         Raises:
             OSError: There is no room for it.
@@ -75,7 +75,7 @@ class PaintRecord:
         self.points, self._end, self._check = 0, _HEADER.size, zlib.crc32(header)
 
     def append(self, points: Points) -> None:
-        """Enter (n, POINT_COLUMNS) points.
+        """Enter points (n, POINT_COLUMNS).
 
         Raises:
             OSError: There is no room for them; none is entered.
@@ -91,9 +91,15 @@ class PaintRecord:
         self.points += count
 
     def read(self, trajectory: bytes, count: int) -> Points:
-        """(n, POINT_COLUMNS) the first `count` points of the trajectory of this digest; `append` goes on after them.
+        """Read the first points of a trajectory; `append` continues after them.
 
-        Fewer if the file ends before or is damaged there; none if it is of something else.
+        Args:
+            trajectory: Digest of the trajectory.
+            count: Number of points.
+
+        Returns:
+            (n, POINT_COLUMNS) points; fewer if the file ends before or is damaged there; none if it is of something
+                else.
         """
         header, raw = _header(trajectory), self._map if self._map is not None else b""
         self.points, self._end, self._check = 0, _HEADER.size, zlib.crc32(header)

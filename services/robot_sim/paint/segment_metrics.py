@@ -14,7 +14,7 @@ class LateralError(NamedTuple):
 
 
 class SegmentMetrics(NamedTuple):
-    """One line's figures."""
+    """Figures of one line."""
 
     id: str
     length_m: float
@@ -28,25 +28,25 @@ class SegmentMetrics(NamedTuple):
 
     @property
     def gap_m(self) -> float:
-        """Length over which there is no paint."""
+        """Length without paint."""
         return max(0.0, self.length_m - self.covered_m)
 
     @property
     def coverage_pct(self) -> float:
-        """Share of the length over which paint lies."""
+        """Share of the length under paint [%]."""
         return min(100.0, 100.0 * self.covered_m / self.length_m)
 
     @property
     def area_coverage_pct(self) -> float:
-        """Share of the area on which paint lies."""
+        """Share of the area under paint [%]."""
         return min(100.0, 100.0 * self.areas.covered_m2 / self.areas.wanted_m2)
 
     @property
     def lacks_m(self) -> float:
-        """Length over which no paint is within the tolerance."""
+        """Length without paint within the tolerance."""
         return max(0.0, self.length_m - self.within_m)
 
     @property
     def within_pct(self) -> float:
-        """Share of the length over which the middle of the paint is within the tolerance."""
+        """Share of the length over which the middle of the paint is within the tolerance [%]."""
         return min(100.0, 100.0 * self.within_m / self.length_m)

@@ -1,4 +1,4 @@
-"""Wet paint carried away: how often wheels and casters met it, and what they printed beside the lines."""
+"""Smears: crossings of wet paint by wheels and casters, and their prints beside the lines."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 _POINTS_A_PIECE: Final = 5
-"""Paint is looked at in straight pieces of so many points: some 5 cm."""
+"""Number of points of the straight pieces into which paint is divided: some 5 cm."""
 _SMALLEST_CELL_M: Final = 0.25
 _MOST_CELLS: Final = 1 << 18
 _ROOM: Final = 1 << 14
@@ -38,38 +38,38 @@ class SmearPrint(NamedTuple):
     """One print of a tread."""
 
     line: int
-    """Whose paint it is, −1 for that of none."""
+    """Index of the line that the paint is from, −1 for none."""
     age_s: float
-    """Of the paint when it was taken up, the youngest of it."""
+    """Age of the youngest paint in it when it was taken up."""
     strength: float
     """Share of a fresh line's paint."""
     width_m: float
     points: Floats
-    """(n, 2) the middle of the tread [m]."""
+    """Middle of the tread [m], (n, 2)."""
 
 
 class Smearing(NamedTuple):
-    """What wheels and casters have done to wet paint; the lines are taken to stay covered."""
+    """Effects of wheels and casters on wet paint; the lines are assumed to stay covered."""
 
     crossings: int
-    """How often one of them came upon wet paint of a line."""
+    """Number of encounters of a wheel or caster with wet paint of a line."""
     youngest_s: float
-    """Age of the freshest paint that one of them met; 0 without any."""
+    """Age of the freshest paint that was met; 0 without any."""
     area_m2: float
-    """With prints on it, outside the lines' bands."""
+    """Area of prints outside the lines' bands."""
     smears: list[SmearPrint]
 
 
 def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
-    """Follow every wheel and caster over the paint; takes a moment, so once at the end.
+    """Follow every wheel and caster over the paint; takes a moment, so it is done once at the end.
 
     Args:
-        ledger: The paint; that from before the track began counts as dry.
-        track: Of the robot.
-        vehicle: Has the contacts, and how long paint stays wet.
+        ledger: The paint; paint from before the track began counts as dry.
+        track: True path of the robot.
+        vehicle: Gives the contacts, and the drying time of the paint.
     """
     rows, paint = track.rows, _pieces(ledger, track.rows)
-    if not len(paint) or not vehicle.tool.paints:  # what a roller has rolled sticks to nothing
+    if not len(paint) or not vehicle.tool.paints:  # rolled ground does not stick to wheels
         return Smearing(0, 0.0, 0.0, [])
     tool, left_m = vehicle.tool, np.zeros(len(ledger.targets) + 1)
     wet = c.WetPaint(paint, _grid(paint), tool.drying_time_s, tool.smear_share, tool.smear_length_m)
@@ -88,14 +88,19 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
 
 
 class Painter(NamedTuple):
-    """What a robot has painted, and where it was by then; the track's clock is one that all share."""
+    """Paint of a robot, and its poses meanwhile; the track's clock is shared by all robots."""
 
     ledger: PaintLedger
     track: t.Track
 
 
 def wet_crossings_of(painters: Sequence[Painter], vehicle: Vehicle) -> int:
-    """How often a wheel or caster of any robot came upon wet paint of any of them."""
+    """Count the encounters of wheels and casters of any robot with wet paint of any robot.
+
+    Args:
+        painters: All robots.
+        vehicle: Vehicle of every robot.
+    """
     pieces, numbers = list[Floats](), dict[str, int]()
     for painter in painters:
         rows = _pieces(painter.ledger, painter.track.rows)
@@ -116,7 +121,7 @@ def wet_crossings_of(painters: Sequence[Painter], vehicle: Vehicle) -> int:
 
 
 def _path(rows: Floats, contact: GroundContact) -> Floats:
-    """(n, contact.PATH_COLUMNS) of a contact."""
+    """Return the path (n, contact.PATH_COLUMNS) of a contact."""
     cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])
     x = rows[:, t.TRACK_EAST] + cos * contact.x_m - sin * contact.y_m
     y = rows[:, t.TRACK_NORTH] + sin * contact.x_m + cos * contact.y_m
@@ -124,7 +129,7 @@ def _path(rows: Floats, contact: GroundContact) -> Floats:
 
 
 def _pieces(ledger: PaintLedger, rows: Floats) -> Floats:
-    """(n, contact.PAINT_COLUMNS) the paint of which is known when it was laid."""
+    """Return the paint (n, contact.PAINT_COLUMNS) whose time of laying is known."""
     laid_s, found = _laid_s(ledger.points, rows), list[Floats]()
     for marks in ledger.all_marks():
         last = len(marks.x_m) - 1
@@ -138,7 +143,7 @@ def _pieces(ledger: PaintLedger, rows: Floats) -> Floats:
 
 
 def _laid_s(points: int, rows: Floats) -> Floats:
-    """When each of so many points of paint was laid; −1 if that was before the track."""
+    """Return the time at which each of so many points of paint was laid; −1 if before the track."""
     if not len(rows):
         return np.full(points, -1.0)
     index, lay, time_s = np.arange(points), rows[:, t.TRACK_POINTS], TICK_S * rows[:, t.TRACK_TICK]
@@ -150,7 +155,7 @@ def _laid_s(points: int, rows: Floats) -> Floats:
 
 
 def _grid(paint: Floats) -> Grid:
-    """Which pieces of paint reach into which cell."""
+    """Make the grid of the pieces of paint."""
     half = paint[:, c.HALF_WIDTH, None]
     low = np.minimum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) - half
     high = np.maximum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) + half
@@ -158,7 +163,7 @@ def _grid(paint: Floats) -> Grid:
 
 
 def _smears(prints: Floats, width_m: float) -> Iterator[SmearPrint]:
-    """Pieces of one contact's prints that follow on one another, put together."""
+    """Join consecutive prints of one contact."""
     if not len(prints):
         return
     strength, line = prints[:, c.STRENGTH], prints[:, c.PRINT_LINE]
@@ -171,7 +176,7 @@ def _smears(prints: Floats, width_m: float) -> Iterator[SmearPrint]:
 
 
 def _outside(smears: Sequence[SmearPrint], targets: Sequence[Target], line_width_m: float) -> float:
-    """Area [m²] under prints that is in no line's band."""
+    """Compute the area [m²] of prints outside all lines' bands."""
     if not smears:
         return 0.0
     prints = union([strip(smear.points, smear.width_m) for smear in smears])

@@ -1,4 +1,4 @@
-"""What should be painted: the template's lines or, without a template, what the trajectory means to spray."""
+"""Lines to be painted: the template's lines or, without a template, the stretches that the trajectory sprays."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 
 SHORTEST_M: Final = 0.001
-"""Sprayed stretches shorter than this are rounding at a joint, not a line."""
+"""Length below which sprayed stretches are rounding at a joint, not a line."""
 
 
 class Target(NamedTuple):
-    """One line to be painted, as the nozzle should draw it."""
+    """Line to be painted, as the nozzle should draw it."""
 
     id: str
     curve: Curve
@@ -27,11 +27,16 @@ class Target(NamedTuple):
 def targets(
     trajectory: Trajectory, template: Template | None, vehicle: Vehicle, left_out: Collection[str] = ()
 ) -> list[Target]:
-    """Lines to be painted, in the order of the path; lines of the template that the path leaves out come last.
+    """Return the lines to be painted, in the order of the path; template lines that the path leaves out come last.
 
     The swaths of the template's areas are taken from the path, as far as it has them. Without a template the sprayed
-    stretches of the path are taken, moved to the nozzle. A vehicle that does not paint has none. Of the lines that the
-    plan has `left_out`, as something is in their way, the parts on the path are wanted.
+    stretches of the path are taken, moved to the nozzle. A vehicle that does not paint has none.
+
+    Args:
+        trajectory: The plan.
+        template: Its template, if there is one.
+        vehicle: The robot's vehicle.
+        left_out: Ids of obstructed lines of which the plan has left out parts; the parts on the path are wanted.
 
     Raises:
         ValueError: A sprayed segment of the trajectory is neither a line nor an arc; or the trajectory has no swath of
@@ -59,7 +64,7 @@ def targets(
 
 
 def segment_length_m(segment: Segment) -> float:
-    """Arc length of a path segment; 0 for a turn on the spot."""
+    """Return the arc length of a path segment; 0 for a turn on the spot."""
     if segment.curve.type.value == CurveType.LINE and segment.curve.line:
         line = segment.curve.line[0]
         return math.hypot(line.end.x - line.start.x, line.end.y - line.start.y)
@@ -70,7 +75,7 @@ def segment_length_m(segment: Segment) -> float:
 
 
 def sprayed_stretches(trajectory: Trajectory) -> Iterator[tuple[Segment, float, float]]:
-    """(segment, from, to) [m along the segment] of every stretch with the valve open, in path order."""
+    """Yield (segment, from, to) [m along the segment] of every stretch with the valve open, in path order."""
     steps = [(p.arc_length, bool(p.actuation.value & Actuation.VALVE)) for p in trajectory.actuation_profile.parameters]
     ends = [*(arc_length for arc_length, _ in steps[1:]), math.inf]
     spans = [(start, end) for (start, spraying), end in zip(steps, ends, strict=False) if spraying]
@@ -89,7 +94,13 @@ def sprayed_stretches(trajectory: Trajectory) -> Iterator[tuple[Segment, float, 
 
 
 def nozzle_curve(segment: Segment, first_m: float, last_m: float, vehicle: Vehicle) -> Curve:
-    """What the nozzle draws while the axle centre drives a segment from `first_m` to `last_m`.
+    """Return the curve that the nozzle draws while the axle centre drives a part of a segment.
+
+    Args:
+        segment: The segment.
+        first_m: Distance along it at which the part begins.
+        last_m: Distance at which it ends.
+        vehicle: Vehicle with the nozzle.
 
     Raises:
         ValueError: The segment is neither a line nor an arc.
@@ -108,7 +119,7 @@ def nozzle_curve(segment: Segment, first_m: float, last_m: float, vehicle: Vehic
 
 
 def start_pose(trajectory: Trajectory) -> tuple[float, float, float]:
-    """(x m, y m, heading rad) of the robot where a trajectory begins.
+    """Return the robot's pose where a trajectory begins: x [m], y [m], heading [rad], map frame.
 
     Raises:
         ValueError: The trajectory has no segment of any length, or one that is neither a line nor an arc.

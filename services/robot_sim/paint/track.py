@@ -1,4 +1,4 @@
-"""Where the robot truly was while it worked, and how much paint lay by then."""
+"""True path of the robot while it worked, and the amount of paint laid by then."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TRACK_COLUMNS: Final = 5
 
 STEP_M: Final = 0.02
 REACH_M: Final = 0.7
-"""From the axle's middle: a turn by an angle counts as that distance per radian."""
+"""Distance from the axle's middle by which the robot's rotation counts as motion: that distance per radian."""
 _FIRST_ROWS: Final = 4096
 
 Floats = NDArray[np.float64]
@@ -29,14 +29,14 @@ Integers = NDArray[np.int64]
 
 @kernel
 def follow(tick: int, pose: tuple[float, float, float], points: int, rows: Floats, count: Integers) -> None:
-    """Enter a tick in `rows` (n, TRACK_COLUMNS) with room for one more, unless the robot has hardly moved.
+    """Enter a tick, unless the robot has hardly moved.
 
     Args:
         tick: This tick.
-        pose: True, at its end, map frame: east [m], north [m], heading [rad].
-        points: Of paint by then.
-        rows: Entered in.
-        count: (1,) rows so far.
+        pose: True pose at its end, map frame: east [m], north [m], heading [rad].
+        points: Number of points of paint by then.
+        rows: (n, TRACK_COLUMNS) with room for one more.
+        count: (1,) rows so far, updated.
     """
     at = count[0]
     if at > 0:
@@ -50,26 +50,32 @@ def follow(tick: int, pose: tuple[float, float, float], points: int, rows: Float
 
 
 class Track:
-    """The path of a traversal, or of the part of it that this process has driven: 40 bytes every 2 cm."""
+    """Path of a traversal, or of the part of it that this process has driven: 40 bytes every 2 cm."""
 
     def __init__(self) -> None:
-        """Nowhere yet."""
+        """Begin without rows."""
         self._rows: Floats = np.zeros((_FIRST_ROWS, TRACK_COLUMNS))
         self._count: Integers = np.zeros(1, dtype=np.int64)
 
     def snapshot(self) -> Track:
-        """The path so far, for another thread to look at while the robot drives on."""
+        """Copy the path so far, for another thread to evaluate while the robot drives on."""
         frozen = Track()
         frozen._rows, frozen._count = self.rows.copy(), self._count.copy()
         return frozen
 
     def enter(self, tick: int, pose: tuple[float, float, float], points: int) -> None:
-        """Enter one tick, as `follow`."""
+        """Enter one tick, as the kernel `follow`.
+
+        Args:
+            tick: This tick.
+            pose: True pose at its end, map frame: east [m], north [m], heading [rad].
+            points: Number of points of paint by then.
+        """
         east_m, north_m, heading_rad = pose
         follow(tick, (east_m, north_m, heading_rad), points, *self.arrays(1))
 
     def arrays(self, ticks: int) -> tuple[Floats, Integers]:
-        """Rows and count, for `follow` to be called in so many ticks."""
+        """Return rows and count, for `follow` to be called in so many ticks."""
         missing = int(self._count[0]) + ticks - len(self._rows)
         if missing > 0:
             self._rows = np.concatenate((self._rows, np.zeros((max(missing, len(self._rows)), TRACK_COLUMNS))))
@@ -77,5 +83,5 @@ class Track:
 
     @property
     def rows(self) -> Floats:
-        """(n, TRACK_COLUMNS) so far; a view."""
+        """Rows (n, TRACK_COLUMNS) so far; a view."""
         return self._rows[: self._count[0]]

@@ -1,4 +1,4 @@
-"""Whether the paint is as the template asks: where it lies, within the template's tolerance."""
+"""Acceptance of the paint: it has to lie within the template's tolerance."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -6,33 +6,34 @@ from typing import Final, NamedTuple
 from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
 
 REQUIRED_PCT: Final = 99.0
-"""Of the length of all lines together."""
+"""Required share of the length of all lines together."""
 LINE_REQUIRED_PCT: Final = 95.0
-"""Of the length of every single line, ..."""
+"""Required share of the length of every single line, ..."""
 LACKS_M: Final = 0.05
-"""... but for that much of a short one."""
+"""... except for this length of a short one."""
 VALVE_LACKS_M: Final = 0.005
-"""What the valve may err by at a line's ends: decides about lines so short that this is more than `REQUIRED_PCT`."""
+"""Allowance for the valve at a line's ends; it decides for lines so short that it is more than `REQUIRED_PCT`
+permits."""
 
 
 class Verdict(NamedTuple):
-    """Whether paint is accepted, and the reason with its margin, in words."""
+    """Acceptance of paint, and the reason with its margin, in words."""
 
     accepted: bool
     text: str
 
 
 def verdict(lines: Sequence[SegmentMetrics], within_pct: float, tolerance_m: float) -> Verdict:
-    """Judge the paint.
+    """Evaluate the paint.
 
-    It is accepted if all lines together lack no more paint whose middle is within the tolerance than
-    `100 − REQUIRED_PCT` of their length or, where that is less, `VALVE_LACKS_M` each; and if no single one lacks more
-    than `100 − LINE_REQUIRED_PCT` of its own length or, where that is less, `LACKS_M`.
+    It is accepted if all lines together lack no more paint whose middle is within the tolerance than `100 −
+    REQUIRED_PCT` of their length or, where that is less, `VALVE_LACKS_M` each; and if no single one lacks more than
+    `100 − LINE_REQUIRED_PCT` of its own length or, where that is less, `LACKS_M`.
 
     Args:
-        lines: Their figures.
+        lines: Figures of the lines.
         within_pct: Share of the length of them all that has paint within the tolerance.
-        tolerance_m: Of the template.
+        tolerance_m: Tolerance of the template.
     """
     if not lines:
         return Verdict(True, "there are no lines to paint")

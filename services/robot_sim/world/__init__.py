@@ -1,1 +1,1 @@
-"""What is true: the body on the ground, its motors, its valve and disc, its battery and its tank."""
+"""The true world: the body on the ground, its motors, its valve and disc, its battery and its tank."""

@@ -1,4 +1,4 @@
-"""The battery: ten lithium cells in series."""
+"""Battery: ten lithium cells in series."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ NOMINAL_V: Final = 37.0
 
 @kernel
 def voltage_of(charge: float) -> float:
-    """Linear in the charge, a share 0…1 of the whole [V]."""
+    """Compute the voltage [V], linear in the charge, a share 0…1 of the full one."""
     return EMPTY_V + (FULL_V - EMPTY_V) * charge

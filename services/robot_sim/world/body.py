@@ -1,4 +1,4 @@
-"""What is true about a robot's body, its figures, and the layout of the trace of its tool."""
+"""True state of a robot's body, its parameters, and the layout of the trace of its tool."""
 
 from __future__ import annotations
 
@@ -23,67 +23,67 @@ TRACE_SHAPE: Final = (STEPS + 1, 3)
 
 
 class BodyState(Record):
-    """What is true about a robot, whatever its drive."""
+    """True state of a robot, whatever its drive."""
 
     east_m: float
-    """Of the body's origin, as `north_m`, map frame."""
+    """East of the body's origin, map frame; `north_m` likewise."""
     north_m: float
     heading_rad: float
     """Not wrapped."""
     speed_mps: float
-    """Of the body's origin, forward."""
+    """Forward speed of the body's origin."""
     side_speed_mps: float
-    """The same, to the left."""
+    """Speed of the body's origin to the left."""
     yaw_rate_radps: float
     angles_rad: Annotated[NDArray[np.float64], ACTUATORS]
-    """Of the drive's actuators, in its order, as their encoders see them: cumulative."""
+    """Cumulative angles of the drive's actuators, in its order, as their encoders read them."""
     valve: float
-    """Its plunger's position, 0 closed … 1 open."""
+    """Position of the valve's plunger, 0 closed … 1 open."""
     valve_open: bool
     disc: float
-    """The discs' position, 0 up … 1 down."""
+    """Position of the discs, 0 up … 1 down."""
     disc_down: bool
     tank_l: float
     battery_wh: float
     tank_reserve_l: float
-    """What a fault keeps from use."""
+    """Paint that a fault withholds."""
     battery_reserve_wh: float
-    """As `tank_reserve_l`."""
+    """Charge that a fault withholds."""
     flow_lps: float
     power_w: float
     mean_yaw_rate_radps: float
-    """Over the tick: what a rate-integrating gyro sees."""
+    """Mean over the tick, as a rate-integrating gyro measures it."""
     mean_accel_x_mps2: float
-    """Over the tick, forward: the specific force that an accelerometer sees, gravity on a slope included."""
+    """Mean over the tick, forward: the specific force that an accelerometer measures, gravity on a slope included."""
     mean_accel_y_mps2: float
     """The same, to the left."""
     up_x: float
-    """With `up_y` and `up_z` the vertical in body axes: 0, 0, 1 on level ground."""
+    """Vertical in body axes, with `up_y` and `up_z`: 0, 0, 1 on level ground."""
     up_y: float
     up_z: float
     height_m: float
-    """Above the plane of the origin."""
+    """Height above the plane of the origin."""
 
 
 class BodyFigures(NamedTuple):
-    """What is constant of a robot and its ground, whatever its drive and tool.
+    """Constants of a robot and its ground, whatever its drive and tool.
 
     Attributes:
-        point_x_m: Where the tool works, body frame, forward.
+        point_x_m: Working point of the tool, body frame, forward.
         point_y_m: The same, to the left.
-        idle_w: What the robot draws at rest.
-        mass_kg: Empty.
-        load_kgpl: Mass of a litre of what the tool has in its tank.
-        battery_wh: Full.
+        idle_w: Power that the robot draws at rest.
+        mass_kg: Empty mass.
+        load_kgpl: Mass of a litre in the tool's tank.
+        battery_wh: Charge of the full battery.
         gyration_m2: Square of the radius of gyration about the vertical.
         grip: Largest force of a tyre over its load.
-        stiffness_x: Its force over load per unit of slip, along.
-        stiffness_y: The same across.
+        stiffness_x: Longitudinal force over load per unit of slip.
+        stiffness_y: The same, lateral.
         rolling: Rolling resistance over load.
         slip_sigma: Random slip, a share of ground speed, 1 σ.
-        slip_decay: Of the random slip in a tick, exp(−10 ms / τ).
-        grade: Of the ground, rise over run.
-        uphill_east: With `uphill_north` the unit vector in which it rises.
+        slip_decay: Share of the random slip that remains after a tick, exp(−10 ms / τ).
+        grade: Slope of the ground, rise over run.
+        uphill_east: Unit vector uphill, with `uphill_north`.
         uphill_north: See `uphill_east`.
     """
 

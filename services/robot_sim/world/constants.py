@@ -1,4 +1,4 @@
-"""The world's constants for one vehicle and one scenario."""
+"""Constants of the world for one vehicle and one scenario."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from touchline.services.robot_sim.world.body import BodyFigures
 
 
 class Surface(NamedTuple):
-    """What tyres find on it."""
+    """Properties of a surface for tyres."""
 
     grip: float
     """Largest force over load."""
     stiffness_x: float
-    """Force over load per unit of slip, along."""
+    """Longitudinal force over load per unit of slip."""
     stiffness_y: float
-    """The same across."""
+    """The same, lateral."""
     rolling: float
     """Rolling resistance over load."""
     slip: float
-    """Random slip, against that of the scenario."""
+    """Random slip, relative to that of the scenario."""
 
 
 SURFACES: Final = {
@@ -36,7 +36,12 @@ SURFACES: Final = {
 
 
 def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
-    """The figures of a vehicle's body on the ground of a scenario, which must be effective."""
+    """Compute the constants of a vehicle's body on the ground of a scenario.
+
+    Args:
+        vehicle: The vehicle.
+        scenario: The scenario, which must be effective.
+    """
     body, tool, ground = vehicle.body, vehicle.tool, scenario.ground
     surface = SURFACES[ground.surface]
     return BodyFigures(

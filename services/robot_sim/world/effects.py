@@ -1,7 +1,7 @@
-"""What faults do to the world and the sensors in a tick, for the kernels of both.
+"""Effects of faults on the world and the sensors in a tick, for the kernels of both.
 
 `Effects.sized(n)()` is a robot of n actuators without faults. Faults that overlap add up where they can (offsets,
-biases), and else the worst one counts.
+biases); otherwise the worst one counts.
 """
 
 from __future__ import annotations
@@ -16,87 +16,87 @@ from touchline.core.records import Record
 from touchline.onboard.interface import ACTUATORS
 
 MOST_SENSORS: Final = 16
-"""Most rows of `SENSORS`: more than are shipped, so that one more needs no kernel compiled anew."""
+"""Largest number of rows of `SENSORS`: more than are shipped, so that one more needs no recompilation of kernels."""
 FREE: Final = -1.0
-"""Of a plunger that is not stuck."""
+"""Position of a plunger that is not stuck."""
 FIXED: Final = 3.0
-"""The best fix."""
+"""Value of the best fix."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
 class MessageEffects(Record):
-    """Of messages under way, by the numbers of `SENSORS`."""
+    """Effects on messages in transit, by the numbers of `SENSORS`."""
 
     late_ticks: Annotated[Floats, MOST_SENSORS]
     spread_ticks: Annotated[Floats, MOST_SENSORS]
     lost_share: Annotated[Floats, MOST_SENSORS]
     again_share: Annotated[Floats, MOST_SENSORS]
-    """Of them arrives twice, the second time after:"""
+    """Share of them that arrives twice, the second time after:"""
     again_ticks: Annotated[Floats, MOST_SENSORS]
 
 
 class Effects(Record):
-    """All of them; an array has one place for each actuator, in the drive's order, if not said otherwise."""
+    """Effects of all acting faults; unless noted otherwise arrays have a place per actuator, in the drive's order."""
 
     bumper: bool
-    """Pressed."""
+    """True if the bumper is pressed."""
     operator_lost: bool
     battery_share: float = 1.0
-    """Of the full charge, usable at most."""
+    """Largest usable share of the full charge."""
     tank_max_l: float = math.inf
-    """Usable at most."""
+    """Largest usable amount of paint."""
     blocked: Annotated[Integers, ACTUATORS]
-    """1: it is, 0: it is not."""
+    """1 for a blocked actuator, else 0."""
     slip: Annotated[Floats, ACTUATORS]
     """Share of ground speed lost."""
     torque_share: Annotated[Floats, ACTUATORS] = np.ones(1)
-    """That is left."""
+    """Share of its torque that each actuator has."""
     offset_rad: Annotated[Floats, ACTUATORS]
-    """By which an actuator is beyond its encoder's angle."""
+    """Angle of each actuator beyond its encoder's reading."""
     valve: float = FREE
-    """FREE, or where its plunger is stuck: 0 closed … 1 open."""
+    """FREE, or the position at which the plunger is stuck: 0 closed … 1 open."""
     disc: float = FREE
-    """The same of the discs, 0 up … 1 down."""
+    """The same for the discs, 0 up … 1 down."""
     flow_share: float = 1.0
-    """Of the paint, that gets through."""
+    """Share of the paint that gets through."""
 
     fix_cap: float = FIXED
-    """The best fix that can be had."""
+    """Best fix that is possible."""
     claimed_m: float
-    """1 σ reported by the receiver whatever is true; 0: the usual."""
+    """1 σ reported by the receiver whatever the true one; 0: the usual."""
     corrections_lost: bool
     gnss_offset_m: Annotated[Floats, 2]
     """East, north."""
     gnss_white_m: float
-    """Additional, 1 σ."""
+    """Additional white noise, 1 σ."""
     gnss_hidden_m: float
-    """The part of it that the receiver does not admit."""
+    """Part of it that the receiver does not report."""
     clock_offset_s: float
-    """Of the receiver's clock at sim time 0."""
+    """Offset of the receiver's clock at sim time 0."""
     clock_drift: float
-    """Of the same, s/s."""
+    """Drift of the receiver's clock, s/s."""
 
     camera_out: bool
-    """The camera overhead does not find the robot."""
+    """True if the overhead camera does not find the robot."""
 
     gyro_bias_radps: float
-    """About z."""
+    """Bias about z."""
     accel_bias_mps2: float
-    """Along x."""
+    """Bias along x."""
     gyro_white_radps: float
-    """Per sample, 1 σ, as of the accelerometer:"""
+    """White noise per sample, 1 σ; the next is that of the accelerometer."""
     accel_white_mps2: float
     imu_stuck: bool
     field_east_t: float
     field_north_t: float
     encoder_out: Annotated[Integers, ACTUATORS]
-    """As `blocked`."""
+    """1 for an encoder that counts nothing, else 0."""
     messages: MessageEffects
 
     def reset(self, **values: Any) -> None:
         """Set these values, and all other fields to their defaults."""
         super().reset(**values)
-        #: What faults of other packages do, by names of their own; no kernel sees it.
+        #: Effects of faults of other packages, by names of their own; no kernel reads them.
         self.others: dict[str, float] = {}

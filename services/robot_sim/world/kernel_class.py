@@ -1,4 +1,4 @@
-"""What the kernels of a drive or tool are chosen by."""
+"""Base of classes by which the kernels of a drive or tool are chosen."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from typing import NamedTuple
 
 
 class KernelClass(NamedTuple):
-    """Base of classes that only have kernels, and no figures."""
+    """Base of classes that only have kernels, and no parameters."""

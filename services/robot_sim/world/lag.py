@@ -1,4 +1,4 @@
-"""How quickly what is commanded happens, in the physics' steps."""
+"""Response to commands in the physics' steps."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from touchline.services.robot_sim.world.body import STEP_S
 
 
 def share_per_step(time_constant_s: float) -> float:
-    """Share of the difference to its input that a first-order lag makes up in one step; all of it without a lag."""
+    """Return the share of the difference to its input that a first-order lag makes up in a step; all without lag."""
     return 1.0 - math.exp(-STEP_S / time_constant_s) if time_constant_s > 0.0 else 1.0
 
 
 def travel_per_step(delay_s: float) -> float:
-    """Share of its stroke that a plunger travels in one step; a whole stroke when there is no delay."""
+    """Return the share of its stroke that a plunger travels in one step; a whole stroke without a delay."""
     return min(1.0, STEP_S / delay_s) if delay_s > 0.0 else 1.0

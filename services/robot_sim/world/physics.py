@@ -1,6 +1,6 @@
-"""The 1 ms physics of a robot: one kernel call per onboard tick.
+"""Physics of a robot in steps of 1 ms: one kernel call per onboard tick.
 
-A step is: what the drive makes of its commands (`drives/`), then the pose along the mean of the old and the new speeds,
+A step is: the drive's response to its commands (`drives/`), then the pose along the mean of the old and the new speeds,
 then the tool (`tools/`).
 """
 
@@ -32,51 +32,51 @@ Floats = NDArray[np.float64]
 
 
 class WorldFigures(NamedTuple):
-    """What is constant about one robot in one scenario."""
+    """Constants of one robot in one scenario."""
 
     body: BodyFigures
     drive: Any
-    """Of `WorldDrive.figures`: its type decides which drive's kernels `advance` is compiled with."""
+    """Constants `WorldDrive.figures`: their type decides which drive's kernels `advance` is compiled with."""
     tool: Any
-    """Of `WorldTool.figures`, as `drive`."""
+    """Constants `WorldTool.figures`, as `drive`."""
 
 
 class WorldArrays(NamedTuple):
-    """All that is true about one robot; made once."""
+    """True state and constants of one robot; made once."""
 
     figures: WorldFigures
     state: Sequence[BodyState]
-    """(1,)."""
+    """State of the body, (1,)."""
     drive: Sequence[Any]
-    """(1,) of what the drive has for itself: its `WorldDrive.state`."""
+    """State of the drive, (1,) `WorldDrive.state`."""
     trace: Floats
-    """`body.TRACE_SHAPE`: the tool's point during the last tick."""
+    """Tool's point during the last tick, `body.TRACE_SHAPE`."""
     seed: int
-    """Of the scenario."""
+    """Seed of the scenario."""
 
 
 class HeldCommand(NamedTuple):
-    """What is commanded during a tick."""
+    """Command during a tick."""
 
     actuators: Floats
-    """(actuators,) of the drive, in the units of `DriveSpec.actuators`."""
+    """Commands (actuators,) of the drive, in the units of `DriveSpec.actuators`."""
     valve: bool
-    """Open."""
+    """True for open."""
     disc: bool
-    """Down."""
+    """True for down."""
     valve_after_s: float
-    """How far into the tick the valve is to be so; before it is the opposite."""
+    """Time into the tick at which the valve takes this state; before that it has the opposite one."""
 
 
 @kernel
 def leaning(state: BodyState, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """How far a point of the body is ahead, to the left and up on the map, as the robot leans [m].
+    """Compute the place of a point of the body as the robot leans: ahead, to the left and up on the map [m].
 
     The body's axes in the map, turned back by the heading: x is the vertical's complement in the plane of heading and
-    vertical, y is across both.
+    vertical, y is perpendicular to both.
 
     Args:
-        state: The body's; of it the vertical in body axes.
+        state: State of the body with the vertical in body axes.
         x: Forward, body frame [m].
         y: To the left, body frame [m].
         z: Up, body frame [m].
@@ -99,14 +99,14 @@ def _trace_row(state: BodyState, body: BodyFigures, cos: float, sin: float, widt
 
 @kernel
 def tilt(state: BodyState, body: BodyFigures) -> None:
-    """The vertical in body axes on this slope at this heading, and the height above the origin's plane.
+    """Update the vertical in body axes on this slope at this heading, and the height above the origin's plane.
 
-    The robot stands on the plane: x is level but for the grade along the heading, and the vertical is the plane's
+    The robot stands on the plane: x is level except for the grade along the heading, and the vertical is the plane's
     normal seen from the body.
 
     Args:
-        state: The body's; vertical and height are updated.
-        body: Of its figures the grade and where it rises.
+        state: State of the body; vertical and height are updated.
+        body: Gives the grade and the direction uphill.
     """
     if body.grade == 0.0:
         state.up_x, state.up_y, state.up_z, state.height_m = 0.0, 0.0, 1.0, 0.0
@@ -123,7 +123,7 @@ def tilt(state: BodyState, body: BodyFigures) -> None:
 
 @kernel
 def _move(state: BodyState, body: BodyFigures, speed: float, side: float, yaw_rate: float) -> None:
-    """Move the pose by one step along these mean speeds; on a slope the map sees less of the distance uphill."""
+    """Move the pose by one step along these mean speeds; on a slope the distance uphill is shorter on the map."""
     turn = yaw_rate * STEP_S
     cos, sin = math.cos(state.heading_rad + 0.5 * turn), math.sin(state.heading_rad + 0.5 * turn)
     east = (speed * cos - side * sin) * STEP_S
@@ -140,7 +140,7 @@ def _move(state: BodyState, body: BodyFigures, speed: float, side: float, yaw_ra
 
 @kernel
 def _withheld(usable: float, reserve: float, most: float, full: float) -> tuple[float, float]:
-    """Set aside what exceeds `most`, once; it comes back when there is no such limit any more."""
+    """Withhold what exceeds `most`, once; it is returned when there is no such limit any more."""
     if most >= full:
         return usable + reserve, 0.0
     if usable > most:
@@ -155,8 +155,8 @@ def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects],
     Args:
         world: Its state is changed; its trace is filled with the tool's positions, map frame [m], and the share of its
             width on which it works.
-        command: Held over the tick.
-        faults: (1,) what they do.
+        command: Command during the tick.
+        faults: (1,) effects of faults.
         tick: Onboard tick, the counter of the randomness.
     """
     body, drive, tool = world.figures

@@ -20,7 +20,7 @@ from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
 
 class TruePose(NamedTuple):
-    """The body's origin and heading in the map frame; the heading is not wrapped."""
+    """Body's origin and heading in the map frame; the heading is not wrapped."""
 
     east_m: float
     north_m: float
@@ -28,25 +28,25 @@ class TruePose(NamedTuple):
 
 
 def held(command: Command) -> physics.HeldCommand:
-    """A command for kernels."""
+    """Convert a command for kernels."""
     actuators, valve, disc, valve_after_s = command
     return physics.HeldCommand(np.array(actuators, dtype=np.float64), valve, disc, valve_after_s)
 
 
 class World:
-    """What is true about the robot and its consumables.
+    """True state of the robot and its consumables.
 
     Args:
         vehicle: The nominal robot.
-        scenario: Seed, ground, errors of the chassis and slip; `effective()` is taken here.
+        scenario: Seed, ground, errors of the chassis and slip; its `effective()` form is used.
 
     Attributes:
-        arrays: All of it, for `physics.advance`.
-        state: The truth about the body.
-        drive: The truth about the drive: its `WorldDrive.state`.
+        arrays: State and constants, for `physics.advance`.
+        state: True state of the body.
+        drive: True state of the drive: its `WorldDrive.state`.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
-        figures: What is constant.
-        no_effects: Of faults, as there are none.
+        figures: Constants.
+        no_effects: Effects without faults.
 
     Raises:
         SpecError: The vehicle's drive or tool cannot be emulated.
@@ -71,27 +71,27 @@ class World:
 
     @property
     def pose(self) -> TruePose:
-        """Where the robot truly is."""
+        """True pose of the robot."""
         state = self.state
         return TruePose(state.east_m, state.north_m, state.heading_rad)
 
     @property
     def supplies(self) -> tuple[float, float, float, float]:
-        """What is left of paint [l] and charge [Wh], then what faults keep from use of either."""
+        """Paint [l] and charge [Wh], then the parts of both that faults withhold."""
         state = self.state
         return state.tank_l, state.battery_wh, state.tank_reserve_l, state.battery_reserve_wh
 
     def supply(self, supplies: tuple[float, float, float, float]) -> None:
-        """Have these, as `supplies` gives them."""
+        """Set paint and charge, as `supplies` returns them."""
         state = self.state
         state.tank_l, state.battery_wh, state.tank_reserve_l, state.battery_reserve_wh = supplies
 
     def refill_tank(self) -> None:
-        """Fill the tank; a fault that keeps paint from use goes on doing so."""
+        """Fill the tank; a fault that withholds paint continues to do so."""
         self.state.tank_l, self.state.tank_reserve_l = self._full_l, 0.0
 
     def replace_battery(self) -> None:
-        """Have a full battery, as `refill_tank`."""
+        """Replace the battery by a full one, as `refill_tank`."""
         self.state.battery_wh, self.state.battery_reserve_wh = self._full_wh, 0.0
 
     def place(self, pose: TruePose) -> None:
@@ -103,12 +103,18 @@ class World:
         physics.tilt(state.array[0], self.figures.body)
 
     def step(self, command: Command, tick: int, effects: Effects | None = None) -> None:
-        """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
+        """Advance by one onboard tick.
+
+        Args:
+            command: Command in force.
+            tick: The tick, which keys the randomness.
+            effects: Effects of faults; None: there are none.
+        """
         self._advance(self.arrays, held(command), (effects or self.no_effects).array, tick)
 
     @cached_property
     def _advance(self) -> Callable[..., None]:
-        """`physics.advance`, without a look at the types of its arguments, which are always the same."""
+        """The kernel `physics.advance`, without checking the types of its arguments, which are always the same."""
         arguments = self.arrays, held(standstill(self._count)), self.no_effects.array, 0
         code: Callable[..., None] = physics.advance.for_types_of(arguments)
         return code

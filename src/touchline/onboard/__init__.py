@@ -1,4 +1,4 @@
-"""The robot's own computer: estimation, control, execution and safety, from sensor frames and nothing else."""
+"""The robot's own computer: estimation, control, execution and safety, with sensor frames as the only input."""
 
 from touchline.onboard.computer import Onboard
 from touchline.onboard.warm_up_drive import straight, warm_up

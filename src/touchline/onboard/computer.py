@@ -49,13 +49,13 @@ from touchline.schemas.vehicles import Vehicle
 
 
 class Nominal(NamedTuple):
-    """What `nominal_tick` needs to run ticks in which nothing has to be decided.
+    """Data that `nominal_tick` needs to run ticks in which nothing has to be decided.
 
     Attributes:
-        computer: (1,) its state, for kernels.
-        course: What it drives.
-        follower: That is asked between `steer` and `actuate`.
-        now: (NOW,) that the follower is given, with the path ahead of `course.leg`.
+        computer: (1,) state of the computer, for kernels.
+        course: Arrays of the leg, valve and fence.
+        follower: Follower that is called between `steer` and `actuate`.
+        now: (NOW,) input of the follower, laid out as in `tracking_state`; the path ahead is in `course.leg`.
     """
 
     computer: Computer
@@ -67,12 +67,12 @@ class Nominal(NamedTuple):
 class Onboard:
     """Estimator, monitors and traversal executive of one robot.
 
+    Commands raise `CommandRefused` with the reason and then change nothing.
+
     Args:
         vehicle: The nominal robot.
-        config: What follows the path, the sensors' data sheets, the fence.
-        ask: How an external follower is asked.
-
-    Commands raise `CommandRefused` with the reason and then change nothing.
+        config: Follower, data sheets of the sensors, fence.
+        ask: Function that calls an external follower.
     """
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
@@ -90,13 +90,22 @@ class Onboard:
         self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:
-        """Whether a trajectory would be taken now; `CommandRefused` if not."""
+        """Check that a trajectory would be accepted now.
+
+        Raises:
+            CommandRefused: It would not.
+        """
         self._traversal.check_load()
 
     def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
-        """Check a trajectory; changes nothing, so that any thread may do it meanwhile.
+        """Check a trajectory without changing anything, so any thread may do it while the robot works.
 
-        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings.
+        Args:
+            trajectory: Path, speeds and actuation.
+            boundary: Corners (x, y) [m] inside which the robot stays, map frame; if empty, the plan's surroundings.
+
+        Raises:
+            CommandRefused: It cannot be driven.
         """
         return self._traversal.prepare(trajectory, boundary)
 
@@ -106,14 +115,33 @@ class Onboard:
         resume: Checkpoint | None = None,
         boundary: Sequence[tuple[float, float]] = (),
     ) -> float:
-        """As `prepare` and `take`."""
+        """Check and take a trajectory: `prepare` and `take` in one call.
+
+        Args:
+            trajectory: Path, speeds and actuation.
+            resume: Checkpoint to begin at; None: the start.
+            boundary: Corners (x, y) [m] of the area to stay in, as in `prepare`.
+
+        Returns:
+            Planned duration [s].
+
+        Raises:
+            CommandRefused: It cannot be driven, or not now.
+        """
         self.check_load()
         return self.take(self.prepare(trajectory, boundary), resume)
 
     def take(self, course: Course, resume: Checkpoint | None = None) -> float:
-        """Take what `prepare` gave, to begin at its start or at a `checkpoint`; returns its planned duration [s].
+        """Take a prepared course.
 
-        The estimator aligns anew: the robot may have been carried to the start.
+        The estimator aligns anew, because the robot may have been carried to the start.
+
+        Args:
+            course: Result of `prepare`.
+            resume: Checkpoint to begin at; None: the start.
+
+        Returns:
+            Planned duration [s].
         """
         duration_s = self._traversal.take(course, resume)
         self._estimator.restart(self._traversal.begins_at)
@@ -121,31 +149,31 @@ class Onboard:
         return duration_s
 
     def take_here(self, course: Course) -> float:
-        """As `take`, if it begins where the robot stands: the estimator goes on."""
+        """Take a course that begins where the robot stands; unlike with `take`, the estimator continues."""
         return self._traversal.take_here(course)
 
     def take_over(self, course: Course) -> float:
-        """Go on under way along what `prepare` gave, without a stop; returns its planned duration [s]."""
+        """Continue on a prepared course while driving, without a stop; return its planned duration [s]."""
         return self._traversal.take_over(course)
 
     def begin_guided(self) -> None:
-        """Drive where a coordinator guides the robot from now on; until it does, the robot stands."""
+        """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives."""
         self._traversal.begin_guided(self._team)
 
-    def take_guidance(self, told: Guidance) -> bool:
-        """Take what the coordinator tells; False if it cannot be used, or the robot is not guided."""
+    def take_guidance(self, guidance: Guidance) -> bool:
+        """Take guidance from the coordinator; return False if it cannot be used or the robot is not guided."""
         guided = self._traversal.guided
-        return guided is not None and guided.receive(told)
+        return guided is not None and guided.receive(guidance)
 
     @property
     def guided(self) -> bool:
-        """Whether a coordinator guides the robot, emergency-stopped or not."""
+        """True if a coordinator guides the robot, emergency-stopped or not."""
         over = self._traversal.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
         return self._traversal.guided is not None and not over
 
     @property
     def whereabouts(self) -> Whereabouts | None:
-        """What a guided robot tells its coordinator; None if it is not guided."""
+        """Message of a guided robot to its coordinator; None if it is not guided."""
         guided = self._traversal.guided
         return guided.whereabouts if guided is not None and self.guided else None
 
@@ -154,15 +182,20 @@ class Onboard:
         self._traversal.start()
 
     def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
-        """Close the valve and brake along the path."""
+        """Close the valve and brake along the path.
+
+        Args:
+            reason: Shown to the operator.
+            by: Cause and source of the pause.
+        """
         self._traversal.pause(reason, by)
 
     def resume(self) -> None:
-        """Go on after a pause, from where paint stopped."""
+        """Continue after a pause, from where paint stopped."""
         self._traversal.resume()
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Brake and give the traversal up."""
+        """Brake and abort the traversal."""
         self._traversal.abort(reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
@@ -174,21 +207,21 @@ class Onboard:
         self._traversal.reset()
 
     def authorize(self, until_m: float) -> None:
-        """Drive up to this arc length only [m], and on when it is moved on; inf: to the end."""
+        """Allow driving up to this arc length [m], which later calls may extend; inf: to the end."""
         self._traversal.authorize(until_m)
 
     def link_lost(self) -> None:
-        """Pause, as the operator cannot be heard any more."""
+        """Pause because the link to the operator is lost."""
         self._traversal.link_lost()
 
     def take_samples(self, samples: Sequence[AuxiliarySample]) -> None:
-        """Use what auxiliary sensors have measured; before the first tick that follows their arrival."""
+        """Use measurements of auxiliary sensors; call it before the first tick that follows their arrival."""
         for flaw in self._auxiliary.take(samples):
             self._log.report(WARN, "sensor-failed", f"{flaw}; it is not used any more")
         self._estimate = None
 
     def step(self, frame: SensorFrame) -> Command:
-        """One tick; frames must come in order, none left out."""
+        """Run one tick; frames must come in order, without gaps."""
         self._estimator.step(frame)
         if (moved_m := self._estimator.accept_lasting_jump()) > 0.0:
             self._traversal.report_accepted(moved_m)
@@ -205,7 +238,7 @@ class Onboard:
         return self._state.command.give(command)
 
     def nominal(self, tick: int) -> Nominal | None:
-        """What `nominal_tick` needs for the ticks after `tick`; None if the next one may need a decision."""
+        """Return the inputs of `nominal_tick` for the ticks after `tick`; None if the next one may need a decision."""
         estimator, job = self._estimator, self._traversal.mission
         buffer = estimator.buffer
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
@@ -217,7 +250,7 @@ class Onboard:
         return Nominal(self._state.array, course, self._follower, driver.now)
 
     def guided_course(self, tick: int) -> GuidedCourse | None:
-        """What kernels need for the ticks after `tick` of a guided robot; None if the next one may need a decision."""
+        """Return a guided robot's course for the ticks after `tick`; None if the next one may need a decision."""
         buffer, job = self._estimator.buffer, self._traversal.guided
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
             return None
@@ -225,16 +258,16 @@ class Onboard:
 
     @property
     def steady(self) -> bool:
-        """Whether it is guided, and as long as ticks are nominal nothing that it tells changes but its motion."""
+        """True if the robot is guided and, in nominal ticks, only the motion in its messages changes."""
         return self._log.empty and self.guided_course(self._estimator.times.tick) is not None
 
     def driven(self, tick: int) -> Command:
-        """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""
+        """Account for the ticks up to this one, which `nominal_tick` has run; return the command in force."""
         self._traversal.driven(tick)
         return self._state.command.command
 
     def take_events(self) -> list[OnboardEvent]:
-        """What happened since the last call."""
+        """Return and clear the events since the last call."""
         return self._log.take()
 
     @property
@@ -244,12 +277,12 @@ class Onboard:
 
     @property
     def estimator(self) -> Estimator:
-        """That tells where the robot is."""
+        """Estimator of the robot's pose and twist."""
         return self._estimator
 
     @property
     def computer(self) -> Computer:
-        """(1,) its state, for kernels."""
+        """State for kernels, (1,)."""
         return self._state.array
 
     @property
@@ -259,28 +292,28 @@ class Onboard:
 
     @property
     def warning(self) -> MoveOffWarning | None:
-        """The warning that the robot gives before and while it moves; None while it is to stand."""
+        """Warning that the robot gives before and while it moves; None while it is to stand."""
         return self._traversal.warning
 
     @property
     def held(self) -> bool:
-        """Whether, under way, it has come to where it may drive no further for now."""
+        """True if the robot, under way, has come to the end of its authority."""
         mission = self._traversal.mission
         return mission is not None and mission.held
 
     @property
     def aligned(self) -> bool:
-        """Whether it knows where it stands well enough to drive off."""
+        """True if the pose is known well enough to drive off."""
         return self._estimator.aligned
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on with this traversal; None if none is running or paused."""
+        """Checkpoint from which another process could continue this traversal; None if none is running or paused."""
         return self._traversal.checkpoint
 
     @property
     def status(self) -> Status:
-        """Where the traversal stands."""
+        """Status of the traversal."""
         return self._traversal.status()
 
     @property
@@ -293,19 +326,19 @@ class Onboard:
 
     @property
     def lateral_error_m(self) -> float:
-        """Estimated distance of the nozzle to the left of its path."""
+        """Estimated distance of the nozzle to the left of its path [m]."""
         job = self._traversal.job
         return job.lateral_error_m if job is not None else 0.0
 
     @property
     def spraying(self) -> bool:
-        """Whether the valve is commanded open."""
+        """True if the valve is commanded open."""
         job = self._traversal.job
         return job is not None and job.spraying
 
     @property
     def painted(self) -> PaintBelief:
-        """What it believes it has painted of the loaded trajectory."""
+        """Estimated paint of the loaded trajectory."""
         job = self._traversal.job
         return job.painted if job is not None else PaintBelief()
 

@@ -1,4 +1,4 @@
-"""The state of the robot's computer from tick to tick: one record, which its kernels share.
+"""State of the robot's computer from tick to tick: one record, shared by its kernels.
 
 The layout of an array is documented in the module whose rules use it.
 """
@@ -30,16 +30,16 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FLOW_WINDOW_TICKS = 50
-"""Over which the flow of paint is judged."""
+"""Window over which the flow of paint is evaluated."""
 
 
 class FrameState(Record):
-    """The last sensor frame, but for its fixes."""
+    """The last sensor frame without its fixes."""
 
     readings: Annotated[Floats, READINGS]
     """The newest samples, laid out as in `interface`."""
     imu_tick: int
-    """In which the IMU's was measured."""
+    """Tick in which the IMU sample was measured."""
     mag_tick: int
     encoder_tick: int
     bumper: bool
@@ -48,7 +48,7 @@ class FrameState(Record):
     tank_l: float
 
     def fill(self, frame: SensorFrame) -> None:
-        """Take a frame's values."""
+        """Copy the values of a frame."""
         self.readings[:ACCEL], self.readings[ACCEL:MAG] = frame.imu[:3], frame.imu[3:]
         self.readings[MAG:ANGLES], self.readings[ANGLES:] = frame.mag, frame.encoders
         self.imu_tick, self.mag_tick = frame.tick - frame.imu_age_ticks, frame.tick - frame.mag_age_ticks
@@ -58,7 +58,7 @@ class FrameState(Record):
 
 
 class CommandState(Record):
-    """The command that is in force; fields as in `Command`."""
+    """Command in force; fields as in `Command`."""
 
     actuators: Annotated[Floats, ACTUATORS]
     valve: bool
@@ -72,11 +72,11 @@ class CommandState(Record):
 
     @property
     def command(self) -> Command:
-        """As a `Command`."""
+        """The same as a `Command`."""
         return Command(tuple(self.actuators.tolist()), self.valve, self.disc, self.valve_after_s)
 
     def give(self, command: Command) -> Command:
-        """Put a command in force; returns it."""
+        """Put a command in force and return it."""
         self.actuators[:], self.valve, self.disc, self.valve_after_s = command
         return command
 
@@ -85,53 +85,53 @@ class SampleBuffer(Record):
     """The newest samples, and the earlier ones that they are compared with."""
 
     imu_tick: int = -1
-    """In which the newest sample of the IMU was measured; −1 before the first."""
+    """Tick in which the newest IMU sample was measured; −1 before the first."""
     encoder_tick: int = -1
     mag_tick: int = -1
     still_ticks: int
-    """For how long nothing of the drive has moved."""
+    """Ticks since anything of the drive moved."""
     accel_mps2: float
-    """The newest forward acceleration."""
+    """Newest forward acceleration [m/s²]."""
     measured: Annotated[Floats, ACTUATORS]
-    """What each actuator does, in the unit of its command."""
+    """Measured value of each actuator, in the unit of its command."""
     angles_rad: Annotated[Floats, ACTUATORS]
-    """The newest readings of their encoders."""
+    """Newest encoder readings [rad]."""
     turned_rad: Annotated[Floats, ACTUATORS]
-    """Since the readings before."""
+    """Change of the encoder readings since the ones before [rad]."""
     reading: Annotated[Floats, 6]
-    """The newest sample of the IMU, gyro and accelerometer."""
+    """Newest IMU sample: gyro [rad/s] and accelerometer [m/s²]."""
     measured_then: Annotated[Floats, ACTUATORS]
-    """What the actuators did when the IMU last said something new."""
+    """Value of `measured` when the IMU last gave a new sample."""
     repeated: bool
-    """Whether it has said the same again since."""
+    """True if the IMU has repeated that sample since."""
 
 
 class FilterState(Record):
-    """All that the filter keeps, by tick modulo RING where not said otherwise."""
+    """Memory of the filter, by tick modulo RING unless noted otherwise."""
 
     states: Annotated[Floats, m.RING, m.STATES]
     """Posterior states."""
     covariances: Annotated[Floats, m.RING, m.STATES, m.STATES]
-    """Theirs."""
+    """Posterior covariances."""
     inputs: Annotated[RecordArray[m.TickInputs], m.RING]
-    """Measurements but GNSS."""
+    """Measurements other than GNSS."""
     no_inputs: m.TickInputs
-    """Those of a tick in which nothing was measured."""
+    """Inputs of a tick without measurements."""
     fixes: Annotated[RecordArray[m.FixInTick], m.RING]
-    """By the tick that they are valid in."""
+    """Fixes by the tick in which they are valid."""
     arrived: m.FixInTick
     """The fix that has just arrived."""
     update_rows: Annotated[Floats, m.RING, m.MOST_UPDATES, m.UPDATE_COLUMNS]
-    """Scalar measurements of auxiliary sensors, by the tick that they are valid in."""
+    """Scalar measurements of auxiliary sensors, by the tick in which they are valid."""
     update_counts: Annotated[Integers, m.RING]
-    """Their numbers."""
+    """Number of scalar measurements of auxiliary sensors in each tick."""
     figures: m.FilterFigures
     counters: m.FilterCounters
     learned: m.LearnedFigures
 
 
 class ReceivedFix(Record):
-    """A fix or a camera's pose that has arrived, whenever it was measured; fields as in `GnssSample`, and two more."""
+    """A received fix or camera pose, whenever it was measured; fields as in `GnssSample`, and a heading."""
 
     stamp_s: float
     east_m: float
@@ -141,110 +141,112 @@ class ReceivedFix(Record):
     satellites: int
     correction_age_s: float
     heading_rad: float
-    """nan if it has none."""
+    """Heading of a camera's pose; nan for a GNSS fix."""
     heading_variance_rad2: float
 
 
 class FilterTimes(Record):
-    """When the filter started, where it is, and the newest fix."""
+    """Start and present tick of the filter, and the newest fix."""
 
     first_tick: int = -1
-    """In which it was started; −1: not yet."""
+    """Tick in which the filter started; −1 before that."""
     tick: int
     last_used_stamp_s: float = -math.inf
-    """Time of validity of the newest RTK-fixed position that was used."""
+    """Time of validity of the newest RTK-fixed position that was used [s]."""
     fix: ReceivedFix
-    """The newest fix that arrived, used or not; by its stamp, and not from the future."""
+    """Newest fix by its stamp, used or not; fixes with a stamp in the future are ignored."""
     has_fix: bool
 
 
 class PoseFindings(Record):
-    """What the monitor has found."""
+    """Limits and results of the localization monitor."""
 
     needs_fixes: bool = True
-    """Whether anything tells the position but the robot's own motion."""
+    """True if the position is known from fixes, not from odometry alone."""
     fix_age_s: float
-    """How old the newest fix may be to paint."""
+    """Largest age of the newest fix at which the robot may paint [s]."""
     sigma_m: float
-    """Of the position, beyond which it is too uncertain to paint."""
+    """Largest σ of the position at which the robot may paint [m]."""
     blind_sigma_m: float
-    """Of the position, beyond which the robot does not drive."""
+    """Largest σ of the position at which the robot may drive [m]."""
     tick: int
-    """That was judged last."""
+    """Tick that was evaluated last."""
     pose: int = 1
-    """Why the position cannot be trusted to a line's width; 0 if it can; codes of `executive/localization_monitor`."""
+    """Reason why the position cannot be trusted to a line's width; 0 if it can; codes of
+    `executive/localization_monitor`."""
     settled_at_s: float = -math.inf
-    """From when on it counts as good again."""
+    """Time from which the position counts as good again [s]."""
 
 
 class SafetyFindings(Record):
-    """What the failsafe keeps from tick to tick, and what it has found."""
+    """Memory and results of the failsafe."""
 
     fence_timeout_s: float
     lag_share: Annotated[Floats, ACTUATORS]
-    """By which share of the difference an actuator gets nearer to its command in a tick."""
+    """Share of the difference to its command by which an actuator approaches it in a tick."""
     max_step: Annotated[Floats, ACTUATORS]
-    """By how much it changes in a tick at most."""
+    """Largest change of each actuator in a tick."""
     tolerance: Annotated[Floats, ACTUATORS]
     tolerance_share: Annotated[Floats, ACTUATORS]
-    """By how much it may differ from what is expected: the larger of both."""
+    """Allowed deviation from the expected value: the larger of `tolerance` and `tolerance_share` of that value."""
     nominal_l: float
-    """Paint through the open valve in a tick; 0 without a sprayer."""
+    """Paint through the open valve in a tick [l]; 0 without a sprayer."""
     settle_ticks: int
-    """After the valve has switched, until the flow is what it is to be."""
+    """Ticks after switching the valve until the flow has settled."""
     fence_margin_m: float
     body_radius_m: float
 
     outside_s: float
-    """For how long the body has been beyond the fence."""
+    """Time for which the body has been beyond the fence [s]."""
     unheard_s: float
-    """For how long the operator has not been heard."""
+    """Time for which the operator has not been heard [s]."""
     expected: Annotated[Floats, ACTUATORS]
-    """What the actuators should do by their commands."""
+    """Expected values of the actuators, from their commands."""
     astray_s: Annotated[Floats, ACTUATORS]
-    """For how long each has done something else."""
+    """Time for which each actuator has deviated [s]."""
     tank_l: float = math.nan
     flow_l: Annotated[Floats, FLOW_WINDOW_TICKS]
-    """Ring of what has left the tank in each tick."""
+    """Ring of the paint that left the tank in each tick [l]."""
     flow_first: int
     flow_count: int
     flow_sum_l: float
     valve: bool
     valve_ticks: int
-    """Since it switched, or since the level was last seen to jump."""
+    """Ticks since the valve was switched or the level was last seen to jump."""
 
     emergency: int
-    """Why to stop as hard as possible and latch."""
+    """Reason for an emergency stop, which latches."""
     stop: int
-    """Why to stop until told to resume."""
+    """Reason for a stop until `resume`."""
     lasting: int
-    """The part of `stop` that can be seen at standstill, too, and speaks against going on."""
+    """The part of `stop` that can be seen at standstill, too, and prevents resuming."""
     bumper: bool
     battery_fraction: float
     dry_s: float
-    """For how long no paint, or too little, has come out of the open valve, when that is why to stop."""
+    """Time for which no paint, or too little, has come out of the open valve, when that is the reason for the stop
+    [s]."""
 
 
 class SprayState(Record):
-    """The valve, and what falls or is owed; places are arc lengths of the nozzle."""
+    """Valve, and paint that falls or is owed; places are arc lengths of the nozzle."""
 
     on_delay_s: float
     off_delay_s: float
     last_m: float
-    """Up to which it has been decided."""
+    """Arc length up to which the valve has been decided [m]."""
     valve: bool
-    """Whether it is commanded open, at the end of the coming tick at the latest."""
+    """True if the valve is commanded open, at the end of the coming tick at the latest."""
     owed_from_m: float = math.nan
-    """Where paint is to begin again, although the robot has passed; nan if nothing is owed."""
+    """Place where paint is to begin again although the robot has passed it; nan if no paint is owed."""
     falls_from_m: float = math.inf
     falls_to_m: float = -math.inf
-    """Where the paint of the open or last opened valve falls: from → to, as far as known."""
+    """Stretch on which the paint of the open or last opened valve falls, as far as known."""
     closed: bool
-    """Whether it has been closed since `Sprayer.count_closed`."""
+    """True if the valve has been closed since `Sprayer.count_closed`."""
 
 
 class LegState(Record):
-    """How the robot drives a leg: progress from tick to tick, and by what limits."""
+    """Progress along a leg from tick to tick, and the limits of driving it."""
 
     end_m: float
     """Arc length at which it ends."""
@@ -253,20 +255,20 @@ class LegState(Record):
     authority_m: float = math.inf
     """Arc length up to which the robot may drive now, along any leg."""
     arc_m: float
-    """Arc length that the robot has come to."""
+    """Arc length that the robot has reached."""
     piece: int
-    """Of the leg, that it is on."""
+    """Piece of the leg that the robot is on."""
     entry: int
-    """Of the speed profile."""
+    """Present entry of the speed profile."""
     timed: bool
-    """Whether the reference moves by its own time; else it is where the robot is."""
+    """True if the reference moves by its own time; otherwise it is where the robot is."""
     exact: bool
-    """Whether it matters where the robot rests at the end; else it may stop some millimetres short."""
+    """True if the robot has to rest exactly at the end; otherwise it may stop some millimetres short."""
     reference_m: float
-    """Arc length that the reference has come to."""
+    """Arc length that the reference has reached."""
     owed_s: float
-    """By how much more than a tick a timed reference is to move in the next one; at the leg's end, where it cannot, how
-    long it has waited there."""
+    """Time beyond one tick by which a timed reference is to move in the next tick; at the leg's end, where it cannot
+    move, the time for which it has waited there."""
     speed_mps: float
     """Reference speed along the path, negative when going back."""
     accelerate_mps2: float
@@ -279,31 +281,31 @@ class LegState(Record):
     fine_rows: int
     """Rows of the path ahead that are a tick apart; later ones are COARSE_TICKS apart."""
     half_tick_share: float
-    """By which share of the difference the actuators get nearer to their command in half a tick."""
+    """Share of the difference to their commands by which the actuators approach them in half a tick."""
     now: Annotated[Floats, NOW]
     """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
 
 
 class GuidanceState(Record):
-    """How a guided robot drives, from tick to tick."""
+    """Motion of a guided robot from tick to tick."""
 
     speed_mps: float
-    """That is commanded, at least 0."""
+    """Commanded speed, at least 0."""
     stands: bool
-    """Whether it has come to a target and stands."""
+    """True if the robot has reached a target and stands."""
 
 
 class TraversalClock(Record):
-    """The time of a traversal."""
+    """Time of a traversal."""
 
     tick: int
-    """The last one."""
+    """Last tick of the traversal."""
     elapsed_s: float
     """Sim time since the start, pauses included."""
 
 
 class ComputerState(Record):
-    """See the module."""
+    """State of the robot's computer, all of it."""
 
     frame: FrameState
     buffer: SampleBuffer
@@ -319,4 +321,4 @@ class ComputerState(Record):
 
 
 Computer = Sequence[ComputerState]
-"""(1,) the state, as kernels are given it."""
+"""The state as kernels receive it, (1,)."""

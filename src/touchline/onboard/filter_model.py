@@ -48,9 +48,9 @@ GNSS_NORTH: Final = 11
 STATES: Final = 12
 
 MOST_UPDATES: Final = 8
-"""Scalar measurements of auxiliary sensors that are used in a tick at most."""
+"""Largest number of scalar measurements of auxiliary sensors that are used in a tick."""
 UPDATE_VALUE: Final = STATES
-"""Column of such a measurement, after the row of its Jacobian."""
+"""Column of the value of such a measurement, after the row of its Jacobian."""
 UPDATE_VARIANCE: Final = STATES + 1
 UPDATE_COLUMNS: Final = STATES + 2
 
@@ -60,12 +60,12 @@ RING: Final = 64
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
 FIX_DOF: Final = 3.5
-"""Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
-with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
-published field test of the receiver has 7/17/38 mm (docs/explanation/robot-sim.md)."""
+"""Degrees of freedom of the Student-t distribution assumed for the receiver's white errors: a bivariate t with these
+that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The published
+field test of the receiver has 7/17/38 mm (docs/explanation/robot-sim.md)."""
 POSE_DOF: Final = 10.0
-"""The same of a camera's poses: nearly normal ones, yet a wild one, as of a robot taken for another, counts little: one
-that is a metre off with σ 1 cm as a thousandth of a good one."""
+"""The same for a camera's poses: nearly normal, yet an outlier, as of a robot taken for another, counts little: one
+that is a metre off with σ 1 cm counts as a thousandth of a good one."""
 
 
 class TickInputs(Record):
@@ -74,41 +74,41 @@ class TickInputs(Record):
     gyro_radps: float = math.nan
     """Mean of the tick."""
     accel_mps2: float = math.nan
-    """Mean of this tick and the one before: what the mean speed changed by."""
+    """Mean of this tick and the one before: the rate of change of the mean speed."""
     side_mps2: float = math.nan
-    """Of the accelerometer's left axis."""
+    """Acceleration along the accelerometer's left axis."""
     mag_rad: float = math.nan
     """Magnetic heading."""
     odometry: Annotated[Floats, 2] = np.full(2, math.nan)
-    """Both numbers of the drive, means of the tick, in its units: nominal rim speeds [m/s]."""
+    """Both numbers of the drive, means of the tick, in its units, such as nominal rim speeds [m/s]."""
     span_ticks: int
-    """Over which those of `odometry` are means."""
+    """Ticks over which `odometry` is averaged."""
     still: bool
-    """Whether nothing of the drive has moved for a while."""
+    """True if nothing of the drive has moved for a while."""
 
     rise_east_mps2: float = math.nan
-    """Gravity times the ground's rise over run. This and the next three are what the tick is run with of that which is
-    learned beside the states; nan before the filter has started."""
+    """Gravity times the ground's rise over run. This and the next three are the learned figures with which the tick is
+    run; nan before the filter has started."""
     rise_north_mps2: float = math.nan
     rise_var: float = math.nan
-    """(m/s²)², of both axes together."""
+    """Variance of both axes together, (m/s²)²."""
     error_mean: Annotated[Floats, 2] = np.full(2, math.nan)
-    """About which the errors of odometry vary."""
+    """Means about which the errors of odometry vary."""
 
     smooth: Annotated[Floats, 2] = np.full(2, math.nan)
-    """Of the drive: what the errors of odometry are a share of."""
+    """Values of the drive that the errors of odometry are a share of."""
     refused_ticks: int
-    """In a row, up to this one, in which the encoders' readings were rejected."""
+    """Consecutive ticks, up to this one, in which the encoders' readings were rejected."""
     lean: Annotated[Floats, 2]
     """Innovations of `odometry` in units of their σ, means over about the last half second: 0 but for chance."""
     disputed_ticks: int
-    """In a row, up to this one, in which the accelerometer contradicted wheels that stand."""
+    """Consecutive ticks, up to this one, in which the accelerometer contradicted standing wheels."""
     rough: float
-    """(m/s²)², mean square step of `accel_mps2` over the last ticks."""
+    """Mean square step of `accel_mps2` over the last ticks, (m/s²)²."""
 
 
 class LearnedFigures(Record):
-    """What is learned beside the states."""
+    """Figures that are learned beside the states."""
 
     side_bias_mps2: float
     rise_east_mps2: float
@@ -122,11 +122,12 @@ class LearnedFigures(Record):
     east_north: float
     north_var: float
     error_mean: Annotated[Floats, 2]
-    """About which the errors of odometry vary."""
+    """Means about which the errors of odometry vary."""
     mean_var: Annotated[Floats, 2]
-    """Of these means."""
+    """Variances of these means."""
     start_east_m: float
-    """Where the filter started, as the next; what is not known of the ways' scale shows as the distance from there."""
+    """Position at which the filter started, with the next field; the distance from it shows the unknown scale of
+    odometry."""
     start_north_m: float
 
 
@@ -137,18 +138,18 @@ class FixInTick(Record):
     east_m: float
     north_m: float
     variance_m2: float
-    """Of the white part, its tail included."""
+    """Variance of the white part, its tail included."""
     after_s: float
-    """From the tick to the stamp."""
+    """Time from the tick to the stamp."""
     heading_rad: float = math.nan
-    """Of a camera's pose; nan if it has none."""
+    """Heading of a camera's pose; nan if it has none."""
     heading_variance_rad2: float
 
 
 class FilterFigures(Record):
     """Noise figures and constants, see `estimation/noise`.
 
-    Those named q are variances that are added to a state, in each tick where not said otherwise; those named r are
+    Fields named q are variances that are added to a state in each tick unless noted otherwise; fields named r are
     variances of a measurement.
     """
 
@@ -161,78 +162,78 @@ class FilterFigures(Record):
     q_gyro_bias: float
     q_accel_bias: float
     q_side_m: float
-    """m² of side slip per metre travelled."""
+    """Variance of side slip per metre travelled, m²/m."""
     mag_decay: float
-    """Share of the magnetometer's error that is left after a tick."""
+    """Share of the magnetometer's error that remains after a tick."""
     mag_var: float
     gnss_decay: float
-    """The same of the slow part of the GNSS error."""
+    """The same for the slow part of the GNSS error."""
     gnss_var: float
     r_gyro: float
     r_mag: float
     r_gnss: float
-    """Of the white part of a fix, its tail included, or of a camera's pose."""
+    """Variance of the white part of a fix, its tail included, or of a camera's pose."""
     r_heading: float
-    """Of a camera's heading."""
+    """Variance of a camera's heading."""
     fix_dof: float
-    """Degrees of freedom of the distribution of both."""
+    """Degrees of freedom of the distribution of fixes and camera poses."""
     scale_var: float
-    """By which share, squared, ways may be longer or shorter than the wheels count and nothing can tell."""
+    """Variance of the relative error of distances by odometry that nothing can observe."""
     r_side: float
-    """Of the accelerometer's left axis."""
+    """Variance of the accelerometer's left axis."""
     rise_var: float
-    """(m/s²)²: at the start."""
+    """Variance of the slope at the start, (m/s²)²."""
     q_rise: float
-    """Per metre."""
+    """Variance that is added to the slope per metre."""
     side_bias_var: float
-    """At the start."""
+    """Variance at the start."""
     q_side_bias: float
     side_slip_rad_per_mps2: float
-    """Slip angle per lateral acceleration."""
+    """Side slip angle per lateral acceleration."""
     slip_decay: Annotated[Floats, 2]
-    """Of the errors of odometry, as the next three."""
+    """Share of the errors of odometry that remains after a tick; this and the next three have one number for each."""
     slip_var: Annotated[Floats, 2]
     mean_slip_var: Annotated[Floats, 2]
-    """Of their means, at the start."""
+    """Variance of their means at the start."""
     r_mean_slip: Annotated[Floats, 2]
-    """Of one fix's slip as a sample of the mean."""
+    """Variance of one fix's slip as a sample of the mean."""
 
 
 class FilterCounters(Record):
-    """What the filter's kernels count, and how well its measurements fit."""
+    """Counters of the filter's kernels, and the fit of its measurements."""
 
     fixes: int
-    """Used."""
+    """Used fixes."""
     fixes_rejected: int
     fixes_outlying_run: int
-    """In a row, used or not."""
+    """Consecutive outlying fixes, used or not."""
     fixes_late: int
     fixes_duplicate: int
     fixes_out_of_order: int
     recoveries: int
     encoders: int
-    """Their readings, as `mags` are the magnetometer's."""
+    """Used encoder readings; `mags` are those of the magnetometer."""
     encoders_rejected: int
     encoders_rejected_run: int
     encoders_rejected_recent: float
-    """Share, exponential over about 0.3 s: the slip test."""
+    """Share of rejected readings, exponential over about 0.3 s: the slip test."""
     mags: int
     mags_rejected: int
     headings: int
-    """Of a camera's poses."""
+    """Used headings of a camera's poses."""
     headings_rejected: int
     gyro_rejected: int
-    """At standstill: it turns, the wheels do not."""
+    """Rejected gyro readings at standstill: the gyro reads a rotation, the wheels none."""
     fix_nis_sum: float
-    """Of fixes as they are weighed, each at most `fix_dof` + 2."""
+    """Sum of the NIS of fixes as they are weighed, each at most `fix_dof` + 2."""
     fix_nis_last: float
     fix_nis_recent: float
     """Exponential mean over about the last ten fixes that were used."""
     fix_doubt: float
-    """−ln of how likely an honest receiver's fixes are as outlying as those of the present run."""
+    """−ln of the probability that an honest receiver's fixes are as outlying as those of the present run."""
     encoder_nis_sum: float
     mag_nis_sum: float
     heading_nis_sum: float
     innovation_east_m: float
-    """Of the last fix."""
+    """Innovation of the last fix."""
     innovation_north_m: float

@@ -1,8 +1,8 @@
-"""The interface between the robot's hardware, which is emulated, and its own computer.
+"""Interface between the robot's hardware, which is emulated, and its own computer.
 
-In every onboard tick the hardware gives a `SensorFrame` (`robot_sim/sensors`), and `onboard/` answers with a
-`Command`. Frames follow REP-103: x forward, y left, z up, angles counter-clockwise positive, SI units. The map
-frame is east-north-up about the scenario's origin, heading 0 points east.
+In every onboard tick the hardware gives a `SensorFrame` (`robot_sim/sensors`), and `onboard/` answers with a `Command`.
+Frames follow REP-103: x forward, y left, z up, angles counter-clockwise positive, SI units. The map frame is
+east-north-up about the scenario's origin, heading 0 points east.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from touchline.core.records import OpenLength
 
 TICKS_PER_S: Final = 100
-"""Of the onboard computer: one `SensorFrame` in, one `Command` out."""
+"""Rate of the onboard computer: one `SensorFrame` in, one `Command` out."""
 TICK_S: Final = 0.01
-"""Its period [s]."""
+"""Period of the onboard computer [s]."""
 
-# A frame's readings as an array: the values of the samples below, in their order.
+# Readings of a frame as an array: the values of the samples below, in their order.
 GYRO: Final = 0  # x, y, z [rad/s]
 ACCEL: Final = 3  # x, y, z [m/s²]
 MAG: Final = 6  # x, y, z [T]
 ANGLES: Final = 9  # of the drive's actuators [rad]
 ACTUATORS: Final = OpenLength()
-"""As many as the drive has: the length of arrays in records, which are made by `Record.sized` of that number."""
+"""Number of the drive's actuators: the length of arrays in records, which are made by `Record.sized` of that number."""
 READINGS: Final = ANGLES + ACTUATORS
 
 
@@ -50,25 +50,25 @@ class GnssSample(NamedTuple):
 
 
 class CameraSample(NamedTuple):
-    """The body's pose as a camera overhead saw it; `stamp_s` is when, some 0.08 s before it arrives."""
+    """Pose of the body measured by an overhead camera at `stamp_s`, some 0.08 s before it arrives."""
 
     stamp_s: float
     east_m: float
     north_m: float
     heading_rad: float
     sigma_m: float
-    """Reported standard deviation along an axis, and of the heading:"""
+    """Reported standard deviation along an axis; the next is that of the heading."""
     sigma_rad: float
 
 
 class AuxiliarySample(NamedTuple):
-    """A measurement of an auxiliary sensor; `stamp_s` is when, a latency before it arrives."""
+    """Measurement of an auxiliary sensor at `stamp_s`, a latency before it arrives."""
 
     sensor: str
-    """Its name in the vehicle."""
+    """Name of the sensor in the vehicle."""
     stamp_s: float
     values: tuple[float, ...]
-    """As the kind of sensor documents them."""
+    """Values as the kind of sensor documents them."""
 
 
 class ImuSample(NamedTuple):
@@ -94,7 +94,7 @@ class MagSample(NamedTuple):
 
 
 class SensorFrame(NamedTuple):
-    """All that the onboard computer learns in one tick."""
+    """Input of the onboard computer in one tick."""
 
     tick: int
     time_s: float
@@ -103,41 +103,41 @@ class SensorFrame(NamedTuple):
     encoders: tuple[float, ...]
     """Cumulative readings of the encoders of the drive's actuators, in their order, quantised [rad]."""
     gnss: tuple[GnssSample, ...] = ()
-    """The fixes that arrived in this tick, in the order of their arrival (10 Hz; late by the receiver's latency).
-
-    Usually none or one. When messages are delayed, several can arrive at once, out of order or again."""
+    """Fixes that arrived in this tick, in the order of their arrival (10 Hz; late by the receiver's latency); usually
+    none or one. When messages are delayed, several can arrive at once, out of order or repeated."""
     imu_age_ticks: int = 0
-    """How old the newest sample of the IMU is: 0 is measured in this tick; more when messages are late or lost."""
+    """Age of the newest IMU sample: 0 is measured in this tick; more when messages are late or lost."""
     mag_age_ticks: int = 0
     encoder_age_ticks: int = 0
     bumper: bool = False
-    """Whether the bumper is pressed."""
+    """True while the bumper is pressed."""
     battery_fraction: float = 1.0
     """State of charge, 0…1."""
     tank_l: float = 20.0
-    """What the tank's level sensor says."""
+    """Reading of the tank's level sensor."""
     operator_alive: bool = True
-    """Whether the operator was heard in this tick, in sim time. (The link over the bus is watched apart from this.)"""
+    """True if the operator was heard in this tick, in sim time. (The link over the bus is monitored separately.)"""
     camera: tuple[CameraSample, ...] = ()
-    """The poses that arrived in this tick from a camera overhead, as `gnss`; a robot has one or the other, or none."""
+    """Poses of an overhead camera that arrived in this tick, as `gnss`; a robot has one or the other, or none."""
 
 
 class Command(NamedTuple):
-    """What the onboard computer asks of the actuators until its next tick."""
+    """Output of the onboard computer to the actuators until its next tick."""
 
     actuators: tuple[float, ...]
-    """In the order and units of `DriveSpec.actuators`."""
+    """Commands in the order and units of `DriveSpec.actuators`."""
     valve: bool
     disc: bool
     valve_after_s: float = 0.0
-    """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
+    """Time into the tick at which the valve switches to this state; until then it has the opposite one. 0 if nothing
+    changes."""
 
 
 @cache
 def standstill(actuators: int) -> Command:
-    """The safe command for a drive of so many actuators: wheels stopped, valve closed, disc lifted.
+    """Return the safe command for a number of actuators: wheels stopped, valve closed, disc lifted.
 
-    There is one for each number: it can be told from a command that happens to be the same.
+    There is one object for each number, so it differs by identity from a command that is merely equal.
     """
     return Command((0.0,) * actuators, False, False)
 
@@ -157,18 +157,18 @@ class Estimate(NamedTuple):
 
 
 class Consistency(NamedTuple):
-    """What the estimator says about itself, in the order of `EstimatorStatus`."""
+    """Self-assessment of the estimator, in the order of `EstimatorStatus`."""
 
     innovation_east_m: float = 0.0
     innovation_north_m: float = 0.0
     fix_nis: float = 0.0
     fix_nis_recent: float = 0.0
     fix_nis_mean: float = 0.0
-    """2 expected of a consistent filter: of fixes as they are weighed, at most 5.5 each."""
+    """Mean NIS of the fixes as they are weighed, at most 5.5 each; 2 expected of a consistent filter."""
     encoder_nis_mean: float = 0.0
-    """2 expected."""
+    """Mean NIS of the encoders; 2 expected."""
     mag_nis_mean: float = 0.0
-    """1 expected."""
+    """Mean NIS of the magnetometer; 1 expected."""
     position_sigma_m: float = 0.0
     heading_sigma_rad: float = 0.0
     slip: float = 0.0
@@ -185,20 +185,20 @@ class Consistency(NamedTuple):
 
 
 CONSISTENCY_COUNTS: Final = 10
-"""From this field of `Consistency` on they are counts."""
+"""Index of the field of `Consistency` from which on they are counts."""
 
 
 class Pause(NamedTuple):
-    """Why the robot pauses, and what ends the pause."""
+    """Reason for a pause, and what ends it."""
 
     cause: int
-    """As in `PauseStatus`."""
+    """Cause as in `PauseStatus`."""
     source: str
-    """Who or what ordered it."""
+    """Person or component that ordered the pause."""
     ends_by_itself: bool = False
-    """Whether the robot moves off without a person."""
+    """True if the robot moves off without a person."""
     earliest_tick: int = 0
-    """In which it does so at the earliest."""
+    """Earliest tick in which it does so."""
 
 
 class MoveOffWarning(NamedTuple):
@@ -207,16 +207,16 @@ class MoveOffWarning(NamedTuple):
     earliest_tick: int
     """First tick in which it may move off."""
     reason: str
-    """On whose order it moves."""
+    """Source of the order to move."""
 
 
 class Status(NamedTuple):
-    """Where the traversal stands, as the onboard executive sees it; states are those of `TraversalStatus`."""
+    """Status of the traversal as the onboard executive sees it; states are those of `TraversalStatus`."""
 
     state: int = 0
     reason: str = ""
     segment_index: int = 0
-    """Path segment under the robot."""
+    """Index of the path segment under the robot."""
     segment_count: int = 0
     segment_id: str = ""
     arc_length_m: float = 0.0
@@ -225,39 +225,39 @@ class Status(NamedTuple):
     """Sim time since the traversal was started, pauses included."""
     remaining_s: float = 0.0
     follower_fallbacks: int = 0
-    """Ticks in which the follower had to fall back to its simpler method."""
+    """Ticks in which the follower fell back to its simpler method."""
     pause: Pause | None = None
-    """While it is paused."""
+    """Present pause, while the traversal is paused."""
 
 
 class PaintBelief(NamedTuple):
-    """What the robot believes it has painted, or covered with a tool that always works; no sensor looks at it."""
+    """Estimated paint, or ground covered with a tool that always works; no sensor observes it."""
 
     ids: tuple[str, ...] = ()
-    """Of the segments that the loaded trajectory sprays, or the swaths that it has, in path order."""
+    """Ids of the segments that the loaded trajectory sprays, or of its swaths, in path order."""
     fractions: Sequence[float] = ()
-    """The painted share of each, 0…1."""
+    """Painted share of each, 0…1."""
     coverage_pct: float = 0.0
-    """The painted share of them all [%]; 100 when there are none, 0 without a trajectory."""
+    """Painted share of all [%]; 100 when there are none, 0 without a trajectory."""
 
 
 class Checkpoint(NamedTuple):
-    """Where a traversal is, so that it can go on from there after the process has died."""
+    """State of a traversal from which it can continue after the process has died."""
 
     leg: int
     """Index of the stretch between two standstills that the robot is on."""
     arc_length_m: float
     owed_from_m: float | None
-    """From where paint is owed: where it stopped, or would have if the process had died in this tick."""
+    """Arc length from which paint is owed: where it stopped, or would have if the process had died in this tick."""
     tick: int = 0
-    """At the end of which this was so; sim time goes on from there."""
+    """Tick at the end of which the checkpoint was taken; sim time continues from there."""
     elapsed_s: float = 0.0
     """This and the next have the meaning that they have in `Status`."""
     follower_fallbacks: int = 0
 
 
 class OnboardEvent(NamedTuple):
-    """Something the operator should know; severities are those of `Event`."""
+    """Event for the operator; severities are those of `Event`."""
 
     severity: int
     code: str

@@ -1,8 +1,8 @@
 """The robot's computer in nominal ticks, compiled: driving along a leg with nothing to decide.
 
-Nearly all ticks of a session are alike: the pose is good, no hazard is in sight, the robot follows its leg and the
-valve does what the plan says. Such a tick is made of the kernels that `Onboard.step` is made of, on the same arrays. If
-a tick needs a decision, `steer` says so and has changed nothing beyond what the estimator and the monitors have found;
+Nearly all ticks of a session are alike: the pose is good, there is no hazard, the robot follows its leg and the valve
+does what the plan demands. Such a tick runs the same kernels as `Onboard.step`, on the same arrays. If a tick needs a
+decision, `steer` reports it and has changed nothing beyond the results of the estimator and the monitors;
 `Onboard.decide` then does the rest of that tick.
 """
 
@@ -22,12 +22,12 @@ from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control.path_tracker import STOPPED_MPS, has_arrived, is_held, nozzle_m, observe
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.estimation.filter import take_frame
-from touchline.onboard.executive.failsafe import judge_safety
+from touchline.onboard.executive.failsafe import evaluate_safety
 from touchline.onboard.executive.geofence import FenceArrays
 from touchline.onboard.executive.hazards import NOTHING
 from touchline.onboard.executive.localization_monitor import (
     GOOD,
-    judge_pose,
+    evaluate_pose,
     speaks_against_driving,
     speaks_against_painting,
 )
@@ -41,19 +41,19 @@ from touchline.schemas.messages import Actuation
 Floats = NDArray[np.float64]
 
 DECIDE: Final = -1
-"""What `steer` returns when the tick is not nominal."""
+"""Returned by `steer` when the tick is not nominal."""
 _DISC: Final = int(Actuation.DISC)
 
 
 class CourseArrays(NamedTuple):
-    """What a nominal tick reads of the loaded trajectory.
+    """Arrays of the loaded trajectory that a nominal tick reads.
 
     Attributes:
-        fence: Round it.
-        switches: What is sprayed where.
-        leg: That the robot is on.
-        sense: In which it drives that: FORWARD, or BACKWARD, where nothing is sprayed.
-        drive: Figures of the drive.
+        fence: Fence round the trajectory.
+        switches: Actuation along the path.
+        leg: Leg that the robot is on.
+        sense: Direction of that leg: FORWARD, or BACKWARD, where nothing is sprayed.
+        drive: Parameters of the drive.
     """
 
     fence: FenceArrays
@@ -65,31 +65,31 @@ class CourseArrays(NamedTuple):
 
 @kernel
 def perceive(tick: int, fixes: Sequence[ReceivedFix], count: int, computer: Computer, course: CourseArrays) -> None:
-    """Estimate, and judge the pose and what else could stop the robot.
+    """Estimate the pose, and evaluate it and all hazards.
 
     Args:
         tick: This tick.
-        fixes: (n,) that arrived in it.
-        count: How many of them count.
+        fixes: (n,) fixes that arrived in it.
+        count: Number of fixes to use.
         computer: (1,) with the frame, updated.
-        course: Its fence and drive.
+        course: Gives the fence and the drive.
     """
     take_frame(tick, fixes, count, course.drive, computer)
-    judge_pose(tick, computer)
-    judge_safety(tick, computer, course.fence)
+    evaluate_pose(tick, computer)
+    evaluate_safety(tick, computer, course.fence)
 
 
 @kernel
 def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
-    """Advance along the leg, and fill in what the follower is given.
+    """Advance along the leg, and fill in the inputs of the follower.
 
     Args:
         computer: (1,) that has perceived the tick; its leg is updated.
-        course: That is driven.
+        course: Course that is driven.
         saved: (NOW,) scratch.
 
     Returns:
-        What the plan wants actuated in the coming tick; DECIDE if the tick is not nominal, then nothing is changed.
+        Planned actuation for the coming tick; DECIDE if the tick is not nominal, then nothing is changed.
     """
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
@@ -123,12 +123,12 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
     Args:
         twist: (2 + actuators,) the follower's answer: speed [m/s], yaw rate [rad/s], and its commands of the actuators;
             nan if the drive is to work them out.
-        wanted: By the plan, of `steer`.
+        wanted: Planned actuation, as `steer` returned it.
         computer: (1,) command, valve and clock are updated.
-        course: That is driven.
+        course: Course that is driven.
 
     Returns:
-        Whether the valve is switched.
+        True if the valve is switched.
     """
     c = computer[0]
     command, before = c.command, c.command.valve

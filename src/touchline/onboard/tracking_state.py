@@ -1,4 +1,4 @@
-"""Layout of `now` (NOW,): the tracking errors and the robot's motion, as followers are given them."""
+"""Layout of `now` (NOW,): the tracking errors and the robot's motion, the inputs of followers."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ NOZZLE_LATERAL: Final = 2  # nozzle left of its own path [m]
 SPEED: Final = 3
 YAW_RATE: Final = 4
 REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
-EFFECT: Final = 6  # two numbers by which the drive converts actuators and twist into each other
+EFFECT: Final = 6  # two factors by which the drive converts between actuators and twist
 
-# Of a reference that moves by time, seen from the robot's frame; all 0 for followers that are not timed.
-ALONG: Final = 8  # how far it is ahead [m]
-ACROSS: Final = ALONG + 1  # how far it is to the left [m]
-TURN: Final = ALONG + 2  # its heading less the robot's [rad]
-REFERENCE_ACCELERATION: Final = ALONG + 3  # by which its speed has changed in the last tick, signed as that [m/s²]
+# Errors against a reference that moves by time, in the robot's frame; all 0 for followers that are not timed.
+ALONG: Final = 8  # reference ahead of the robot [m]
+ACROSS: Final = ALONG + 1  # reference to the left of the robot [m]
+TURN: Final = ALONG + 2  # heading of the reference less the robot's [rad]
+REFERENCE_ACCELERATION: Final = ALONG + 3  # change of its speed in the last tick, signed as that [m/s²]
 
-COMMAND: Final = ALONG + 4  # of the actuators, in force during the last tick: all the rest
+COMMAND: Final = ALONG + 4  # commands of the actuators in force during the last tick: all the rest
 NOW: Final = COMMAND + ACTUATORS

@@ -1,4 +1,4 @@
-"""Compiles (or loads from the cache) every kernel before the first real tick."""
+"""Warm-up: compiles (or loads from the cache) every kernel before the first real tick."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ _TICKS = 90
 
 
 def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
-    """Run all kernels once, as a throw-away robot sets off: seconds if nothing is cached, milliseconds if all is."""
+    """Run all kernels once in a throw-away robot's first ticks: seconds if nothing is cached, else milliseconds.
+
+    Args:
+        vehicle: Nominal robot; None: the default one.
+        config: Configuration of its computer; None: the default one.
+    """
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
     course = onboard.prepare(straight(vehicle))
@@ -40,7 +45,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
 
 
 def _warm_up_rare(vehicle: Vehicle) -> None:
-    """Run what a robot that keeps to its path never needs: the fallback of followers, and braking off course."""
+    """Run the kernels that a robot on its path never needs: the fallback of followers, and braking off course."""
     drive, pursuit = drive_of(vehicle), PurePursuitFollower(vehicle)
     count = len(vehicle.drive.actuators)
     now, actuators = np.zeros(COMMAND + count), np.zeros(count)
@@ -51,6 +56,6 @@ def _warm_up_rare(vehicle: Vehicle) -> None:
 
 
 def straight(vehicle: Vehicle) -> Trajectory:
-    """A metre straight ahead at a speed that the vehicle can do, nothing sprayed."""
+    """Make a trajectory of a metre straight ahead at a speed within the vehicle's limits, without spraying."""
     line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
     return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.drive.transit_speed_mps))])

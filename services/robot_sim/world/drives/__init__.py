@@ -1,1 +1,1 @@
-"""How each kind of drive moves the robot: what is commanded of its actuators, forces, and the angles that it turns."""
+"""Motion of each kind of drive in the world: response to commands, forces, and actuator angles."""

@@ -1,9 +1,9 @@
-"""A DC motor behind a gear with its amplifier, a speed profile and a speed controller, as the wheel feels them.
+"""DC motor behind a gear with its amplifier, a speed profile and a speed controller, as the wheel feels them.
 
-The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω, without inductance (G. F. Franklin,
-J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the current loop is a
-first-order lag instead. The controller's integral stands still while the torque is limited (conditional integration:
-K. J. Åström, T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
+The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω, without inductance (G. F. Franklin, J. D.
+Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the current loop is a first-order
+lag instead. The controller's integral stands still while the torque is limited (conditional integration: K. J. Åström,
+T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ _DRY_RADPS = 0.05  # dry friction is drag below this rate
 
 
 class DcMotor(NamedTuple):
-    """Figures at the wheel.
+    """Parameters at the wheel.
 
     Attributes:
-        torque_per_a: Nm/A, gear losses taken off.
+        torque_per_a: Nm/A, less gear losses.
         emf: V per rad/s.
-        resistance_ohm: Of the winding.
-        most_nm: By the current that the amplifier gives, unless it is weak.
+        resistance_ohm: Resistance of the winding.
+        most_nm: Largest torque, by the amplifier's current, unless the motor is weak.
         current_lag: Share of the way to the demanded torque in one step.
-        gain: Of the controller, Nm per rad/s.
-        integral_gain: Nm per rad.
-        integral_limit_nm: The integral is no larger.
+        gain: Gain of the controller, Nm per rad/s.
+        integral_gain: Integral gain, Nm per rad.
+        integral_limit_nm: Limit of the integral.
     """
 
     torque_per_a: float
@@ -45,14 +45,14 @@ class DcMotor(NamedTuple):
 def dc_motor(
     motor: Motor, current_lag_s: float, gain: float, integral_s: float, integral_limit_nm: float | None = None
 ) -> DcMotor:
-    """A motor behind its gear, with the PI controller of its speed.
+    """Make a motor behind its gear, with the PI controller of its speed.
 
     Args:
-        motor: As in the vehicle's file.
+        motor: Motor as in the vehicle's file.
         current_lag_s: Time constant of the current loop.
-        gain: Of the controller, Nm per rad/s.
+        gain: Gain of the controller, Nm per rad/s.
         integral_s: Its integral time.
-        integral_limit_nm: The integral is no larger; None: no larger than the motor's torque.
+        integral_limit_nm: Limit of the integral; None: the motor's torque.
     """
     emf = motor.constant_nm_per_a * motor.gear_ratio
     torque_per_a = emf * motor.gear_efficiency
@@ -72,14 +72,14 @@ class MotorState(NamedTuple):
 
 @kernel
 def profile(reference: float, command: float, most: float, lag: float, step: float) -> float:
-    """The reference a step later: a first-order lag towards the command, within limits of rate and acceleration.
+    """Compute the reference a step later: a first-order lag to the command, within limits of rate and acceleration.
 
     Args:
-        reference: By now [rad/s].
-        command: To be followed [rad/s].
-        most: The largest rate [rad/s].
+        reference: Present reference [rad/s].
+        command: Command to follow [rad/s].
+        most: Largest rate [rad/s].
         lag: Share of the way to the command in one step.
-        step: The largest change in one step [rad/s].
+        step: Largest change in one step [rad/s].
     """
     target = min(max(command, -most), most)
     stepped: float = reference + min(max((target - reference) * lag, -step), step)
@@ -88,12 +88,12 @@ def profile(reference: float, command: float, most: float, lag: float, step: flo
 
 @kernel
 def drag(rate: float, viscous: float, friction: float) -> float:
-    """Friction of motor and gear [Nm per rad/s]: dry (Coulomb) and viscous.
+    """Compute the friction of motor and gear [Nm per rad/s]: dry (Coulomb) and viscous.
 
     Args:
-        rate: Of the wheel [rad/s].
-        viscous: Nm per rad/s.
-        friction: Dry [Nm].
+        rate: Rate of the wheel [rad/s].
+        viscous: Viscous friction, Nm per rad/s.
+        friction: Dry friction [Nm].
     """
     coefficient: float = viscous + friction / max(abs(rate), _DRY_RADPS)
     return coefficient
@@ -103,18 +103,18 @@ def drag(rate: float, viscous: float, friction: float) -> float:
 def follow(
     motor: DcMotor, now: MotorState, reference: float, ahead: float, voltage: float, share: float
 ) -> tuple[float, float, float]:
-    """One step of controller and motor; an empty battery gives nothing.
+    """Compute one step of controller and motor; an empty battery gives nothing.
 
     Args:
-        motor: Its figures.
-        now: At the begin of the step.
-        reference: Rate that the wheel shall have [rad/s].
+        motor: Parameters of the motor.
+        now: State at the start of the step.
+        reference: Wanted rate of the wheel [rad/s].
         ahead: Feed-forward of inertia and friction [Nm].
-        voltage: Of the battery [V]; 0 if it is empty.
-        share: Of its largest torque, that is left to the motor.
+        voltage: Voltage of the battery [V]; 0 if it is empty.
+        share: Share of its largest torque that the motor has.
 
     Returns:
-        Torque and integral at the step's end [Nm], and the electrical power drawn [W], negative if it is given back.
+        Torque and integral at the step's end [Nm], and the electrical power drawn [W], negative if it is returned.
     """
     error = reference - now.rate
     wanted = ahead + motor.gain * error + now.integral

@@ -1,4 +1,4 @@
-"""The world's side of a `DifferentialDrive`: two motors with their wheels, and casters."""
+"""World side of a `DifferentialDrive`: two motors with their wheels, and casters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.lag import share_per_step
 
 CURRENT_LAG_S: Final = 0.002
-"""Of the amplifier's current loop."""
+"""Time constant of the amplifier's current loop."""
 CONTROLLER_RADPS: Final = 60.0
 """Bandwidth of the drives' speed controllers."""
 CONTROLLER_INTEGRAL_S: Final = 0.08
@@ -26,18 +26,18 @@ INTEGRAL_LIMIT_NM: Final = 40.0
 
 
 class DifferentialKernels(TrueDifferential):
-    """The drive's figures with what physics calls."""
+    """Parameters of the drive with the kernels that physics calls."""
 
     @kernel
     def begin_tick(self, wheels: DifferentialState, body: BodyFigures, seed: int, tick: int) -> None:
-        """Let the random slip of both wheels go on: a first-order Gauss-Markov process each.
+        """Advance the random slip of both wheels, a first-order Gauss-Markov process each.
 
         s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
 
         Args:
-            wheels: The drive's state; the slips are updated, shares of ground speed.
-            body: Of its figures σ and the decay in a tick.
-            seed: Of the scenario.
+            wheels: State of the drive; the slips are updated, shares of ground speed.
+            body: Gives σ and the decay in a tick.
+            seed: Seed of the scenario.
             tick: Onboard tick that begins.
         """
         fresh = body.slip_sigma * math.sqrt(1.0 - body.slip_decay * body.slip_decay)
@@ -55,10 +55,10 @@ class DifferentialInWorld(WorldDrive):
     state: DifferentialState
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """Of this vehicle, under this seed; the scenario must be effective."""
+        """Take the parameters of a vehicle, with errors by the seed; the scenario must be effective."""
         drive, errors, motor = vehicle.drive, scenario.drive, vehicle.drive.motor
         left, right, track = (normal(scenario.seed, STREAM_CHASSIS, 0, channel) for channel in range(3))
-        # What each wheel has to turn: itself, its half of the mass, its share of the body's inertia.
+        # Inertia that each wheel turns: its own, its half of the mass, its share of the body's inertia.
         mass = 0.5 * (vehicle.body.mass_empty_kg + vehicle.mass_full_kg)
         lever = drive.wheel_radius_m / drive.half_track_m
         common = motor.inertia_kgm2 + 0.5 * mass * drive.wheel_radius_m**2
@@ -86,5 +86,5 @@ class DifferentialInWorld(WorldDrive):
         )
 
     def rest(self) -> None:
-        """Wheels, motors and their controllers at rest, the casters behind; the slips are as they were."""
+        """Put wheels, motors and their controllers at rest, with the casters behind; the slips are kept."""
         self.state.reset(slip=self.state.slip.copy())

@@ -26,7 +26,7 @@ _PARKED_RADPS = 1e-3
 def _caster(
     drive: TrueDifferential, state: BodyState, wheels: DifferentialState, body: BodyFigures, load_n: float
 ) -> tuple[float, float]:
-    """Turn the casters by their motion; their force on the body (x, y) [N]."""
+    """Turn the casters by their motion; return their force on the body (x, y) [N]."""
     vx = state.speed_mps
     vy = state.side_speed_mps + drive.caster_x_m * state.yaw_rate_radps
     cx, cy = wheels.caster_x, wheels.caster_y
@@ -42,7 +42,7 @@ def _caster(
 
 @kernel
 def _parked(state: BodyState, wheels: DifferentialState, body: BodyFigures) -> bool:
-    """Whether the robot stands, is told to, and the tyres hold it on this slope."""
+    """Return True if the robot stands, is commanded to, and the tyres hold it on this slope."""
     told = abs(wheels.reference_radps[0]) < _PARKED_RADPS and abs(wheels.reference_radps[1]) < _PARKED_RADPS
     slow = abs(state.speed_mps) + abs(state.side_speed_mps) + 0.3 * abs(state.yaw_rate_radps) < _PARKED_MPS
     parked: bool = held(state, body) and told and slow
@@ -65,12 +65,12 @@ def roll_on(
     Dynamics", ch. 3); the curve between, see the module, is this project's own choice.
 
     Args:
-        drive: Its figures.
-        state: The body's; speeds, yaw rate and the wheels' angles are updated.
-        wheels: The drive's; rates, traction and the casters' direction are updated.
-        body: Its figures.
-        effects: What faults do: whether each wheel is blocked, and its slip.
-        mass_kg: Of the whole robot.
+        drive: Parameters of the drive.
+        state: State of the body; speeds, yaw rate and the wheels' angles are updated.
+        wheels: State of the drive; rates, traction and the casters' direction are updated.
+        body: Parameters of the body.
+        effects: Effects of faults: blocked wheels, and slip of each wheel.
+        mass_kg: Mass of the whole robot.
     """
     left_rate, right_rate = wheels.rate_radps[0], wheels.rate_radps[1]
     if _parked(state, wheels, body):

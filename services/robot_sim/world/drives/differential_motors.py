@@ -1,4 +1,4 @@
-"""The drives: a speed profile, a speed controller, and a DC motor with current and voltage limits, for each wheel."""
+"""Wheel drives: a speed profile, a speed controller, and a DC motor with current and voltage limits, for each wheel."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def actuate(
     The controllers (`dc_motor`) follow the profile with feed-forward of the nominal inertia and friction.
 
     Args:
-        drive: Its figures.
-        state: The body's; of it the battery's charge.
-        wheels: The drive's; references, torques and integrals of both wheels are updated.
-        body: Its figures.
-        effects: What faults do: of each wheel the torque that is left.
+        drive: Parameters of the drive.
+        state: State of the body; the battery's charge is read.
+        wheels: State of the drive; references, torques and integrals of both wheels are updated.
+        body: Parameters of the body.
+        effects: Effects of faults: share of the torque of each wheel.
         commanded: (2,) left, right [rad/s].
 
     Returns:
-        The electrical power drawn [W], not below 0.
+        Electrical power drawn [W], not below 0.
     """
     most, lag, step = drive.max_rate_radps, drive.lag, drive.max_step_radps
     left = profile(wheels.reference_radps[0], commanded[0], most, lag, step)

@@ -1,4 +1,4 @@
-"""The world's side of a `RearSteeredDrive`: a motor with its drum, and a steered wheel."""
+"""World side of a `RearSteeredDrive`: a motor with its drum, and a steered wheel."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.lag import share_per_step
 
 CURRENT_LAG_S: Final = 0.005
-"""Of the amplifier's current loop."""
+"""Time constant of the amplifier's current loop."""
 CONTROLLER_RADPS: Final = 30.0
 """Bandwidth of the drum's speed controller."""
 CONTROLLER_INTEGRAL_S: Final = 0.15
 
 
 class RearSteeredKernels(TrueRearSteered):
-    """The drive's figures with what physics calls."""
+    """Parameters of the drive with the kernels that physics calls."""
 
     @kernel
     def begin_tick(self, drum: RearSteeredState, body: BodyFigures, seed: int, tick: int) -> None:
-        """See `world_drive.begin_tick`: the drum's random slip goes on, a first-order Gauss-Markov process.
+        """See `world_drive.begin_tick`: the drum's random slip advances, a first-order Gauss-Markov process.
 
         s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
         """
@@ -47,7 +47,7 @@ class RearSteeredInWorld(WorldDrive):
     state: RearSteeredState
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """Of this vehicle, under this seed; the scenario must be effective."""
+        """Take the parameters of a vehicle, with errors by the seed; the scenario must be effective."""
         drive, errors, motor = vehicle.drive, scenario.drive, vehicle.drive.motor
         radius, base, offset = (normal(scenario.seed, STREAM_CHASSIS, 0, channel) for channel in range(3))
         ahead = motor.inertia_kgm2 + vehicle.mass_full_kg * drive.drum_radius_m**2
@@ -72,5 +72,5 @@ class RearSteeredInWorld(WorldDrive):
         )
 
     def rest(self) -> None:
-        """The drum, its motor and controller at rest; its slip is as it was."""
+        """Put the drum, its motor and controller at rest; its slip is kept."""
         self.state.reset(slip=self.state.slip)

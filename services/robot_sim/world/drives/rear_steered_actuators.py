@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @kernel
 def _steer(drive: TrueRearSteered, state: BodyState, effects: Effects, commanded: float) -> None:
-    """A first-order lag within the rate, which a weak pump lowers and a blocked linkage takes away."""
+    """Turn the steering with a first-order lag within its rate, which a weak pump lowers; a blocked one stays."""
     wanted = min(max(commanded, -drive.stop_rad), drive.stop_rad)
     most = 0.0 if effects.blocked[1] else drive.steering_step_rad * effects.torque_share[1]
     state.angles_rad[1] += min(max((wanted - state.angles_rad[1]) * drive.steering_lag, -most), most)

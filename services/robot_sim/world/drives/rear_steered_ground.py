@@ -2,8 +2,8 @@
 
 Drum and wheel push as tyres do (`tyres`), along and across the drum and across the wheel, which rolls freely. All
 forces are integrated implicitly, linear in the new speeds with the stiffness of the old slip. The speeds are those of
-the drum's middle; the centre of mass is behind it by as much as the shares of the weight say. What a wide drum scuffs
-in a turn, and how clay gives way, is left out: nothing is known of it.
+the drum's middle; the centre of mass is behind it, by the shares of the weight. Scuffing of a wide drum in a turn and
+yielding of clay are not modelled: no data are known.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _PARKED_RADPS = 1e-3
 
 @kernel
 def _parked(state: BodyState, drum: RearSteeredState, body: BodyFigures) -> bool:
-    """Whether the robot stands, is told to, and drum and wheel hold it on this slope."""
+    """Return True if the robot stands, is commanded to, and drum and wheel hold it on this slope."""
     told = abs(drum.reference_radps) < _PARKED_RADPS
     slow = abs(state.speed_mps) + abs(state.side_speed_mps) + abs(state.yaw_rate_radps) < _PARKED_MPS
     parked: bool = told and slow and held(state, body)
@@ -35,7 +35,7 @@ def _parked(state: BodyState, drum: RearSteeredState, body: BodyFigures) -> bool
 def _drum(
     drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Effects, load: float
 ) -> tuple[float, float, float]:
-    """Along, the drum's force is stiff·(free − new speed); returns stiff, free and its stiffness across."""
+    """Return stiff, free and the stiffness across: along, the drum's force is stiff·(free − new speed)."""
     speed, side, rate = state.speed_mps, state.side_speed_mps, drum.rate_radps
     if effects.blocked[0]:
         stiff, across = stiffness(0.0, speed, side, load, body)
@@ -51,7 +51,7 @@ def _drum(
 def _turn_drum(
     drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, effects: Effects, before: float, force: float
 ) -> None:
-    """The drum's rate under torque and traction; it turns along the mean of old and new."""
+    """Update the drum's rate under torque and traction; it turns along the mean of old and new."""
     drum.traction_n = force
     if effects.blocked[0]:
         drum.rate_radps = 0.0
@@ -74,8 +74,8 @@ def roll_on(
     """See `world_drive.roll_on`: body and drum under the motor's torque, by one implicit step of Newton's laws.
 
     The single-track ("bicycle") model (R. Rajamani, "Vehicle Dynamics and Control", 2nd ed., ch. 2) with the
-    motion along it, driven in front and steered behind. The drum turns along the mean of its old and new rates. The
-    traction of the drum and the force of the wheel across itself are noted [N].
+    longitudinal motion, driven in front and steered behind. The drum turns along the mean of its old and new rates. The
+    traction of the drum and the lateral force of the wheel are recorded [N].
     """
     rate = drum.rate_radps
     if _parked(state, drum, body):
@@ -91,7 +91,7 @@ def roll_on(
     stiff, free, across = _drum(drive, state, drum, body, effects, front)
     rolling = body.rolling * front / max(abs(speed), ROLLING_MPS)
 
-    # Of the steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
+    # Steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
     angle = state.angles_rad[1] + drive.offset_rad + effects.offset_rad[1]
     cos, sin = math.cos(angle), math.sin(angle)
     beneath = side - base * yaw

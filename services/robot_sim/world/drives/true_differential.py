@@ -1,4 +1,4 @@
-"""What the differential drive has of its own in the world: its state and its figures."""
+"""State and parameters of the differential drive in the world."""
 
 from __future__ import annotations
 
@@ -14,42 +14,42 @@ Floats = NDArray[np.float64]
 
 
 class DifferentialState(Record):
-    """Of the left and the right wheel, their motors, and the casters."""
+    """State of the left and the right wheel, their motors, and the casters."""
 
     rate_radps: Annotated[Floats, 2]
     slip: Annotated[Floats, 2]
-    """Random share of ground speed lost; the tyres' own slip comes on top."""
+    """Random share of ground speed lost, in addition to the tyres' own slip."""
     reference_radps: Annotated[Floats, 2]
-    """Of the speed profiles."""
+    """References of the speed profiles."""
     torque_nm: Annotated[Floats, 2]
-    """Of the motors at the wheels."""
+    """Torques of the motors at the wheels."""
     integral_nm: Annotated[Floats, 2]
-    """Of the motors' controllers."""
+    """Integrals of the motors' controllers."""
     traction_n: Annotated[Floats, 2]
-    """Of the tyres, in the last step."""
+    """Traction of the tyres in the last step."""
     caster_x: float = 1.0
-    """With `caster_y` the direction in which the casters roll, body frame, unit vector."""
+    """Rolling direction of the casters, body frame, unit vector with `caster_y`."""
     caster_y: float
 
 
 class TrueDifferential(NamedTuple):
-    """The drive as it is: each seed has its own errors of radius and track on top of the nominal figures.
+    """Parameters of the true drive: each seed has its own errors of radius and track in addition to the nominal values.
 
     Attributes:
-        radius_m: Of the left and the right wheel.
-        track_m: Between them.
-        max_rate_radps: Of the wheels' speed profile.
-        max_step_radps: By which it changes in one step at most.
+        radius_m: Radius of the left and the right wheel.
+        track_m: Distance between the wheels.
+        max_rate_radps: Largest rate of the wheels' speed profile.
+        max_step_radps: Largest change of that in one step.
         lag: Share of the difference to the command that it makes up in one step.
-        inertia_kgm2: Of a wheel, motor's share included.
-        motor: Of either wheel.
-        friction_nm: At the wheel, dry.
-        viscous_nms: At the wheel, Nm per rad/s.
-        ahead_common_kgm2: Feed-forward of both wheels speeding up together.
-        ahead_turn_kgm2: And against each other.
-        caster_x_m: Of the casters, ahead of the axle.
-        caster_share: Of the weight, on the casters.
-        caster_trail_m: Theirs.
+        inertia_kgm2: Inertia of a wheel, motor's share included.
+        motor: Motor of either wheel.
+        friction_nm: Dry friction at the wheel.
+        viscous_nms: Viscous friction at the wheel, Nm per rad/s.
+        ahead_common_kgm2: Feed-forward for accelerating both wheels together.
+        ahead_turn_kgm2: Feed-forward for accelerating them against each other.
+        caster_x_m: Position of the casters ahead of the axle.
+        caster_share: Share of the weight on the casters.
+        caster_trail_m: Trail of the casters.
     """
 
     radius_m: tuple[float, float]

@@ -1,4 +1,4 @@
-"""What the rear-steered drive has of its own in the world: its state and its figures."""
+"""State and parameters of the rear-steered drive in the world."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
 
 class RearSteeredState(Record):
-    """Of the drum and its motor, and the steered wheel's force. Of the body's angles the second is the steering's.
+    """State of the drum and its motor, and the steered wheel's force.
 
-    It is that which its encoder sees: positive turns the wheel to the left.
+    The steering angle is the second of the body's angles: that of its encoder, positive with the wheel to the left.
     """
 
     rate_radps: float
-    """The drum's."""
+    """Rate of the drum."""
     slip: float
-    """Random share of ground speed lost; the drum's own slip comes on top."""
+    """Random share of ground speed lost, in addition to the drum's own slip."""
     reference_radps: float
-    """Of the drum's speed profile."""
+    """Reference of the drum's speed profile."""
     torque_nm: float
-    """Of the motor at the drum."""
+    """Torque of the motor at the drum."""
     integral_nm: float
-    """Of its controller."""
+    """Integral of its controller."""
     traction_n: float
-    """Of the drum, in the last step."""
+    """Traction of the drum in the last step."""
     side_force_n: float
-    """Of the steered wheel across itself, in the last step."""
+    """Lateral force of the steered wheel in the last step."""
 
 
 class TrueRearSteered(NamedTuple):
-    """The drive as it is: each seed has its own errors of radius, wheelbase and steering on top of the nominal figures.
+    """Parameters of the true drive: each seed has its own errors of radius, wheelbase and steering.
 
     Attributes:
-        radius_m: Of the drum.
-        base_m: From axle to axle.
-        behind_m: Of the centre of mass behind the drum's axle.
-        drum_share: Of the weight, on the drum.
-        offset_rad: Of the wheel beyond its encoder's angle.
-        stop_rad: Where the steering ends, to either side.
-        steering_step_rad: By which it turns in one step at most.
+        radius_m: Radius of the drum.
+        base_m: Wheelbase.
+        behind_m: Distance of the centre of mass behind the drum's axle.
+        drum_share: Share of the weight on the drum.
+        offset_rad: Angle of the wheel beyond its encoder's reading.
+        stop_rad: Largest steering angle, to either side.
+        steering_step_rad: Largest change of the steering in one step.
         steering_lag: Share of the way to the command that it makes in one step.
-        max_rate_radps: Of the drum's speed profile.
-        max_step_radps: By which it changes in one step at most.
+        max_rate_radps: Largest rate of the drum's speed profile.
+        max_step_radps: Largest change of that in one step.
         lag: Share of the difference to the command that it makes up in one step.
-        inertia_kgm2: Of the drum, motor's share included.
-        motor: The drum's.
-        friction_nm: At the drum, dry.
-        viscous_nms: At the drum, Nm per rad/s.
-        ahead_kgm2: Feed-forward of drum and mass speeding up.
+        inertia_kgm2: Inertia of the drum, motor's share included.
+        motor: Motor of the drum.
+        friction_nm: Dry friction at the drum.
+        viscous_nms: Viscous friction at the drum, Nm per rad/s.
+        ahead_kgm2: Feed-forward for accelerating drum and mass.
     """
 
     radius_m: float

@@ -1,4 +1,4 @@
-"""What the world asks of a drive, whatever its kind."""
+"""Interface of a drive in the world, whatever its kind."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Floats = NDArray[np.float64]
 
 
 class WorldDrive(ABC):
-    """The drive of a vehicle in its world. Made of a `Vehicle` and an effective `Scenario`.
+    """The drive of a vehicle in its world, made of a `Vehicle` and an effective `Scenario`.
 
     Attributes:
-        figures: What is constant about it, a named tuple whose class has the kernels `begin_tick`, `actuate` and
-            `roll_on` below.
-        state: What is true about it beyond the body's state.
+        figures: Constants of the drive, a named tuple whose class has the kernels `begin_tick`, `actuate` and `roll_on`
+            below.
+        state: True state of the drive beyond the body's.
     """
 
     figures: Any
@@ -37,7 +37,11 @@ class WorldDrive(ABC):
 
 
 def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
-    """That of a vehicle, by the kind of its drive; `scenario` must be effective.
+    """Make the drive of a vehicle, by its kind.
+
+    Args:
+        vehicle: The vehicle.
+        scenario: The scenario, which must be effective.
 
     Raises:
         SpecError: The kind cannot be emulated.
@@ -48,13 +52,13 @@ def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
 
 @kernel_of_class
 def begin_tick(drive: Any, own: Any, body: BodyFigures, seed: int, tick: int) -> None:
-    """Draw what changes at random once a tick.
+    """Draw the quantities that change at random once a tick.
 
     Args:
         drive: The `WorldDrive.figures`.
         own: The `WorldDrive.state`, to change.
-        body: Figures of the body on its ground.
-        seed: Of the scenario; keys the randomness together with:
+        body: Constants of the body on its ground.
+        seed: Seed of the scenario; keys the randomness together with:
         tick: Onboard tick that begins.
     """
 
@@ -67,14 +71,14 @@ def actuate(  # type: ignore[empty-body]
 
     Args:
         drive: The `WorldDrive.figures`.
-        state: The body's; the actuators' angles are the drive's to change.
+        state: State of the body; the actuators' angles may be changed.
         own: The `WorldDrive.state`, to change.
-        body: Figures of the body on its ground.
-        effects: What faults do: of each actuator the torque that is left.
+        body: Constants of the body on its ground.
+        effects: Effects of faults: share of the torque of each actuator.
         commanded: (actuators,), in the units of `DriveSpec.actuators`.
 
     Returns:
-        The electrical power that they draw [W].
+        Electrical power that they draw [W].
     """
 
 
@@ -84,9 +88,9 @@ def roll_on(drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: 
 
     Args:
         drive: The `WorldDrive.figures`.
-        state: The body's; its speeds, yaw rate and the actuators' angles are the drive's to change.
+        state: State of the body; its speeds, yaw rate and the actuators' angles may be changed.
         own: The `WorldDrive.state`, to change.
-        body: Figures of the body on its ground.
-        effects: What faults do: whether each actuator is blocked, and its slip.
-        mass_kg: Of the whole robot.
+        body: Constants of the body on its ground.
+        effects: Effects of faults: blocked actuators, and slip of each.
+        mass_kg: Mass of the whole robot.
     """

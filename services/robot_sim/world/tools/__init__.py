@@ -1,1 +1,1 @@
-"""What each kind of tool does to the world."""
+"""Effects of each kind of tool on the world."""

@@ -1,4 +1,4 @@
-"""The world's side of `NoTool`: nothing is left on the ground, and nothing is used up."""
+"""World side of `NoTool`: nothing is left on the ground, and nothing is used up."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 
 class NoToolKernels(KernelClass):
-    """What physics calls."""
+    """Kernels that physics calls."""
 
     @kernel
     def work(self, _state: BodyState, _effects: Effects, _valve: bool, _disc: bool) -> float:
-        """Nothing, whatever is commanded.
+        """Do nothing, whatever is commanded; see `world_tool.work`.
 
         Args:
-            _state: As all others, of `world_tool.work`; none counts.
+            _state: Not used, like all others.
             _effects: See `_state`.
             _valve: See `_state`.
             _disc: See `_state`.
@@ -26,9 +26,9 @@ class NoToolKernels(KernelClass):
 
 
 class NoToolInWorld:
-    """A vehicle that only drives."""
+    """Tool of a vehicle that only drives."""
 
     figures = NoToolKernels()
 
     def __init__(self, _vehicle: Vehicle) -> None:
-        """They are all alike."""
+        """Ignore the vehicle: all are alike."""

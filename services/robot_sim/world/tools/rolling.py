@@ -1,4 +1,4 @@
-"""The world's side of a `RollerTool`: it works on its whole width while it rolls, whichever way."""
+"""World side of a `RollerTool`: it works on its whole width while it rolls, in either direction."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 STANDS_MPS: Final = 1e-3
-"""Slower than this it has come to rest, but for what is left of its sway."""
+"""Speed below which the roller counts as standing; only its sway remains."""
 
 
 class RollerKernels(KernelClass):
-    """What physics calls."""
+    """Kernels that physics calls."""
 
     @kernel
     def work(self, state: BodyState, _effects: Effects, _valve: bool, _disc: bool) -> float:
-        """See `world_tool.work`: all of its width, whatever is commanded, as nothing lifts the drum.
+        """See `world_tool.work`: all of its width, whatever is commanded, because nothing lifts the drum.
 
-        Where it stands there is nothing new to note.
+        At standstill it works on no new ground.
         """
         return 1.0 if abs(state.speed_mps) >= STANDS_MPS else 0.0
 
@@ -32,4 +32,4 @@ class RollerInWorld:
     figures = RollerKernels()
 
     def __init__(self, _vehicle: Vehicle) -> None:
-        """They are all alike."""
+        """Ignore the vehicle: all are alike."""

@@ -1,7 +1,7 @@
-"""The world's side of a `SprayerTool`.
+"""World side of a `SprayerTool`.
 
 Valve and disc are plungers that travel at constant speed: open (down) when they reach the far end, closed (up) when
-they are back, so that a pulse shorter than the delay does nothing. Paint flows when the valve is open and the tank is
+they are back, so that a pulse shorter than the delay has no effect. Paint flows when the valve is open and the tank is
 not empty; the disc shapes the edge but does not gate the flow.
 """
 
@@ -35,13 +35,13 @@ def _plunger(
 
 
 class SprayerFigures(NamedTuple):
-    """What is constant about a sprayer, with what physics calls.
+    """Constants of a sprayer, with the kernel that physics calls.
 
     Attributes:
         valve_on: Travel of the valve's plunger in one step while it opens, a share of its stroke.
         valve_off: The same while it closes.
-        disc: The same of the discs', either way.
-        flow_lps: The pump's.
+        disc: The same for the discs, in either direction.
+        flow_lps: Flow of the pump.
     """
 
     valve_on: float
@@ -54,13 +54,13 @@ class SprayerFigures(NamedTuple):
         """Let paint flow for a step, then move the plungers.
 
         Args:
-            state: The body's; plungers, flow and tank are updated.
-            effects: What faults do: to the flow, and where valve and disc are stuck.
-            valve: Whether the valve is commanded open.
-            disc: Whether the disc is commanded down.
+            state: State of the body; plungers, flow and tank are updated.
+            effects: Effects of faults: on the flow, and stuck valve and disc.
+            valve: True if the valve is commanded open.
+            disc: True if the disc is commanded down.
 
         Returns:
-            The share of the spray width painted, the root of that of the flow; 0 without paint.
+            Painted share of the spray width, the root of that of the flow; 0 without paint.
         """
         flows = state.valve_open and state.tank_l > 0.0
         share = effects.flow_share if flows else 0.0
@@ -78,7 +78,7 @@ class SprayerInWorld:
     """Valve, discs and flow."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """Of this vehicle."""
+        """Take the parameters of a vehicle's sprayer."""
         tool = vehicle.tool
         self.figures = SprayerFigures(
             valve_on=travel_per_step(tool.valve_on_delay_s),

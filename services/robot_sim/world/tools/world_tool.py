@@ -1,4 +1,4 @@
-"""What the world asks of a tool, whatever its kind."""
+"""Interface of a tool in the world, whatever its kind."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from touchline.services.robot_sim.world.effects import Effects
 
 
 class WorldTool(Protocol):
-    """The tool of a vehicle in its world. Made of a `Vehicle`.
+    """The tool of a vehicle in its world, made of a `Vehicle`.
 
     Attributes:
-        figures: What is constant about it, a named tuple whose class has the kernel `work` (see below).
+        figures: Constants of the tool, a named tuple whose class has the kernel `work` (see below).
     """
 
     figures: Any
 
 
 def world_tool(vehicle: Vehicle) -> WorldTool:
-    """That of a vehicle, by the kind of its tool.
+    """Make the tool of a vehicle, by its kind.
 
     Raises:
         SpecError: It cannot be emulated.
@@ -39,11 +39,11 @@ def work(  # type: ignore[empty-body]
 
     Args:
         tool: The `WorldTool.figures`.
-        state: The body's; plungers, flow and tank are the tool's to change.
-        effects: What faults do.
-        valve: Whether the valve is commanded open.
-        disc: Whether the disc is commanded down.
+        state: State of the body; plungers, flow and tank may be changed.
+        effects: Effects of faults.
+        valve: True if the valve is commanded open.
+        disc: True if the disc is commanded down.
 
     Returns:
-        The share of its width on which it leaves something on the ground.
+        Share of its width on which it leaves something on the ground.
     """

@@ -19,7 +19,7 @@ class Assignment:
     Attributes:
         plan: Its plan.
         path: The plan as the traffic rules see it.
-        share: What it paints or covers.
+        share: Its share of the template.
     """
 
     plan: Plan
@@ -61,7 +61,7 @@ class AssignmentStatus:
 
     @property
     def driven(self) -> Trajectory:
-        """Return the path up to the reached arc length."""
+        """Path up to the reached arc length."""
         return self.assignment.driven(self.reached_m)
 
 

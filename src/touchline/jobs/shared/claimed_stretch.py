@@ -1,4 +1,4 @@
-"""Stretch of a path that a robot of a shared job has for itself: from where it has passed to how far it may go."""
+"""Stretch of a path that a robot of a shared job has for itself: from the passed part to the end of its authority."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -26,10 +26,10 @@ _NO_PATH: Final = np.zeros((0, 7))
 
 
 def stretch_poses(rows: Floats, turns_rad: Floats, from_m: float, to_m: float) -> Floats:
-    """Return poses along a stretch of a path: its ends, ends of straights, and as many on arcs as `SAGITTA_M` takes.
+    """Return poses along a stretch of a path: its ends, ends of straights, and as many on arcs as `SAGITTA_M` requires.
 
     Args:
-        rows: (n, 7) the path, as `cut_path` has it.
+        rows: (n, 7) rows of `cut_path`.
         turns_rad: (n,) turn on the spot of each row, 0 for others.
         from_m: Arc length of the beginning.
         to_m: Arc length of the end.
@@ -51,7 +51,7 @@ def stretch_poses(rows: Floats, turns_rad: Floats, from_m: float, to_m: float) -
     flattest = np.arccos(np.clip(1.0 - SAGITTA_M * np.abs(own[:, 3]), 0.0, 1.0))
     step_rad = np.where(spins | (flattest == 0.0), _MOST_TURN_RAD, np.minimum(2.0 * flattest, _MOST_TURN_RAD))
     counts = np.maximum(np.ceil(np.abs(bends_rad) / step_rad), 1.0).astype(int)
-    # The end of each is the beginning of the next, and no pose of its own where both are on one straight line.
+    # The end of each is the beginning of the next, and has no pose of its own where both are on one straight line.
     index = np.concatenate(([0], np.repeat(np.arange(len(own)), counts)))
     number = np.concatenate([[0], *(np.arange(1, count + 1) for count in counts)])
     share = number / counts[index]
@@ -61,7 +61,7 @@ def stretch_poses(rows: Floats, turns_rad: Floats, from_m: float, to_m: float) -
 
 
 def _amid_a_straight(rows: Floats, index: NDArray[np.int64], at_the_end: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which poses end a straight that another one continues."""
+    """Mark the poses that end a straight that another one continues."""
     straight = (rows[:, 3] == 0.0) & (rows[:, 6] != SPIN)
     goes_on = straight[:-1] & straight[1:] & (rows[:-1, 6] == rows[1:, 6])
     goes_on &= np.abs(np.diff(rows[:, 2])) < _STRAIGHT_ON_RAD
@@ -70,7 +70,7 @@ def _amid_a_straight(rows: Floats, index: NDArray[np.int64], at_the_end: NDArray
 
 
 def as_path(poses: Floats) -> NavPath:
-    """Convert poses (n, 3) to a path message. It has no time: it holds until the next one."""
+    """Convert poses (n, 3) to a path message without a time: it is valid until the next one."""
     header = Header(frame_id=MAP_FRAME)
     stamped = [
         PoseStamped(
@@ -95,52 +95,67 @@ class ClaimedStretch:
         """Claim nothing yet."""
         self._send = send
         self._rows, self._turns_rad = _NO_PATH, np.zeros(0)
-        self._claimed_m = self._told_m = NOTHING
-        self._told_s = -math.inf
+        self._claimed_m = self._published_m = NOTHING
+        self._published_s = -math.inf
 
     def take(self, segments: tuple[Segment, ...], vehicle: Vehicle) -> None:
-        """Switch to another path."""
-        self.give_up()
+        """Switch to another path.
+
+        Args:
+            segments: Segments of the path, map frame.
+            vehicle: Vehicle that drives it.
+        """
+        self.release()
         self._rows, legs = cut_path(segments, vehicle)
         self._turns_rad = np.zeros(len(self._rows))
         for leg in legs:
             self._turns_rad[leg.first] = leg.turn_rad
 
     def claim(self, from_m: float, to_m: float) -> None:
-        """Claim the path from what the robot has passed to as far as it may drive."""
+        """Claim a stretch of the path.
+
+        Args:
+            from_m: Arc length up to which the robot has passed.
+            to_m: Arc length up to which it may drive.
+        """
         self._claimed_m = (from_m, to_m) if from_m < to_m else NOTHING
 
-    def give_up(self) -> None:
+    def release(self) -> None:
         """Release the claim and publish that at once."""
         self._claimed_m = NOTHING
-        if self._told_m != NOTHING:
-            self._tell(NOTHING, self._told_s)
+        if self._published_m != NOTHING:
+            self._publish(NOTHING, self._published_s)
 
     @property
     def grown(self) -> bool:
         """True if the robot may drive further than was published."""
-        return self._claimed_m[1] > self._told_m[1]
+        return self._claimed_m[1] > self._published_m[1]
 
     def publish_passed(self, now_s: float, *, at_once: bool = False) -> None:
-        """Publish what it has passed, if it drives on `at_once` or if nothing was published for a while."""
-        from_m, to_m = self._claimed_m[0], min(self._claimed_m[1], self._told_m[1])
-        left_m = (from_m, to_m) if from_m < to_m else NOTHING
-        shorter = left_m[1] < self._told_m[1]
-        if left_m != self._told_m and (shorter or at_once or now_s - self._told_s >= PUBLISH_EVERY_S):
-            self._tell(left_m, now_s)
+        """Publish the passed part, if the robot drives on `at_once` or if nothing was published for a while.
+
+        Args:
+            now_s: Any monotonic clock.
+            at_once: True to publish without waiting.
+        """
+        from_m, to_m = self._claimed_m[0], min(self._claimed_m[1], self._published_m[1])
+        remaining_m = (from_m, to_m) if from_m < to_m else NOTHING
+        shorter = remaining_m[1] < self._published_m[1]
+        if remaining_m != self._published_m and (shorter or at_once or now_s - self._published_s >= PUBLISH_EVERY_S):
+            self._publish(remaining_m, now_s)
 
     def publish_granted(self, now_s: float) -> None:
-        """Publish how far it may drive, if that is further than was published."""
+        """Publish the granted part, if it reaches further than was published."""
         if self.grown:
-            self._tell(self._claimed_m, now_s)
+            self._publish(self._claimed_m, now_s)
 
-    def _tell(self, stretch_m: tuple[float, float], now_s: float) -> None:
-        self._told_m, self._told_s = stretch_m, now_s
+    def _publish(self, stretch_m: tuple[float, float], now_s: float) -> None:
+        self._published_m, self._published_s = stretch_m, now_s
         self._send(as_path(stretch_poses(self._rows, self._turns_rad, *stretch_m)))
 
 
 def publish_stretches(stretches: Sequence[ClaimedStretch], now_s: float) -> None:
-    """Publish changes: what robots have passed before what others were granted for it.
+    """Publish changes: parts that robots have passed before parts that others were granted for it.
 
     So published stretches are never nearer to each other than those that the traffic rules grant.
 

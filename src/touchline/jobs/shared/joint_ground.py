@@ -56,12 +56,12 @@ def joint_ground(
     """
     segments: tuple[Segment, ...] = tuple(segment for each in trajectories for segment in each.path.segments)
     planned = Trajectory(path=Path(segments=segments))
-    simultaneous_poses, track = PaintLedger([], template.line_width_m, vehicle.tool.width_m), Track()
+    ledger, track = PaintLedger([], template.line_width_m, vehicle.tool.width_m), Track()
     for work in works:
-        simultaneous_poses.restore(work.ledger.rows(0))
+        ledger.restore(work.ledger.rows(0))
         rows, count = track.arrays(len(work.track.rows))
         first = int(count[0])
         count[0] += len(work.track.rows)
         rows[first : count[0]] = work.track.rows
-    metrics = area_metrics(AreaAccount(template, planned, vehicle), simultaneous_poses, track)
+    metrics = area_metrics(AreaAccount(template, planned, vehicle), ledger, track)
     return JointGround(area_report(Header(), metrics), covering_report(Header(), metrics, done=True))

@@ -27,7 +27,7 @@ from touchline.services.robot_sim.paint.track import Track
 
 @dataclass(frozen=True)
 class Work:
-    """Paint of one robot on one trajectory, and its poses by then."""
+    """Paint of one robot on one trajectory, and its poses meanwhile."""
 
     ledger: PaintLedger
     track: Track
@@ -74,15 +74,21 @@ class JointPaint:
 
 
 def ledger_of(template: Template, vehicle: Vehicle, strokes: Iterable[PaintMarks]) -> PaintLedger:
-    """Return strokes as a ledger against the lines of a template."""
-    simultaneous_poses = _ledger(template, vehicle)
+    """Convert strokes to a ledger against the lines of a template.
+
+    Args:
+        template: Template with the lines.
+        vehicle: Vehicle of the robot.
+        strokes: Reported strokes.
+    """
+    ledger = _ledger(template, vehicle)
     for stroke in strokes:
         rows = np.zeros((len(stroke.x_m) + 1, POINT_COLUMNS))
         rows[1:, POINT_X], rows[1:, POINT_Y] = stroke.x_m, stroke.y_m
         rows[0, [POINT_X, POINT_Y]] = rows[1, [POINT_X, POINT_Y]]
         rows[0, POINT_TARGET], rows[:, POINT_WIDTH] = STROKE_BEGINS, stroke.width_m / vehicle.tool.width_m
-        simultaneous_poses.restore(np.delete(rows, 1, axis=0))
-    return simultaneous_poses
+        ledger.restore(np.delete(rows, 1, axis=0))
+    return ledger
 
 
 def _ledger(template: Template, vehicle: Vehicle) -> PaintLedger:
@@ -98,8 +104,8 @@ def joint_paint(template: Template, vehicle: Vehicle, works: Sequence[Work]) -> 
         vehicle: Vehicle of every robot.
         works: Work of all robots, on one clock.
     """
-    simultaneous_poses = _ledger(template, vehicle)
+    ledger = _ledger(template, vehicle)
     for work in works:
-        simultaneous_poses.restore(work.ledger.rows(0))
+        ledger.restore(work.ledger.rows(0))
     crossings = wet_crossings_of([Painter(work.ledger, work.track) for work in works], vehicle)
-    return JointPaint(paint_metrics(simultaneous_poses), crossings, template.tolerance_m)
+    return JointPaint(paint_metrics(ledger), crossings, template.tolerance_m)

@@ -1,7 +1,7 @@
-"""Poses of robots at equal instants of the wall clock, though messages of one arrive later than another's.
+"""Poses of robots at equal instants of the wall clock, although messages of one arrive later than another's.
 
-A robot clears a place, reports that, and another one is let in. The first one's messages may be heard after the
-second one's: by the latest messages of both they would be in the same place.
+A robot clears a place, reports that, and another one is let in. If the first robot's messages arrive after the second
+one's, their latest messages would put both in the same place.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 PATIENCE_S: Final = 2.0
-"""Wall-clock time: a robot silent for longer stands where it was."""
+"""Wall-clock time after which a silent robot counts as standing."""
 _SENT, _POSE = 0, slice(1, 4)
 
 
@@ -33,7 +33,7 @@ class PoseHistory:
         self.rows = np.concatenate((self.rows, rows))
 
     def forget(self) -> None:
-        """Drop all poses: the robot is elsewhere from now on."""
+        """Drop all poses, because the robot is carried elsewhere."""
         self.rows = self.rows[:0]
 
     def since(self, sent_s: float) -> None:
@@ -42,11 +42,11 @@ class PoseHistory:
 
 
 def simultaneous_poses(seen: Mapping[str, PoseHistory], stand: set[str], now_s: float) -> dict[str, Floats]:
-    """Return poses of all robots that are somewhere, at all instants known of all of them and not returned before.
+    """Return poses of all robots that have any, at all instants known of all of them and not returned before.
 
     Args:
         seen: History of each robot; rows that are no longer needed are dropped.
-        stand: Robots that report nothing, or nothing new, about where they are.
+        stand: Robots that report no pose, or no new one.
         now_s: Wall clock, seconds since the epoch.
 
     Returns:
@@ -67,6 +67,6 @@ def simultaneous_poses(seen: Mapping[str, PoseHistory], stand: set[str], now_s: 
 
 
 def _at(rows: Floats, instants_s: Floats) -> Floats:
-    """Return (n, 3) poses at each instant, by what the robot had sent until then."""
+    """Return (n, 3) poses at each instant, by the rows that the robot had sent until then."""
     poses: Floats = rows[np.searchsorted(rows[:, _SENT], instants_s, side="right") - 1, _POSE]
     return poses

@@ -21,17 +21,18 @@ from touchline.services.planner.coverage.shapes import Area as Ground
 from touchline.services.planner.coverage.swept_area import swept
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.sharing.ground_parts import Grounds, size_m2, wide_parts
-from touchline.services.robot_sim.accounting.planned_way import planned_way
+from touchline.services.robot_sim.accounting.planned_tool_path import planned_tool_path
 from touchline.services.robot_sim.accounting.swept_ground import swept_ground
 
 HAIR_M: Final = 0.2
-"""Narrower pieces come from rounding, tools slightly beside their path, and the overlap of joints."""
+"""Width below which pieces are ignored: they come from rounding, tools slightly beside their path, and overlaps of
+joints."""
 STRAIGHT_M: Final = 0.02
 """Edges along bends are simplified to straights within this distance."""
 MITRE: Final = 2.0
 """Mitre limit of corners."""
 SLIVER_M2: Final = 1.0
-"""Smaller pieces are left out if nowhere half as wide as the tool: they lie where turns meet."""
+"""Area below which pieces are ignored if they are nowhere half as wide as the tool: they lie where turns meet."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,11 @@ class RemainingGround(RemainingWork):
 
     Attributes:
         grounds: Remaining ground by area id (m, map frame); a missing id means nothing remains.
-        given_up: Further remaining pieces, not planned.
+        skipped: Further remaining pieces, not planned.
     """
 
     grounds: Grounds = field(default_factory=dict)
-    given_up: Grounds = field(default_factory=dict)
+    skipped: Grounds = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         """True if any ground remains."""
@@ -56,18 +57,22 @@ class RemainingGround(RemainingWork):
 
     @property
     def figures(self) -> dict[str, Any]:
-        """Return the size as a figure of a report."""
+        """Size as a figure of a report."""
         return {"left_out_m2": float(size_m2(self.grounds))}
 
     @property
     def names(self) -> list[str]:
-        """Return the size of the remaining ground of each area, as text."""
+        """Size of the remaining ground of each area, as text."""
         return [f"{ground.area:.0f} m² of {name}" for name, ground in self.grounds.items()]
 
     def joined(self, job: SharedJob, statuses: Sequence[AssignmentStatus]) -> Self:
-        """Add the ground that robots have not driven over, by their plans up to where they believe to be.
+        """Add the ground that robots have not driven over, by their plans up to their estimated places.
 
         It overlaps driven ground as neighbouring lanes do.
+
+        Args:
+            job: The job of the robots.
+            statuses: Status of each of their assignments.
         """
         driven = union([_swept(each, job) for each in statuses])
         shares = [area.polygon for each in statuses for area in each.assignment.share.areas]
@@ -83,7 +88,7 @@ class RemainingGround(RemainingWork):
         by_size = sorted(self.grounds, key=lambda name: self.grounds[name].area)
         for fewer in range(1, len(by_size)):
             out = {name: self.grounds[name] for name in by_size[:fewer]}
-            yield replace(self, grounds={name: self.grounds[name] for name in by_size[fewer:]}, given_up=out)
+            yield replace(self, grounds={name: self.grounds[name] for name in by_size[fewer:]}, skipped=out)
 
     def planned(
         self,
@@ -93,7 +98,7 @@ class RemainingGround(RemainingWork):
         painted: Floats,
         progress: Progress,
     ) -> tuple[SharedJob, Self]:
-        """Plan as `RemainingWork.planned`; pieces that the tool cannot reach are left out from the start."""
+        """See `RemainingWork.planned`; pieces that the tool cannot reach are left out from the start."""
         template = round_standing(job.template, job.vehicle, standing)
         task = PlanTask(template, job.vehicle, job.options)
         tasks = {area.id: CoverageTask.of(task, area) for area in template.areas}
@@ -107,16 +112,16 @@ class RemainingGround(RemainingWork):
             name: _those_at(beside, _pieces(as_area(difference(ground, covered)), job))
             for name, ground in self.grounds.items()
         }
-        return made, type(self)(_some({**remaining, **self.given_up}))
+        return made, type(self)(_some({**remaining, **self.skipped}))
 
 
 def _swept(status: AssignmentStatus, job: SharedJob) -> Ground:
     """Return the ground that a robot has driven over."""
-    return as_area(swept_ground(planned_way(status.driven, job.vehicle)).swept)
+    return as_area(swept_ground(planned_tool_path(status.driven, job.vehicle)).swept)
 
 
 def _pieces(ground: Ground, job: SharedJob, wider_m: float = 0.0) -> Ground:
-    """Return the pieces that are worth their time, without hairs, widened by `wider_m`."""
+    """Return the pieces that are worth their time, without narrow strips, widened by `wider_m`."""
     opened = buffer(ground, -0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE)
     whole = shapely.simplify(buffer(opened, 0.5 * HAIR_M, join_style="mitre", mitre_limit=MITRE), STRAIGHT_M)
     wide = wide_parts(as_area(whole), 0.5 * job.vehicle.tool.width_m)

@@ -42,16 +42,21 @@ class RemainingLines(RemainingWork):
 
     @property
     def figures(self) -> dict[str, Any]:
-        """Return the length as a figure of a report."""
+        """Length as a figure of a report."""
         return {"left_out_m": self.length_m}
 
     @property
     def names(self) -> list[str]:
-        """Return the ids of the lines."""
+        """Ids of the lines."""
         return [segment.id for segment in self.segments]
 
     def joined(self, job: SharedJob, statuses: Sequence[AssignmentStatus]) -> Self:
-        """Add the lines that robots have not painted, by their own paint records."""
+        """Add the lines that robots have not painted, by their own paint records.
+
+        Args:
+            job: The job of the robots.
+            statuses: Status of each of their assignments.
+        """
         unfinished = (segment for each in statuses for segment in each.assignment.unfinished(each.painted))
         return type(self)((*self.segments, *unfinished))
 
@@ -63,7 +68,7 @@ class RemainingLines(RemainingWork):
         painted: Floats,
         progress: Progress,
     ) -> tuple[SharedJob, Self]:
-        """Plan as `RemainingWork.planned`, shortening lines that end beside a standing robot until a plan is found."""
+        """See `RemainingWork.planned`; lines that end beside a standing robot are shortened until a plan is found."""
         template = job.template.model_copy(update={"segments": self.segments})
         rest = round_standing(template, job.vehicle, standing)
         clear = clear_lines(rest, job.vehicle, Limits.of(job.vehicle, job.options))

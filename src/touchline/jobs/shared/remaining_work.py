@@ -31,12 +31,12 @@ class RemainingWork(ABC):
     @property
     @abstractmethod
     def figures(self) -> dict[str, Any]:
-        """Return the amount that could not be reached, as a report's figure."""
+        """Amount that could not be reached, as a report's figure."""
 
     @property
     @abstractmethod
     def names(self) -> list[str]:
-        """Return names or amounts of its parts, as text."""
+        """Names or amounts of its parts, as text."""
 
     @abstractmethod
     def joined(self, job: SharedJob, statuses: Sequence[AssignmentStatus]) -> Self:
@@ -48,7 +48,7 @@ class RemainingWork(ABC):
         """
 
     def with_ever_less(self) -> Iterator[Self]:
-        """Yield smaller and smaller parts of it, to be planned where the whole cannot be."""
+        """Yield smaller and smaller parts of it, to be planned if the whole cannot be."""
         return iter(())
 
     @abstractmethod

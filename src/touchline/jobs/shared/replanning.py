@@ -26,11 +26,11 @@ CREWS: Final = 4
 
 @dataclass(frozen=True)
 class FieldRobot:
-    """Robot on the field.
+    """A robot on the field.
 
     Attributes:
         place: Its name and pose.
-        serves: Whether it can do some of the rest; one that cannot is an obstacle.
+        serves: True if it can do some of the rest; otherwise it is an obstacle.
     """
 
     place: Standing
@@ -75,7 +75,7 @@ def painted_before(job: SharedJob, beliefs: Sequence[PaintBelief], former: Float
 
     Args:
         job: The job that ends now.
-        beliefs: What each of its robots has painted, by its own record.
+        beliefs: Estimated paint of each of its robots.
         former: (k, 7) rows painted before the job, at times before its beginning.
         since_s: Time since the job began.
     """

@@ -25,7 +25,7 @@ from touchline.services.robot_sim.tick_log import period
 Floats = NDArray[np.float64]
 
 _BATCH_S: Final = period(topics.PAINT) / TICKS_PER_S
-"""Paint is reported within this time."""
+"""Time within which paint is reported."""
 _PLACES: Final = {
     "header.stamp.sec": 1,
     "header.stamp.nanosec": 1,
@@ -54,7 +54,7 @@ class ReportedTruth:
         self._since_s, self.ahead_s = -math.inf, 0.0
 
     def listen(self) -> None:
-        """Take reports that have arrived since the last call."""
+        """Collect reports that have arrived since the last call."""
         if samples := self._truth.drain():
             rows = _poses(samples)
             self._rows.append(rows)
@@ -67,24 +67,29 @@ class ReportedTruth:
                 self._batches.append(marks)
 
     def carry(self) -> None:
-        """Note that it is being carried; it obstructs nobody meanwhile."""
+        """Note that the robot is being carried; it obstructs nobody meanwhile."""
         self._carried = True
         self.poses.forget()
 
     def put_down(self) -> None:
-        """Note that it is where its assignment begins."""
+        """Note that the robot is where its assignment begins."""
         self._carried = False
 
     def begin(self, now_s: float, shared_s: float) -> None:
-        """Begin another assignment: now by its own clock, and by the shared one."""
+        """Begin another assignment now.
+
+        Args:
+            now_s: Present time by the robot's own clock.
+            shared_s: Present time by the shared clock.
+        """
         self._since_s, self.ahead_s, self._batches = now_s, shared_s - now_s, []
 
     def strokes(self) -> list[PaintMarks]:
-        """Return its paint, from the reported batches."""
+        """Return the robot's paint, from the reported batches."""
         return joined(self._batches)
 
     def work(self, template: Template, strokes: Sequence[PaintMarks]) -> Work:
-        """Return its work on the assignment, on the shared clock.
+        """Return the robot's work on the assignment, on the shared clock.
 
         Args:
             template: The assigned template.
@@ -129,7 +134,7 @@ def reported_work(
     """
     ledger, track = ledger_of(template, vehicle, strokes), Track()
     laid = np.interp(*_counted(batches, path[:, 0]))
-    # Points are counted in the ledger as in the robot's, but for those that two strokes have in common.
+    # Points are counted in the ledger as in the robot's, except for those that two strokes have in common.
     lengths = [len(stroke.x_m) for stroke in strokes]
     firsts = np.array([float(stroke.first_index) for stroke in strokes])
     begins = np.concatenate(([0.0], np.cumsum(lengths)))
@@ -141,7 +146,7 @@ def reported_work(
 
 
 def _counted(batches: Sequence[PaintMarks], times_s: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return times, and times and counts for `interp`: how many points were reported as laid by then."""
+    """Return times, and times and counts for `interp`: numbers of points that were reported as laid by then."""
     reported_s, counts = [0.0], [0.0]
     for batch in batches:
         end_s = batch.header.stamp.seconds

@@ -42,15 +42,15 @@ from touchline.services.planner.sharing.ground_parts import (
 )
 
 MISSED_S_PER_M2: Final = 4.0
-"""Cost of a missed square metre when partitions are compared, as when lanes are joined."""
+"""Cost of a missed square metre in the comparison of partitions, as when lanes are joined."""
 SHARE_PCT: Final = 99.7
 """Coverage of the reachable ground of each part, percent, where the options give none."""
 TURNS: Final = 4
 """Number of directions in which laps may begin."""
 WAITS_SHARE: Final = 0.02
-"""Laps need not begin elsewhere where robots wait for no larger share of the time."""
+"""Share of the time for which robots may wait without laps being begun elsewhere."""
 EVEN_SHARE: Final = 0.03
-"""Robots' times that differ by no larger share count as even."""
+"""Largest relative difference of the robots' times that counts as even."""
 
 
 class AreaPartition(NamedTuple):
@@ -90,7 +90,7 @@ def share_areas(
     vehicle: Vehicle,
     starts: Sequence[Start | None],
     progress: Progress = lambda done, doing: None,
-    left: Grounds | None = None,
+    remaining: Grounds | None = None,
 ) -> SharedJob:
     """Plan a template's areas for several robots, or for one that does the remaining work.
 
@@ -100,7 +100,7 @@ def share_areas(
         vehicle: Vehicle of every robot; its tool covers.
         starts: Pose of each robot: x (m), y (m), heading (rad); None: it is placed where its plan begins.
         progress: Called with the fraction done and the present stage.
-        left: By area id, the ground to be covered (m, map frame); None: all of every area.
+        remaining: By area id, the ground to be covered (m, map frame); None: all of every area.
 
     Raises:
         PlanningError: It cannot be shared or planned; the message gives reason and remedy.
@@ -112,7 +112,7 @@ def share_areas(
     if template.segments:
         problem = f'has the line "{template.segments[0].id}" beside its areas, and robots share areas alone'
         raise PlanningError("", problem, "leave the lines out, or leave out --robots")
-    job = _AreaSharing(PlanTask(template, vehicle, options, Company(left=left)), starts, progress).best()
+    job = _AreaSharing(PlanTask(template, vehicle, options, Company(remaining=remaining)), starts, progress).best()
     return replace(job, planning_time_s=time.perf_counter() - begun)
 
 
@@ -122,7 +122,7 @@ class _AreaSharing:
     def __init__(self, task: PlanTask, starts: Sequence[Start | None], progress: Progress) -> None:
         self.task, self.starts, self.robots, self._progress = task, starts, len(starts), progress
         self._areas: Grounds = {area.id: area.polygon for area in task.template.areas}
-        self.grounds = task.company.left or self._areas
+        self.grounds = task.company.remaining or self._areas
         options = task.options
         self._asked = options if options.coverage_pct else options.model_copy(update={"coverage_pct": SHARE_PCT})
         self._overlap_m, self._width_m = options.overlap_m, task.vehicle.tool.width_m
@@ -131,7 +131,7 @@ class _AreaSharing:
         pitch_m = self._width_m - self._overlap_m
         self.angle_rad = lane_angle(whole, pitch_m) if angle[0] is None else math.radians(angle[0])
         self._problem: PlanningError | None = None
-        self._done, self._told = 0, 0.0
+        self._done, self._reported = 0, 0.0
 
     def best(self) -> SharedJob:
         """Return the best job of all partitions.
@@ -180,22 +180,22 @@ class _AreaSharing:
         return AreaPartition(self._job(parts, plans, covered_m2), least_s, shares, angle_rad, turn, of_robots)
 
     def _parts(self, shares: tuple[float, ...], angle_rad: float) -> list[Company]:
-        """Return the parts, a strip each; ground to be left alone does not change the straights."""
+        """Return the parts, a strip each; ground that is already covered does not change the straights."""
         cuts = strips(self.grounds, shares, angle_rad, self._overlap_m)
-        half_m, left = 0.5 * self._width_m, self.task.company.left
-        parts = [parts_in(self.grounds, strip, 0.0 if left else half_m) for strip in cuts]
+        half_m, remaining = 0.5 * self._width_m, self.task.company.remaining
+        parts = [parts_in(self.grounds, strip, 0.0 if remaining else half_m) for strip in cuts]
         if not all(parts):
             size = f"{size_m2(self.grounds):.0f} m² to cover, too little for {self.robots} robots"
             raise PlanningError("", f"has {size}", "give fewer robots")
-        if left is None:
+        if remaining is None:
             return [Company(grounds=part) for part in parts]
         return [
-            Company(grounds=parts_in({name: self._areas[name] for name in part}, strip, 0.0), left=part)
+            Company(grounds=parts_in({name: self._areas[name] for name in part}, strip, 0.0), remaining=part)
             for part, strip in zip(parts, cuts, strict=True)
         ]
 
     def _nearest(self, parts: Sequence[Company]) -> tuple[int, ...]:
-        """Return the part of each robot, near to where it stands; in order if they are placed."""
+        """Return the part for each robot, near to where it stands; in order if they are placed."""
         places = [None if at is None else shapely.Point(at[:2]) for at in self.starts]
         off_m = [
             [0.0 if place is None else min(each.distance(place) for each in _ground(part).values()) for part in parts]
@@ -238,13 +238,13 @@ class _AreaSharing:
 
     def _report(self, robot: int, stage: str, fraction: float) -> None:
         done = self._done + (robot + fraction) / self.robots
-        self._told = max(self._told, 1.0 - 1.0 / (1.0 + 0.5 * done))
-        self._progress(self._told, f"Planning parts: {stage}, partition {self._done + 1}, robot {robot + 1}")
+        self._reported = max(self._reported, 1.0 - 1.0 / (1.0 + 0.5 * done))
+        self._progress(self._reported, f"Planning parts: {stage}, partition {self._done + 1}, robot {robot + 1}")
 
 
 def _ground(part: Company) -> Grounds:
     """Return the ground that a robot is to cover."""
-    return part.left or part.grounds or {}
+    return part.remaining or part.grounds or {}
 
 
 def _better(one: AreaPartition, other: AreaPartition | None) -> AreaPartition:

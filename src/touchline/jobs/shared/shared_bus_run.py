@@ -1,6 +1,6 @@
 """A shared job over the bus: each robot loads its part, and is granted path as the others report progress.
 
-A failed robot does not end the job: the others continue as far as they may, and take over its work once ordered.
+A failed robot does not end the job: the others continue as far as they may, and take over its work on an order.
 """
 
 import time
@@ -33,7 +33,7 @@ from touchline.schemas.messages import CommandRequest, CommandResponse, Event, T
 from touchline.services.planner.sequencing.wet_paint import NO_LINES
 
 STALLED_S: Final = 20.0
-"""Wall-clock time without motion after which a team will not finish by itself."""
+"""Wall-clock time without motion after which a team counts as stalled."""
 _LOOK_S: Final = 0.005
 _SETTLED_S: Final = 0.2
 """Wall-clock time after which messages sent before the clock was held have arrived."""
@@ -67,7 +67,7 @@ class SharedBusRun:
         self._crew, self.gap = list(self.robots), BodyGap(job.vehicle)
         self._gathering = self._undone = self._asked = False
         self._painted, self._begun_s = NO_LINES, 0.0
-        self._said = dict.fromkeys((robot.name for robot in self.robots), "")
+        self._reported = dict.fromkeys((robot.name for robot in self.robots), "")
         self._moved_at, self._reached_m = 0.0, -1.0
         self.left_out, self._driven = no_remaining_work(job), list[Trajectory]()
         self.recording: dict[str, Any] | None = None
@@ -90,11 +90,11 @@ class SharedBusRun:
             self._follow()
             self._stand_down()
         except (TouchlineError, KeyboardInterrupt):
-            self._give_up()
+            self._abort_all()
             raise
         finally:
             for robot in self.robots:
-                robot.stretch.give_up()
+                robot.stretch.release()
             if record is not None:
                 self.recording = end_team_recording(self._recorder, record, self._watcher)
         self.wall_time_s = time.monotonic() - self.started_at
@@ -126,7 +126,7 @@ class SharedBusRun:
         self._claim()
 
     def _claim(self) -> None:
-        """Publish for every robot the stretch of its path that the others keep off."""
+        """Publish for every robot the stretch of its path that the others avoid."""
         for robot in self.robots:
             robot.claim()
         publish_stretches([robot.stretch for robot in self.robots], time.monotonic())
@@ -155,12 +155,12 @@ class SharedBusRun:
 
     @property
     def _in_the_way(self) -> list[SharedRobot]:
-        """Return robots that failed beside work that could not be reached, until that is taken over."""
+        """Robots that failed beside work that could not be reached, until that is taken over."""
         return [robot for robot in self.robots if robot.out] if self.left_out and not self._ends_by_itself else []
 
     @property
     def _failed(self) -> list[SharedRobot]:
-        """Return robots that are out of service and have not finished."""
+        """Robots that are out of service and have not finished."""
         return [robot for robot in self._crew if robot.out and not robot.done]
 
     @property
@@ -169,7 +169,7 @@ class SharedBusRun:
 
     @property
     def _waited_s(self) -> float:
-        """Return the time since any robot has moved or failed."""
+        """Time since any robot has moved or failed, s."""
         return time.monotonic() - max(self._moved_at, *(robot.out_at for robot in self.robots))
 
     def _look(self) -> None:
@@ -179,9 +179,9 @@ class SharedBusRun:
             robot.listen()
             if robot in self._crew:
                 robot.look()
-            if robot.out != self._said[robot.name]:
-                self._said[robot.name] = robot.out
-                self._tell_of(robot)
+            if robot.out != self._reported[robot.name]:
+                self._reported[robot.name] = robot.out
+                self._report_state(robot)
         there = [robot for robot in self.robots if not robot.gone]
         seen = {robot.name: robot.truth.poses for robot in there}
         poses = simultaneous_poses(seen, {robot.name for robot in there if robot.stands}, time.time())
@@ -189,7 +189,7 @@ class SharedBusRun:
             self._watcher.event(Event.ERROR, f"{name} touches another robot")
             next(robot for robot in self.robots if robot.name == name).touch()
 
-    def _tell_of(self, robot: SharedRobot) -> None:
+    def _report_state(self, robot: SharedRobot) -> None:
         if robot.out:
             self._watcher.event(Event.ERROR, out_of_service(robot, self._settings))
         else:
@@ -299,20 +299,20 @@ class SharedBusRun:
 
     @property
     def _statuses(self) -> list[AssignmentStatus]:
-        """Return the status of the robots' assignments."""
+        """Status of the robots' assignments."""
         return [each for robot in self._crew for each in robot.assignment_statuses]
 
     @property
     def _remaining(self) -> RemainingWork:
-        """Return the unfinished work, by the robots' estimates."""
+        """Unfinished work, by the robots' estimates."""
         return self.left_out.joined(self.job, self._statuses)
 
     @property
     def planned(self) -> list[Trajectory]:
-        """Return all planned trajectories: aborted ones as far as they were driven, and their replacements."""
+        """All planned trajectories: aborted ones as far as they were driven, and their replacements."""
         return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
-    def _give_up(self) -> None:
+    def _abort_all(self) -> None:
         """Stop all robots; skip those that do not answer any more."""
         self._watcher.stage("Stopping")
         for robot in self.robots:

@@ -30,12 +30,12 @@ from touchline.services.planner.tour import UnreachableError, crossing_cost_s, d
 APART_M: Final = 0.5
 """Clearance between bodies."""
 ASTRAY_M: Final = 0.1
-"""Allowance for each robot's distance from its path that it does not know of."""
+"""Allowance for each robot's unknown distance from its path."""
 
 PRICES_S: Final = (1.25, 3.0, 6.0)
 """Prices of crossing a wet line: a robot that finishes before the others has time to spare."""
 FULL_SHARINGS, MANY_LINES = 3, 60
-"""Sharings planned in full; for a template with more lines than the second number only one, as it takes long."""
+"""Sharings planned in full; for a template with more lines than the second number only one, because it takes long."""
 
 Progress = Callable[[float, str], None]
 Floats = NDArray[np.float64]
@@ -103,8 +103,17 @@ def share_reachable(
 ) -> SharedJob:
     """Plan the reachable part of a template for several robots that are placed where their plans begin.
 
-    The job's template has the parts of obstructed lines as separate lines. Arguments and errors are those of
-    `share_job`.
+    The job's template has the parts of obstructed lines as separate lines.
+
+    Args:
+        template: In the map frame.
+        options: Planning options.
+        vehicle: Vehicle of every robot.
+        robots: Number of robots.
+        progress: Called with the fraction done and the present stage.
+
+    Raises:
+        PlanningError: It cannot be shared or planned; the message gives reason and remedy.
     """
     begun = time.perf_counter()
     refuse_poses(options)
@@ -170,7 +179,11 @@ def share_job(
 
 
 def refuse_poses(options: PlanOptions) -> None:
-    """Raise `PlanningError` for a start or an end pose, of which several robots would need one each."""
+    """Refuse a start or an end pose, because several robots would need one each.
+
+    Raises:
+        PlanningError: The options have one.
+    """
     if len(options.start) or len(options.end):
         raise PlanningError("", "has a start or an end pose for several robots", "leave both out")
 
@@ -207,7 +220,7 @@ def _planned(
     task: PlanTask, sharing: Sharing, starts: Sequence[Start | None], progress: Callable[[str, float], None]
 ) -> Iterator[SharedJob | None]:
     """Yield the jobs of one sharing: at several prices of a wet crossing, then avoiding the others' wet paint."""
-    # Shares are painted completely or refused: a part that one robot leaves out would be nobody's.
+    # Shares are painted completely or refused: a part that one robot leaves out would not be painted at all.
     options = task.options.model_copy(update={"obstructed": REFUSE})
     asked = [options if at is None else options.model_copy(update={"start": np.array(at)}) for at in starts]
 

@@ -41,10 +41,10 @@ from touchline.services.robot_sim.emulator import RESTING_MPS
 
 _CALL_S: Final = 10.0
 _LOAD_S: Final = 30.0
-"""A load is refused while the robot is coming to rest: a second of sim time."""
+"""Timeout of a load, which is refused while the robot is coming to rest: a second of sim time."""
 _LOOK_S: Final = 0.005
 _AT_M: Final = 0.1
-"""A standing robot counts as held within this distance of its authority's end."""
+"""Distance to its authority's end within which a standing robot counts as held."""
 _TRUTH_WITHIN_S: Final = 0.05
 """Largest age of its reported truth relative to its status."""
 _UNDER_WAY: Final = (TraversalStatus.READY, TraversalStatus.RUNNING, TraversalStatus.PAUSED)
@@ -59,14 +59,14 @@ class SharedRobot:
         truth: Its reported truth during the present assignment.
         status: Its last status.
         report, area: Reports of the finished assignment; `area` if a covering tool has worked on areas.
-        finished: Whether it has finished its assignment.
+        finished: True if it has finished its assignment.
         furthest_m: Largest reported arc length.
         until_m: Arc length up to which it was authorized.
         limit_m: Upper bound of its authority, whatever the traffic rules allow.
-        out: Why it is out of service; "" while it is not.
-        out_at: Since when, wall clock (monotonic).
-        lost: Whether its process is gone: one that comes back has no part in this job.
-        gone: Whether it was carried away since.
+        out: Reason why it is out of service; "" while it is not.
+        out_at: Start of that, wall clock (monotonic).
+        lost: True if its process is gone: a process that comes back has no part in this job.
+        gone: True if it was carried away since.
         assignment: Its assignment, until that is put aside.
         stretch: Stretch of its path that it has for itself.
         strokes, reports, areas, works: Results of assignments that were put aside.
@@ -74,7 +74,13 @@ class SharedRobot:
     """
 
     def __init__(self, bus: Bus, vehicle: Vehicle, tell: Callable[[int, str], None]) -> None:
-        """Subscribe before it gets anything to do; `tell` is called with its events."""
+        """Subscribe before the robot gets an assignment.
+
+        Args:
+            bus: Bus of the robot.
+            vehicle: Its vehicle.
+            tell: Called with severity and text of its events.
+        """
         self.bus, self._tell, self._vehicle = bus, tell, vehicle
         self._reports = bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
         self._latest = bus.inbox([topics.STATUS, topics.PAUSE_STATUS, topics.ODOMETRY], keep="latest")
@@ -114,7 +120,7 @@ class SharedRobot:
         return math.inf if self.finished else self.furthest_m
 
     def claim(self) -> None:
-        """Claim its path from where it has passed to how far it may drive."""
+        """Claim its path from the passed part to the end of its authority."""
         if self.assignment is None or self.finished or self._called_off:
             self.stretch.claim(*NOTHING)
         else:
@@ -134,7 +140,7 @@ class SharedRobot:
 
     @property
     def place(self) -> Standing:
-        """Believed pose, or the last one heard."""
+        """Estimated pose, or the last one received."""
         return Standing(self.name, pose_of(self._place))
 
     @property
@@ -164,7 +170,7 @@ class SharedRobot:
         return self.time_s + self.truth.ahead_s
 
     def listen(self) -> None:
-        """Take new messages; those older than its assignment are ignored."""
+        """Receive new messages; those older than its assignment are ignored."""
         gone = any(each.node == topics.ROBOT_SIM and not each.alive for each in self._presence.poll())
         if not self.lost:
             self._hear()
@@ -183,7 +189,7 @@ class SharedRobot:
         for _, message in self._latest.messages():
             if isinstance(message, Odometry):
                 self._place = message
-            elif isinstance(message, TraversalStatus) and self._is_of_errand(message):
+            elif isinstance(message, TraversalStatus) and self._belongs_to_assignment(message):
                 self.status, self.finished = message, self.finished or message.state == TraversalStatus.DONE
                 if message.state == TraversalStatus.RUNNING:
                     self.truth.put_down()
@@ -194,13 +200,13 @@ class SharedRobot:
         self._paused_at = min(self._paused_at, time.time()) if waits else math.inf
         self.truth.listen()
 
-    def _is_of_errand(self, status: TraversalStatus) -> bool:
-        """Return whether a status belongs to the assignment: not older, nor sent after it was cleared."""
+    def _belongs_to_assignment(self, status: TraversalStatus) -> bool:
+        """Return True if a status belongs to the assignment: not older, nor sent after it was cleared."""
         cleared = self.assignment is not None and status.state == TraversalStatus.IDLE
         return self._filter.status(status) and not cleared
 
     def look(self) -> None:
-        """Note whether it has failed or was set going again on the bus."""
+        """Note a failure, or that the robot was set going again on the bus."""
         aborted = self.status.state == TraversalStatus.ABORTED and not self._called_off
         stopped = self.assignment is not None and (aborted or self.status.state == TraversalStatus.ESTOPPED)
         if stopped and not self.out:
@@ -209,13 +215,13 @@ class SharedRobot:
             self.out = ""
 
     def call_off(self) -> None:
-        """Abort its assignment where it stands; that is no failure."""
+        """Abort its assignment where it stands, without counting that as a failure."""
         if self.status.state in _UNDER_WAY:
             self._called_off = True
             self.command(topics.ABORT)
 
     def fail(self, why: str) -> None:
-        """Put it out of service from now on."""
+        """Put it out of service."""
         self.out, self.out_at = why, time.monotonic()
 
     def orders(self) -> list[tuple[str, ServedCall[CommandRequest, CommandResponse]]]:
@@ -227,7 +233,15 @@ class SharedRobot:
         return found
 
     def ask(self, service: Service[Request, Response], request: Request, timeout_s: float = _CALL_S) -> Response | None:
-        """Call a service of the robot; None if its process is gone meanwhile.
+        """Call a service of the robot.
+
+        Args:
+            service: Service to call.
+            request: Request to send.
+            timeout_s: Wall-clock time to wait for the answer.
+
+        Returns:
+            The answer; None if its process is gone meanwhile.
 
         Raises:
             JobFailed: It refuses.
@@ -258,7 +272,7 @@ class SharedRobot:
         self.ask(service, CommandRequest(request_id=fresh_id()))
 
     def set_speed(self, factor: float) -> None:
-        """Set sim seconds per wall second; 0 holds its clock."""
+        """Set sim seconds per wall second; 0 stops its clock."""
         self.ask(topics.SET_SPEED, SetSpeedRequest(request_id=fresh_id(), factor=factor))
 
     def authorize(self, until_m: float) -> None:
@@ -283,8 +297,8 @@ class SharedRobot:
 
         Args:
             assignment: The assignment.
-            begun_s: When it begins, on the clock that all robots share.
-            here: Whether it begins where it stands; else it is placed at the start.
+            begun_s: Start of the assignment, on the clock that all robots share.
+            here: True if it begins where the robot stands; otherwise the robot is placed at the start.
 
         Raises:
             JobFailed: It refuses for longer than it takes to come to rest, or does not report that it is ready.
@@ -320,7 +334,7 @@ class SharedRobot:
     def conclude(self) -> None:
         """Put its assignment aside with its paint.
 
-        A process that is gone cannot be asked for its paint: then its messages count.
+        A process that is gone cannot be asked for its paint; in that case its messages are used.
         """
         if self.assignment is None:
             return
@@ -337,7 +351,7 @@ class SharedRobot:
 
 
 class _Lost(CallError):
-    """The process that was asked is gone."""
+    """The called process is gone."""
 
 
 def fresh_id() -> str:

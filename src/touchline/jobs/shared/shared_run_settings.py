@@ -14,7 +14,8 @@ class SharedRunSettings:
             None: on an operator's order only.
         record: File to record all robots to, if any.
         endpoint: Endpoint of the bus, shown to operators.
-        ordered_within_s: Wall-clock time after the last motion for which an order is awaited once a robot has failed.
+        ordered_within_s: Wall-clock time after the last motion within which an order has to arrive once a robot has
+            failed.
     """
 
     speed: float

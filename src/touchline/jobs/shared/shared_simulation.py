@@ -56,7 +56,7 @@ class TeamOutcome:
         total_time_s: Sim time until the last one was done.
         apart_m: Smallest distance of bodies.
         waited_s: Time for which each robot stood because another one was in its way.
-        reason: Why it failed; "" if it did not.
+        reason: Reason for a failure; "" if there was none.
         wall_time_s: Wall clock, reports included.
         left_out: Work that could not be reached beside standing robots.
         orders: Orders and their outcomes.
@@ -88,12 +88,12 @@ def simulate_shared(
         job: The job.
         setups: World and computer of each robot; the vehicle is the job's.
         orders: Scheduled orders of an operator.
-        progress: Called with the fraction done, and where the robots are.
-        hashed: Whether the reports contain session hashes; with a listener they always do.
+        progress: Called with the fraction done, and the places of the robots.
+        hashed: True if the reports contain session hashes; with a listener they always do.
         listener: Called with all telemetry of the robots, by name.
 
     Raises:
-        CommandRefused: A robot does not take its plan.
+        CommandRefused: A robot does not accept its plan.
     """
     watch = Stopwatch()
     names = names_of(len(setups))
@@ -104,7 +104,7 @@ def simulate_shared(
     taken = [OrderTaken(order) for order in sorted(orders)]
     reason = run.drive(list(taken))
     for member in run.members:
-        member.stretch.give_up()
+        member.stretch.release()
         member.conclude()
     works = [work for member in run.members for work in member.works]
     return TeamOutcome(
@@ -143,7 +143,7 @@ class _SharedRun:
 
     @property
     def planned(self) -> list[Trajectory]:
-        """Return all planned trajectories: aborted ones as far as they were driven, and their replacements."""
+        """All planned trajectories: aborted ones as far as they were driven, and their replacements."""
         return [*self._driven, *(each.trajectory for each in self.job.plans)]
 
     @property
@@ -159,7 +159,7 @@ class _SharedRun:
             member.order(member.emulator.start)
 
     def _authorize(self) -> None:
-        """Set how far each driving robot may go."""
+        """Set the authority of each driving robot."""
         until_m = authorities_m(self.job.table.gates, [member.progress_m for member in self.crew])
         for member, arc_m in zip(self.crew, until_m, strict=True):
             if member.under_way or member.onboard.state == TraversalStatus.READY:
@@ -167,7 +167,7 @@ class _SharedRun:
         self._claim()
 
     def _claim(self) -> None:
-        """Publish for each robot the stretch of its path that the others keep off."""
+        """Publish for each robot the stretch of its path that the others avoid."""
         heard = [member for member in self.members if member.listener is not None]
         crew = {member.name for member in self.crew}
         for member in heard:
@@ -175,7 +175,7 @@ class _SharedRun:
         publish_stretches([member.stretch for member in heard], self._now_s)
 
     def drive(self, orders: list[OrderTaken]) -> str:
-        """Run until all are done or none progresses; return why it failed, or ""."""
+        """Run until all are done or none progresses; return the reason of a failure, or ""."""
         moved_at, reached_m = 0, -1.0
         while orders or any(member.emulator.active for member in self.members):
             while orders and orders[0].order.at_s <= self._now_s:
@@ -194,7 +194,7 @@ class _SharedRun:
                 if orders or now_m != reached_m:
                     moved_at, reached_m = self._slices, now_m
             if (self._slices - moved_at) * SLICE_TICKS > TICKS_PER_S * PATIENCE_S:
-                self._give_up()
+                self._abort_all()
                 break
         if self._nothing_remains:
             return ""
@@ -249,7 +249,7 @@ class _SharedRun:
         """Abort every robot where it stands; start the rest once they are at rest."""
         for member in self.crew:
             if member.under_way and not member.dead:
-                member.give_up("others take over")
+                member.abort("others take over")
         if any(member.emulator.active for member in self.members):
             return
         gathering, self._gathering = self._gathering, []
@@ -258,7 +258,7 @@ class _SharedRun:
             taken.outcome, taken.done = outcome, done
 
     def _begin_on_the_rest(self) -> tuple[str, bool]:
-        """Return the outcome, and whether all remaining work has a robot."""
+        """Start the remaining work; return the outcome, and True if all of it has a robot."""
         statuses = [each for member in self.crew for each in member.assignment_statuses]
         remaining = self.left_out.joined(self.job, statuses)
         for member in self.members:
@@ -280,8 +280,8 @@ class _SharedRun:
         self._begin(rest.job, [each for each in self.members if each.name in rest.crew], Taking.HERE)
         return str(rest), True
 
-    def _give_up(self) -> None:
+    def _abort_all(self) -> None:
         for member in self.members:
             if member.under_way and not member.dead:
                 why = member.onboard.status.reason or "it did not move on"
-                member.give_up(f"aborted by the simulation after {PATIENCE_S:.0f} s without progress: {why}")
+                member.abort(f"aborted by the simulation after {PATIENCE_S:.0f} s without progress: {why}")

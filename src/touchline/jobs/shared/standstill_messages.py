@@ -1,4 +1,4 @@
-"""Messages about robots of a shared job that do not continue: which, why, and the remedy."""
+"""Messages about robots of a shared job that do not continue, with reasons and remedies."""
 
 import math
 import time
@@ -10,7 +10,7 @@ from touchline.jobs.shared.shared_run_settings import SharedRunSettings
 
 
 def out_of_service(robot: SharedRobot, settings: SharedRunSettings) -> str:
-    """Return where a robot failed, why, and what an operator can do.
+    """Describe where a robot failed, why, and what an operator can do.
 
     Args:
         robot: The robot.
@@ -27,7 +27,7 @@ def out_of_service(robot: SharedRobot, settings: SharedRunSettings) -> str:
 
 
 def in_the_way(robots: Sequence[SharedRobot], remaining: RemainingWork, settings: SharedRunSettings) -> str:
-    """Return what an operator can do where failed robots obstruct the only remaining work.
+    """Describe what an operator can do where failed robots obstruct the only remaining work.
 
     Args:
         robots: The failed robots.
@@ -43,7 +43,7 @@ def in_the_way(robots: Sequence[SharedRobot], remaining: RemainingWork, settings
 
 
 def paused_since(paused: Sequence[SharedRobot]) -> str:
-    """Return who is paused by an operator, and since when by the wall clock."""
+    """List the robots that are paused by an operator, each with the time by the wall clock."""
     clocks = (time.strftime("%H:%M:%S", time.localtime(robot.paused_since)) for robot in paused)
     return f"paused: {', '.join(f'{robot.name} since {at}' for robot, at in zip(paused, clocks, strict=True))}"
 
@@ -51,13 +51,13 @@ def paused_since(paused: Sequence[SharedRobot]) -> str:
 def why_not_finished(
     failed: Sequence[SharedRobot], remaining: Sequence[str], settings: SharedRunSettings, *, undone: bool
 ) -> str:
-    """Return why a job ends before all is done.
+    """Describe why a job ends before all is done.
 
     Args:
         failed: Robots out of service.
         remaining: Names of unfinished lines, or amounts of uncovered areas.
         settings: Settings of the job.
-        undone: Whether the others cannot do the rest.
+        undone: True if the others cannot do the rest.
     """
     why = "; ".join(f"{robot.name} is out of service: {robot.out}" for robot in failed) or "a rest could not be done"
     ending = f"nobody has ordered another to take over within {settings.ordered_within_s:g} s"
@@ -73,6 +73,6 @@ def why_not_done(crew: Sequence[SharedRobot]) -> str:
 
 
 def _where(robot: SharedRobot) -> str:
-    """Return where a robot without a reason stands, and how far it may drive."""
+    """Describe where a robot without a reason stands, and how far it may drive."""
     until = f"{robot.until_m:.1f} m" if math.isfinite(robot.until_m) else "its end"
     return f"stands at {robot.furthest_m:.1f} m of its path, and may drive to {until}"

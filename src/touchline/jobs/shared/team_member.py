@@ -40,12 +40,12 @@ class TeamMember:
         name: Name for people.
         emulator, onboard: Its emulator and onboard computer.
         task: Its assignment, if any.
-        dead: Whether it is out of service, where it stands.
-        gone: Whether it was carried away since.
+        dead: True if it is out of service, where it stands.
+        gone: True if it was carried away since.
         until_m: Upper bound of its authority, whatever the traffic rules allow.
         furthest_m: Largest reported arc length.
         waited_s: Time for which it was held.
-        ended_s: When it was last driving, sim time.
+        ended_s: Time at which it last drove, sim time.
         works, outcomes: Results of finished assignments.
         telemetry: Its telemetry, if that is hashed or recorded.
         listener: Called with all telemetry, by its name.
@@ -78,7 +78,14 @@ class TeamMember:
 
     @classmethod
     def of(cls, name: str, setup: Setup, *, hashed: bool = False, listener: Listener | None = None) -> "TeamMember":
-        """Create a robot without an assignment."""
+        """Create a robot without an assignment.
+
+        Args:
+            name: Name for people.
+            setup: Vehicle, computer and world.
+            hashed: True to keep the hash of its sessions.
+            listener: Called with all telemetry, by its name.
+        """
         onboard = Onboard(setup.vehicle, setup.onboard)
         emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, onboard)
         telemetry = Telemetry(emulator) if hashed or listener is not None else None
@@ -101,7 +108,7 @@ class TeamMember:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Believed pose: x (m), y (m), heading (rad)."""
+        """Estimated pose: x (m), y (m), heading (rad)."""
         return self.onboard.estimate[:3]
 
     @property
@@ -113,8 +120,12 @@ class TeamMember:
     def take(self, task: Assignment, taking: Taking) -> None:
         """Take an assignment; finished work is kept.
 
+        Args:
+            task: The assignment.
+            taking: Way to get to its start.
+
         Raises:
-            CommandRefused: It does not take the plan.
+            CommandRefused: The computer does not accept the plan.
         """
         self.conclude()
         self.emulator.load(task.plan.trajectory, task.share, taking=taking)
@@ -146,7 +157,7 @@ class TeamMember:
         self._publish([(topics.CLAIMED, encode(path))])
 
     def claim(self, *, on_the_job: bool) -> None:
-        """Claim its path from where it has passed to how far it may drive, while it is on it."""
+        """Claim its path from the passed part to the end of its authority, while it is on it."""
         ended = self.onboard.state in (TraversalStatus.DONE, TraversalStatus.ABORTED)
         if self.task is None or ended or not on_the_job:
             self.stretch.claim(*NOTHING)
@@ -166,12 +177,12 @@ class TeamMember:
     def stop_between_swaths(self) -> None:
         """Stop at the next place where nothing is painted; a paused robot aborts where it stands."""
         if self.onboard.state == TraversalStatus.PAUSED:
-            self.give_up("others take over")
+            self.abort("others take over")
         elif self.task is not None and self.under_way:
             self.until_m = self.furthest_m if self.onboard.held else self.task.next_hold_m(self.furthest_m)
 
-    def give_up(self, why: str) -> None:
-        """End the present assignment where the robot is."""
+    def abort(self, why: str) -> None:
+        """Abort the present assignment where the robot is."""
         self.order(partial(self.emulator.abort, why))
 
     def run_slice(self) -> Floats:

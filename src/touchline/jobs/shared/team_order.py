@@ -29,7 +29,7 @@ class OrderTaken:
     Attributes:
         order: The order.
         outcome: Text; the first one counts.
-        done: Whether it had its effect.
+        done: True if it had its effect.
     """
 
     order: TeamOrder
@@ -37,7 +37,7 @@ class OrderTaken:
     done: bool = False
 
     def figures(self) -> dict[str, Any]:
-        """Return it as a JSON object."""
+        """Return the order as a JSON object."""
         order = self.order
         return {
             "at_s": order.at_s,

@@ -59,7 +59,16 @@ def draw_team(job: SharedJob, strokes: Sequence[Sequence[PaintMarks]], path: Pat
 
 
 def draw_recorded(recorded: Mapping[str, Sequence[RecordedPaint]], path: Path) -> None:
-    """Draw the work of several robots in one recording, all traversals of each; raises as `draw_team`."""
+    """Draw the work of several robots in one recording, all traversals of each.
+
+    Args:
+        recorded: Paint of each robot, by name.
+        path: File to write (.svg or .png).
+
+    Raises:
+        SpecError: The file cannot be written.
+        ValueError: The file's ending names no known format.
+    """
     robots = [DrawnRobot(name, [stroke for each in own for stroke in each.strokes]) for name, own in recorded.items()]
     shares = [own[0].template for own in recorded.values()]
     covers = any(each.covers for own in recorded.values() for each in own)
@@ -95,7 +104,7 @@ def _draw(robots: Sequence[DrawnRobot], shares: Sequence[Template], path: Path, 
 
 
 def _swept(strokes: Iterable[PaintMarks]) -> "BaseGeometry":
-    """Return the ground that a covering tool has been over."""
+    """Return the ground that a covering tool has swept."""
     from touchline.services.robot_sim.accounting.swept_ground import swept_ground
     from touchline.services.robot_sim.paint.ledger import PaintStroke
 

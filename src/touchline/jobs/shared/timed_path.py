@@ -28,10 +28,14 @@ SPIN_STEP_RAD: Final = 0.25
 
 
 def timed_path(plan: LoadedTrajectory, vehicle: Vehicle) -> TimedPath:
-    """Return the path of a loaded trajectory for the traffic rules.
+    """Convert a loaded trajectory to a path for the traffic rules.
 
-    A painting robot may drive back from where it came to rest to before where its paint stopped, as far as a restarted
+    A painting robot may drive back from its resting place to before where its paint stopped, as far as a restarted
     process does; a covering one continues where it stands.
+
+    Args:
+        plan: The loaded trajectory.
+        vehicle: Vehicle that drives it.
     """
     arc_m, poses = _poses(plan)
     middle, radius_m = body_disc(vehicle)
@@ -62,7 +66,12 @@ def body_disc(vehicle: Vehicle) -> tuple[tuple[float, float], float]:
 
 
 def times_s(plan: LoadedTrajectory, arc_m: Floats) -> Floats:
-    """Return the planned times at arc lengths (n,), after turns on the spot there."""
+    """Return the planned times (s) at arc lengths, after turns on the spot there.
+
+    Args:
+        plan: The loaded trajectory.
+        arc_m: (n,) arc lengths.
+    """
     station, speed = plan.speeds.T
     i = np.clip(np.searchsorted(station, arc_m, side="right") - 1, 0, len(station) - 2)
     ahead = arc_m - station[i]
@@ -91,7 +100,7 @@ def _poses(plan: LoadedTrajectory) -> tuple[Floats, Floats]:
 
 
 def _holds(plan: LoadedTrajectory, vehicle: Vehicle) -> Floats:
-    """Return where the robot may wait: at the start, and between swaths, with room to brake and to regain speed.
+    """Return places to wait: at the start, and between swaths, with room to brake and to regain speed.
 
     A covering tool works as well after a stop: with it, anywhere.
     """

@@ -20,7 +20,7 @@ from touchline.services.planner.plan import Plan
 OVERLAP_M: Final = 0.005
 """Overlap where painting of a line resumes, as after a pause."""
 DONE_M: Final = 0.02
-"""Shorter rests of a line are not painted."""
+"""Remainders of a line up to this length are not painted."""
 SHORTER_M: Final = 1.0
 """Length by which a line beside a standing robot is shortened per attempt."""
 NEAR_M: Final = 6.0
@@ -40,7 +40,12 @@ class Standing:
     pose: tuple[float, float, float]
 
     def outline(self, vehicle: Vehicle, apart_m: float) -> Polygon:
-        """Return its body with the clearance that others keep."""
+        """Return the body with the clearance that others keep.
+
+        Args:
+            vehicle: Vehicle of the robot.
+            apart_m: Clearance.
+        """
         import shapely
 
         x, y, heading = self.pose
@@ -58,8 +63,8 @@ def unfinished(plan: Plan, share: Template, painted: PaintBelief) -> list[Templa
 
     Args:
         plan: The robot's plan.
-        share: What it was to paint.
-        painted: What it has painted, by its own record.
+        share: Its share of the template.
+        painted: Its own paint record.
     """
     shares = dict(zip(painted.ids, painted.fractions, strict=True))
     strokes = {line.id: line.stroke for line in plan.sent if line.stroke}
@@ -111,14 +116,14 @@ def _span(curve: Curve, part: Curve) -> tuple[float, float]:
 
 
 def shortened(template: Template, error: PlanningError, standing: Sequence[Standing]) -> Template | None:
-    """Return the template without what keeps a plan from passing a standing robot; None if there is no such part.
+    """Return the template without the part that blocks a plan at a standing robot; None if there is no such part.
 
-    It is the end of a line next to the robot: `SHORTER_M` of it. Where no line ends near one, the line that the error
-    names is left out.
+    It is `SHORTER_M` of the end of a line next to the robot. If no line ends near one, the line that the error names is
+    left out.
 
     Args:
         template: The template that cannot be planned.
-        error: Why it cannot.
+        error: Reason of the failure.
         standing: The robots.
     """
     ends = [

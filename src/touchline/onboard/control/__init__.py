@@ -46,39 +46,45 @@ __all__ = [
 
 
 Make = Callable[[Vehicle, Ask], Follower]
-"""Makes a follower for a vehicle; an external one asks by the second argument."""
+"""Function that makes a follower for a vehicle; an external one uses the second argument for its calls."""
 
 
 def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """See `MpcFollower`."""
+    """Make an `MpcFollower`; see `Make`."""
     return MpcFollower(vehicle)
 
 
 def make_pure_pursuit(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """See `PurePursuitFollower`."""
+    """Make a `PurePursuitFollower`; see `Make`."""
     return PurePursuitFollower(vehicle)
 
 
 def make_external_timed(vehicle: Vehicle, ask: Ask) -> Follower:
-    """See `ExternalFollower`."""
+    """Make an `ExternalFollower` that keeps the plan's time; see `Make`."""
     return ExternalFollower(vehicle, ask, EXTERNAL_TIMED)
 
 
 def make_frenet(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """See `FrenetFollower`."""
+    """Make a `FrenetFollower`; see `Make`."""
     return FrenetFollower(vehicle)
 
 
 def make_pursuit_lanes(vehicle: Vehicle, _ask: Ask) -> Follower:
-    """See `LanePursuitFollower`."""
+    """Make a `LanePursuitFollower`; see `Make`."""
     return LanePursuitFollower(vehicle)
 
 
 def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody, config: OnboardConfig | None = None) -> Follower:
-    """The follower of this name (`OnboardConfig.follower`); an external one is asked by `ask`.
+    """Make the follower of a name.
+
+    Args:
+        name: Registered name, as in `OnboardConfig.follower`.
+        vehicle: The nominal robot.
+        ask: Function that calls an external follower.
+        config: Settings of followers that have any; None: the defaults.
 
     Raises:
-        UnknownPlugin: There is none.
+        UnknownPlugin: No follower has this name.
     """
     make: Make = FOLLOWERS.find(name)
     follower = make(vehicle, ask)

@@ -1,7 +1,7 @@
-"""Compiled: steers a robot that can turn on the spot to a target, by its cell's rule of motion.
+"""Steering to a target by the rule of motion in a buffered cell, for a robot that can turn on the spot; compiled.
 
-The rule: a step is taken only if afterwards the place and the point where braking would end are in the cell; else the
-robot brakes straight ahead, which a convex cell always permits (proof: docs/explanation/teams.md).
+The rule: a step is taken only if afterwards the robot's place and the point where braking would end are in the cell;
+otherwise the robot brakes straight ahead, which a convex cell always permits (proof: docs/explanation/teams.md).
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from touchline.core.half_planes import permits
 from touchline.core.jit import kernel
 
 Floats = NDArray[np.float64]
-# Of a robot's motion: place (m), heading (rad), commanded speed (m/s, at least 0).
+# Motion of a robot: place (m), heading (rad), commanded speed (m/s, at least 0).
 X, Y, HEADING, SPEED = range(4)
-# Turning: the rate per radian of bearing (1/s), and the bearing beyond which it turns on the spot (rad).
+# Turning: the rate per radian of bearing (1/s), and the bearing beyond which the robot turns on the spot (rad).
 _TURN_1PS: Final = 4.0
 _ASIDE_RAD: Final = 0.8
-# So much of the speed from which it could just stop at the target is driven.
+# Share of the speed from which the robot could just stop at the target.
 _SHARE: Final = 0.9
 
 
 class SteeringLimits(NamedTuple):
-    """What a robot can do, and how exactly it keeps to its target.
+    """Limits of a robot's motion, and how exactly it reaches its target.
 
     Attributes:
         speed_max_mps: Largest speed.
-        acceleration_mps2: By which it speeds up and brakes.
-        lateral_acceleration_mps2: Largest, in a bend.
+        acceleration_mps2: Acceleration and deceleration.
+        lateral_acceleration_mps2: Largest lateral acceleration.
         yaw_rate_max_radps: Largest yaw rate.
-        there_m: This near to its target it stands…
+        there_m: Distance to the target within which the robot stands…
         away_m: …until the target is this far away.
     """
 
@@ -51,18 +51,18 @@ class SteeringLimits(NamedTuple):
 def steer_in_cell(
     motion: Floats, stands: bool, rows: Floats, target: complex, limits: SteeringLimits, tick_s: float
 ) -> tuple[float, float, bool]:
-    """The twist for the next tick: towards the target, else the same at less speed, else braking straight ahead.
+    """Compute the twist for the next tick: to the target, else the same at less speed, else braking straight ahead.
 
     Args:
         motion: (4,) X to SPEED.
-        stands: Whether the robot has come to a target and stands.
+        stands: True if the robot has reached a target and stands.
         rows: (k, 3) half-planes of the cell.
-        target: Where to go (m).
-        limits: What the robot can do.
-        tick_s: How long the twist is in force.
+        target: Place to drive to (m).
+        limits: Limits of the motion.
+        tick_s: Duration of the twist.
 
     Returns:
-        Speed at the end of the tick (m/s), yaw rate (rad/s), and whether the robot stands, having come to its target.
+        Speed at the end of the tick (m/s), yaw rate (rad/s), and True if the robot has reached its target and stands.
     """
     here, heading, speed = complex(motion[X], motion[Y]), motion[HEADING], motion[SPEED]
     way = target - here

@@ -1,7 +1,7 @@
-"""External follower: a controller in another program, asked in lock-step for the twist of every tick.
+"""External follower: a controller in another program, called in lock-step for the twist of every tick.
 
 Sim time waits for the answer, so a controller that computes the same gives the same session however slow it is. If
-there is none, pure pursuit brakes the robot and the traversal is paused.
+there is no answer, pure pursuit brakes the robot and the traversal is paused.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from touchline.schemas.plugins import EXTERNAL, EXTERNAL_TIMED
 from touchline.schemas.vehicles import Vehicle
 
 AHEAD_TICKS: Final = 100
-"""An external follower is given the reference of the next second."""
+"""Rows of the path ahead that an external follower receives: the next second."""
 
 
 class FollowerQuestion(NamedTuple):
-    """What an external follower is given in a tick; see `Follower.step`."""
+    """Input of an external follower in a tick; see `Follower.step`."""
 
     first: bool
-    """Whether a motion begins: whatever the follower has learned about the last one is void."""
+    """True if a motion begins: anything the follower has learned about the last one is void."""
     now: NDArray[np.float64]
     ahead: NDArray[np.float64]
 
@@ -35,26 +35,28 @@ class Interrupted(Exception):
 
 
 Ask = Callable[[FollowerQuestion], tuple[float, float]]
-"""Answers with speed [m/s] and yaw rate [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
-`Interrupted` if it was not waited for."""
+"""Function that returns speed [m/s] and yaw rate [rad/s]; raises `ConnectionError` with the reason if there is no
+answer, and `Interrupted` if the wait was broken off."""
 
 
 def nobody(_question: FollowerQuestion) -> tuple[float, float]:
-    """Stands for an external follower where none is connected.
-
-    Raises:
-        ConnectionError: Always.
-    """
+    """Stand in for an external follower where none is connected."""
     raise ConnectionError("no external follower is connected")
 
 
 class ExternalFollower:
-    """See the module."""
+    """Follower that calls a controller in another program, with pure pursuit as the fallback."""
 
     can_fail = True
 
     def __init__(self, vehicle: Vehicle, ask: Ask, name: str = EXTERNAL) -> None:
-        """A follower at rest that asks `ask`, by EXTERNAL_TIMED as its name one that keeps the plan's time."""
+        """Make a follower at rest.
+
+        Args:
+            vehicle: The nominal robot, for the fallback.
+            ask: Function that calls the controller.
+            name: EXTERNAL, or EXTERNAL_TIMED for one that keeps the plan's time.
+        """
         self.name, self.timed = name, name == EXTERNAL_TIMED
         self._ask = ask
         self._pursuit = PurePursuitFollower(vehicle)
@@ -62,18 +64,18 @@ class ExternalFollower:
         self._stopping = False
         self.ahead_rows = self.fine_rows = AHEAD_TICKS
         self.fallbacks = 0
-        """Ticks that pure pursuit had to take."""
+        """Ticks in which pure pursuit stood in."""
         self.problem = ""
 
     def reset(self) -> None:
-        """The next question begins a motion."""
+        """Begin a new motion with the next question."""
         self._first = True
         self._stopping = False
         self.problem = ""
         self._pursuit.reset()
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
-        """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
+        """See `Follower.step`; after a failure or interruption the controller is not called before the robot rests."""
         if not self.problem and not self._stopping:
             try:
                 speed_mps, yaw_rate_radps = self._ask(FollowerQuestion(self._first, now, ahead))

@@ -1,7 +1,7 @@
-"""The follower that steers by the path law of `frenet_law`, at the reference's speed.
+"""Follower that steers by the path law of `frenet_law`, at the reference's speed.
 
-The path's curvature is taken as far ahead as the actuators lag, and the heading that the robot is to have is turned
-into a curve by as much as its tyres drift out of it.
+The path's curvature is taken ahead by the lag of the actuators, and the wanted heading is turned into a curve by the
+drift angle of the tyres.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from touchline.schemas.vehicles import Vehicle
 
 
 class FrenetFollower:
-    """See the module."""
+    """Follower by the path law of Samson and Micaelli, with feed-forward of lag and side slip."""
 
     name = "frenet"
     can_fail = False
@@ -29,24 +29,24 @@ class FrenetFollower:
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """A follower with the default gains."""
+        """Make a follower with the default gains."""
         drive = drive_of(vehicle)
         self._law = _law(TrackingGains())
         self._lead, self._side_slip = lead_ticks(drive.lag_s), drive.side_slip_rad_per_mps2
         self._twist = np.zeros(2)
         self.ahead_rows = self.fine_rows = self._lead + 1
         self.fallbacks = 0
-        """Always 0: there is nothing simpler to fall back on."""
+        """Always 0: there is no simpler method to fall back on."""
 
     def configure(self, config: OnboardConfig) -> None:
-        """As `ConfiguredFollower.configure`."""
+        """See `ConfiguredFollower.configure`."""
         self._law = _law(config.tracking)
 
     def reset(self) -> None:
-        """It remembers nothing."""
+        """Do nothing: the law has no memory."""
 
     def step(self, now: Floats, ahead: Floats) -> BodyTwist:
-        """As `Follower.step`."""
+        """See `Follower.step`."""
         keep_to_path(now, ahead, (self._lead, self._side_slip), self._law, self._twist)
         speed_mps, yaw_rate_radps = self._twist.tolist()
         return BodyTwist(speed_mps, yaw_rate_radps)
@@ -58,14 +58,14 @@ def _law(gains: TrackingGains) -> FrenetLaw:
 
 @kernel
 def keep_to_path(now: Floats, ahead: Floats, robot: tuple[int, float], law: FrenetLaw, twist: Floats) -> None:
-    """The twist for the coming tick.
+    """Compute the twist for the coming tick.
 
     Args:
         now: (NOW,) of `tracking_state`.
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, a tick apart.
-        robot: By how many ticks the path's curvature is taken ahead, `lead`, and the slip angle of the tyres per
-            acceleration across [rad/(m/s²)].
-        law: Its gains.
+        robot: Ticks by which the path's curvature is taken ahead, `lead`, and the slip angle of the tyres per lateral
+            acceleration [rad/(m/s²)].
+        law: Gains of the law.
         twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
     lead, side_slip = robot

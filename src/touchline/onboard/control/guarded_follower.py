@@ -1,8 +1,8 @@
-"""Guard between a follower and the drive: nothing that is not a usable twist reaches the wheels.
+"""Guard between a follower and the drive: only usable twists reach the wheels.
 
-It holds for every follower, shipped, of a package, or asked over the bus. A follower that raises, or gives a twist that
-is not finite or actuator commands beyond the drive's limits, is not asked again before a reset; the robot follows its
-reference without feedback while it brakes, and the pause names the follower and its package.
+It applies to every follower, shipped, of a package, or called over the bus. A follower that raises, or gives a twist
+that is not finite or actuator commands beyond the drive's limits, is not called again before a reset; the robot follows
+its reference without feedback while it brakes, and the pause names the follower and its package.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _SLACK = 1.0 + 1e-6
 
 
 class GuardedFollower:
-    """A follower whose answers are checked; it is used as one itself.
+    """Follower that checks the answers of another one.
 
     Attributes:
-        inner: The follower.
+        inner: The guarded follower.
     """
 
     def __init__(self, inner: Follower, name: str, drive: OnboardDrive) -> None:
@@ -36,7 +36,7 @@ class GuardedFollower:
 
         Args:
             inner: The follower.
-            name: By which it is registered.
+            name: Name by which it is registered.
             drive: Onboard side of the drive, whose limits commands have to keep.
         """
         self.inner = inner
@@ -50,7 +50,7 @@ class GuardedFollower:
 
     @property
     def fallbacks(self) -> int:
-        """Ticks of the follower's own fallback, and those in which it was not asked."""
+        """Ticks of the follower's own fallback, and those in which it was not called."""
         return self.inner.fallbacks + self._stood_in
 
     @property
@@ -84,7 +84,7 @@ class GuardedFollower:
         return BodyTwist(float(ahead[0, 0]), float(ahead[0, 1]))
 
     def _flaw_of(self, wanted: BodyTwist) -> str:
-        """The fault of an answer, empty if it can be used."""
+        """Return the fault of an answer, empty if it can be used."""
         speed_mps, yaw_rate_radps, actuators = wanted
         if not (math.isfinite(speed_mps) and math.isfinite(yaw_rate_radps)):
             return f"{self._whose} gave a twist that is not finite: {speed_mps} m/s, {yaw_rate_radps} rad/s"

@@ -1,4 +1,4 @@
-"""The speed along a lane by the place on it: a trapezium in time, from rest to rest."""
+"""Speed along a lane by the place on it: a trapezium in time, from rest to rest."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from touchline.schemas.onboard import LanePursuit
 
 
 def lane_speed_mps(done_m: float, left_m: float, p: LanePursuit) -> float:
-    """The speed at a place of a lane.
+    """Compute the speed at a place of a lane.
 
-    The least of three: what has been reached since the lane began, the fastest, and what can still be braked to rest.
-    Taken one after the other by place, the first and the last would overlap on lanes shorter than v²/a. So that it sets
-    off at all, the lane counts as begun ε = v_min²/(2a) before its begin.
+    It is the least of three speeds: reachable since the lane began, the largest, and the one from which the robot can
+    still brake to rest. With phases by place, one after the other, the first and the last would overlap on lanes
+    shorter than v²/a. To make the robot set off at all, the lane counts as begun ε = v_min²/(2a) before its start.
 
-    Within the tolerance of its end a lane is done, but the profile still asks for more than v_min there: cut off, that
-    would be harder braking than a. So it is followed to the end, below v_min too.
+    Within the tolerance of its end a lane is done, but the profile there is still above v_min; cutting it off would
+    brake harder than a. So it is followed to the end, below v_min too.
 
     Args:
-        done_m: Since the lane began.
-        left_m: To its end.
+        done_m: Distance since the lane began.
+        left_m: Distance to its end.
         p: Speeds, acceleration and tolerance.
     """
     twice = 2.0 * p.acceleration_mps2

@@ -1,4 +1,4 @@
-"""Lead of the feed-forward, which makes up for the lag of the actuators."""
+"""Lead of the feed-forward, which compensates the lag of the actuators."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ MAX_LEAD_TICKS = 25
 
 
 def lead_ticks(lag_s: float) -> int:
-    """By how many ticks the feed-forward is to be ahead for actuators of this time constant [s].
+    """Return the lead of the feed-forward in ticks for actuators of this time constant [s].
 
-    A first-order actuator follows a steadily changing command late by its time constant. That a command is held for a
-    tick needs no lead of its own: it is the mean of the reference over its tick, not the value at the start.
+    A first-order actuator follows a steadily changing command late by its time constant. Holding a command for a tick
+    needs no lead of its own: the command is the mean of the reference over its tick, not the value at the start.
     """
     return min(round(lag_s / TICK_S), MAX_LEAD_TICKS)

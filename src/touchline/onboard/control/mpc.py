@@ -2,8 +2,8 @@
 
 Each tick the programme of `mpc_kernel` is built for the path ahead and solved from the last active set. The model's
 error is estimated as constant disturbances, so that a lasting slip or drift leaves no lasting offset. If the solver
-cannot finish within its iteration cap, or the robot is so far off that the tangent model says nothing, pure pursuit
-takes the tick and is counted.
+cannot finish within its iteration cap, or the robot is too far off for the tangent model, pure pursuit takes the tick
+and is counted.
 
 Disturbances for offset-free control: G. Pannocchia and J. B. Rawlings, Disturbance models for offset-free
 model-predictive control, AIChE Journal 49(2), 2003. The solver: D. Arnström, A. Bemporad and D. Axehill, A dual
@@ -32,15 +32,15 @@ from touchline.schemas.vehicles import Vehicle
 LATERAL_SCALE_M = 0.004
 HEADING_SCALE_RAD = 0.03
 SPEED_SCALE_MPS = 0.03
-"""Errors that cost the same, as a move of `OnboardDrive.move_scale` in a second does: what the weights of the
-programme are made from."""
+"""Errors that cost the same as each other and as a change by `OnboardDrive.move_scale` in a second: the basis of the
+weights of the programme."""
 TERMINAL_FACTOR = 4.0
 ITERATION_CAP = 60
 DISTURBANCE_TIME_S = 0.3
 TYRE_LAG_S = 0.012
-"""By which the body follows the wheels' turning at 1 m/s on grass: tyres push only as far as they slip, and the slip
-is a share of the speed. ρ²·v / (0.8·g·C·r²) for a radius of gyration ρ, 0.8 of the load on the wheels, tyres of
-stiffness C and half the track r: 12 ms on dry grass, 20 ms on wet."""
+"""Lag of the body behind the wheels' turning at 1 m/s on grass: tyres push only by slipping, and the slip is a share of
+the speed. ρ²·v / (0.8·g·C·r²) for a radius of gyration ρ, 0.8 of the load on the wheels, tyres of stiffness C and half
+the track r: 12 ms on dry grass, 20 ms on wet."""
 DRIFT_TIME_S = 2.0
 MAX_LATERAL_M = 0.5
 MAX_HEADING_RAD = 0.7
@@ -49,7 +49,7 @@ _SOLVED = 1
 
 
 class MpcFollower:
-    """See the module."""
+    """Follower by model predictive control, with pure pursuit as the fallback."""
 
     name = "mpc"
     can_fail = False
@@ -57,7 +57,7 @@ class MpcFollower:
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """A follower at rest; the solver's workspace is allocated at the first step."""
+        """Make a follower at rest; the solver's workspace is allocated at the first step."""
         drive = drive_of(vehicle)
         count = len(drive.limit)
         size = count * len(drive.horizon_ticks)
@@ -76,7 +76,7 @@ class MpcFollower:
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(drive.horizon_ticks) + max(1, p.lead_ticks)
         self.fallbacks = 0
-        """Ticks that pure pursuit had to take."""
+        """Ticks in which pure pursuit stood in."""
 
     def reset(self) -> None:
         """Forget the disturbances and the active set."""
@@ -85,7 +85,7 @@ class MpcFollower:
         self._pursuit.reset()
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
-        """As `Follower.step`."""
+        """See `Follower.step`."""
         arguments = (now, ahead, self._controller, self._programme)
         if self._build is None:
             self._build = k.build.for_types_of(arguments)
@@ -137,10 +137,10 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
 
 
 def _pull_rows(count: int, horizon_ticks: Sequence[int], lag_s: float) -> NDArray[np.float64]:
-    """(kN, kN) linear map from additions to the commands of k actuators to those to each pull of `mpc_kernel.build`.
+    """Compute the (kN, kN) linear map from additions to the commands of k actuators to those to each pull.
 
-    An actuator's acceleration is proportional to its pull, command less speed, and the speed at a step's start is the
-    lagged sum of the commands before.
+    An actuator's acceleration is proportional to its pull (see `mpc_kernel.build`), command less speed, and the speed
+    at a step's start is the lagged sum of the commands before.
     """
     size = count * len(horizon_ticks)
     rows = np.zeros((size, size))

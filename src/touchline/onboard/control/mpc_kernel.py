@@ -1,4 +1,4 @@
-"""The quadratic programme of the MPC, condensed to actuator commands, in one kernel call."""
+"""Quadratic programme of the MPC, condensed to actuator commands, in one kernel call."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from touchline.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE
 Floats = NDArray[np.float64]
 
 _STATES = 4  # lateral error, heading error, speed, yaw rate
-_SPEED_LIMIT_MPS = 0.3  # of the disturbances
+_SPEED_LIMIT_MPS = 0.3  # limits of the disturbances
 _YAW_LIMIT_RADPS = 0.5
 _DRIFT_LIMIT_MPS = 0.05
-_CREEP_MPS = 0.02  # below which the path's curvature cannot be told from its yaw rate
-_CRAB_SPEED_MPS = 0.2  # below which a drift cannot be steered against
+_CREEP_MPS = 0.02  # below which the path's curvature cannot be computed from its yaw rate
+_CRAB_SPEED_MPS = 0.2  # below which a drift cannot be compensated by steering
 
 
 @kernel
@@ -32,22 +32,22 @@ def _bound(value: float, limit: float) -> float:
 
 
 class MpcParameters(NamedTuple):
-    """What the controller knows of the robot, and what it weighs.
+    """Parameters of the controller: the robot and the weights.
 
     Attributes:
-        lag_s: Of actuators and tyres.
+        lag_s: Lag of actuators and tyres.
         limit: Largest commands of the actuators, in their units.
-        reach: By which their commands may differ from what they do.
-        nozzle_x_m: Of the nozzle, ahead of the drive's origin.
-        lateral_weight: Cost of the nozzle's distance from the path [1/m²], per second as all of them.
-        heading_weight: Of the heading error [1/rad²].
-        speed_weight: Of the speed error [s²/m²].
-        move_weight: Of a change of the commands in a second, over their units squared.
-        terminal_factor: On the costs of the last step.
-        disturbance_gain: Share per tick, of the speed and yaw rate disturbances.
-        drift_gain: Share per tick, of the lateral drift.
-        lead_ticks: By which the feed-forward is ahead.
-        side_slip_rad_per_mps2: Slip angle per lateral acceleration.
+        reach: Largest difference between a command and the actuator's present value.
+        nozzle_x_m: Distance of the nozzle ahead of the drive's origin.
+        lateral_weight: Cost of the nozzle's distance from the path [1/m²]; this and all others per second.
+        heading_weight: Cost of the heading error [1/rad²].
+        speed_weight: Cost of the speed error [s²/m²].
+        move_weight: Cost of a change of each command in a second, over its unit squared.
+        terminal_factor: Factor on the costs of the last step.
+        disturbance_gain: Share per tick by which the speed and yaw rate disturbances are updated.
+        drift_gain: Share per tick by which the lateral drift is updated.
+        lead_ticks: Lead of the feed-forward.
+        side_slip_rad_per_mps2: Side slip angle per lateral acceleration.
     """
 
     lag_s: float
@@ -66,34 +66,34 @@ class MpcParameters(NamedTuple):
 
 
 class MpcMemory(Record):
-    """What the controller keeps from tick to tick."""
+    """Memory of the controller from tick to tick."""
 
     push_mps: float
     """Disturbance of the speed that a command leads to."""
     twist_radps: float
-    """Of the yaw rate."""
+    """Disturbance of the yaw rate."""
     drift_mps: float
     """Lateral drift beyond the nominal side slip."""
     valid: bool
-    """Whether there was a tick before this one; the next four are of that."""
+    """True if there was a tick before this one, of which the next four are."""
     speed_mps: float
     yaw_rate_radps: float
     lateral_m: float
     heading_error_rad: float
     added: Annotated[Floats, ACTUATORS]
-    """What was added to the feed-forward of the actuators in the last tick."""
+    """Additions to the feed-forward of the actuators in the last tick."""
 
 
 class NominalStep(Record):
-    """The motion in a step of the horizon if nothing is added to the feed-forward; of its end where not said else."""
+    """Motion in a step of the horizon under the feed-forward alone; at its end unless noted otherwise."""
 
     lateral_m: float
     heading_rad: float
-    """Error against the path, as the lateral one."""
+    """Heading error against the path, as the lateral one is."""
     speed_mps: float
-    """Beyond the reference speed."""
+    """Difference to the reference speed."""
     drift_mps: float
-    """Sideways."""
+    """Sideways drift."""
     travel_mps: float
     """Mean reference speed over the step, signed."""
     curvature_1pm: float
@@ -103,18 +103,18 @@ class NominalStep(Record):
     turn_radps: float
     """Mean feed-forward yaw rate."""
     actuator: Annotated[Floats, ACTUATORS]
-    """What the actuators do at the step's start."""
+    """Values of the actuators at the step's start."""
 
 
 class Controller(NamedTuple):
-    """What a controller has from tick to tick.
+    """Data of a controller.
 
     Attributes:
         ticks: (N,) lengths of the horizon's steps in ticks.
-        p: The parameters.
+        p: Parameters.
         memory: (1,) updated in every tick.
         nominal: (N,) scratch, the motion in each step.
-        drive: Figures of the drive.
+        drive: Parameters of the drive.
     """
 
     ticks: NDArray[np.int64]
@@ -128,7 +128,7 @@ class Controller(NamedTuple):
 def _observe(now: Floats, controller: Controller) -> None:
     """Estimate the disturbances from the error of the last tick's prediction: this makes the MPC offset-free.
 
-    The sources are named in `mpc`.
+    See `mpc` for the sources.
     """
     p, memory, drive = controller.p, controller.memory[0], controller.drive
     v, w = now[SPEED], now[YAW_RATE]
@@ -212,20 +212,20 @@ class Programme(NamedTuple):
 
 @kernel
 def build(now: Floats, ahead: Floats, controller: Controller, programme: Programme) -> None:
-    """Write the programme for this tick.
+    """Build the programme for this tick.
 
-    u holds the additions to the feed-forward of all actuators in each of the N steps; pull is by how much each one's
-    command differs from its speed at the step's start (rows from `mpc`). The free response is that of the feed-forward,
-    rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag and likewise ω,
-    and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The states are
-    eliminated, so that u is all that is left to find (J. M. Maciejowski, Predictive Control with Constraints, Prentice
-    Hall 2002, chapter 3).
+    u holds the additions to the feed-forward of all actuators in each of the N steps; pull is the difference between
+    each one's command and its speed at the step's start (rows from `mpc`). The free response is that of the
+    feed-forward, rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag
+    and likewise ω, and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The
+    states are eliminated, so that u is the only unknown (J. M. Maciejowski, Predictive Control with Constraints,
+    Prentice Hall 2002, chapter 3).
 
     Args:
         now: (NOW,) of `tracking_state`.
         ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `path_projection`.
-        controller: Its memory is updated.
-        programme: Filled.
+        controller: Parameters and memory; the memory is updated.
+        programme: Filled in.
     """
     hessian, gradient, lower, upper, forward = programme
     ticks, p, memory, nominal, drive = controller
@@ -269,10 +269,10 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
         weight = h * (p.terminal_factor if j == steps - 1 else 1.0)
         crab = step.heading_rad
         if abs(travel) > _CRAB_SPEED_MPS:
-            crab += step.drift_mps / travel  # the heading error that a drift makes necessary is none
+            crab += step.drift_mps / travel  # a heading error that compensates a drift is none
         for output in range(3):
             if output == 0:
-                # The nozzle is where the heading has it, whatever the heading is good for.
+                # The nozzle's place follows the heading, whatever the cause of the heading error.
                 error = step.lateral_m + p.nozzle_x_m * step.heading_rad
                 q = weight * p.lateral_weight
                 for k in range(cols):
@@ -314,15 +314,18 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
 def answer(
     forward: Floats, added: Floats, limit: tuple[float, ...], drive: Any, now: Floats, actuators: Floats
 ) -> tuple[float, float]:
-    """The twist of the coming tick [m/s, rad/s].
+    """Compute the twist of the coming tick.
 
     Args:
         forward: (k,) feed-forward of the actuators.
-        added: (at least k,) what is added to it; the solver keeps to the limits but for its tolerance.
+        added: (at least k,) additions to it; the solver keeps to the limits but for its tolerance.
         limit: Largest commands of the actuators.
-        drive: Figures of the drive.
+        drive: Parameters of the drive.
         now: (NOW,) of `tracking_state`.
-        actuators: (k,) filled with the commands that lead to it.
+        actuators: (k,) filled with the commands that lead to the twist.
+
+    Returns:
+        Speed [m/s] and yaw rate [rad/s].
     """
     for i in range(len(actuators)):
         actuators[i] = _bound(forward[i] + added[i], limit[i])

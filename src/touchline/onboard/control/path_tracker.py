@@ -1,4 +1,4 @@
-"""The path tracker: follows a loaded trajectory leg by leg, turns in place between them; one call per tick."""
+"""Path tracker: follows a loaded trajectory leg by leg and turns in place between legs; one call per tick."""
 
 from __future__ import annotations
 
@@ -26,24 +26,25 @@ from touchline.onboard.trajectory.trajectory import LoadedTrajectory
 from touchline.schemas.vehicles import Vehicle
 
 ACCELERATION_MARGIN = 1.2
-"""The reference may speed up this much harder than the plan does, to catch up after a pause."""
+"""Factor on the plan's acceleration up to which the reference may speed up, to catch up after a pause."""
 BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
 BRAKED_TICKS = 60
-"""After the reference has come to rest the robot is stopped by its wheels alone, wherever it believes to be going."""
+"""Ticks after the reference has come to rest from which the robot is stopped by its wheels alone, whatever its
+estimated motion."""
 BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05
-"""While the robot brakes it is commanded at most this multiple of the reference speed plus this margin."""
+"""While the robot brakes, the commanded speed is at most this multiple of the reference speed plus this margin."""
 END_TOLERANCE_M = 0.01
 EXACT_M: Final = 0.001
-"""A robot that does no work on its way, as on one to a goal, is there for where it rests: so near to the end."""
+"""Distance to the end within which a robot that does no work on its path, as on one to a goal, has arrived."""
 CATCH_UP_S = 0.1
-"""By how much a timed reference may set off late on a leg and still keep the time: a head start of millimetres."""
+"""Delay up to which a timed reference may start late on a leg and still keep the time: a head start of millimetres."""
 HELD_M: Final = 0.05
-"""So near to where it may drive no further, a robot counts as held: there it does not paint."""
+"""Distance to the end of its authority within which a robot counts as held: there it does not paint."""
 _LOCATE_STEPS = 30  # of at most 5 cm each
 TURNING_LEVER_M = 0.25
-"""From the drive's origin to where turning is seen as motion."""
+"""Distance from the drive's origin at which turning is counted as motion."""
 
 Floats = NDArray[np.float64]
 
@@ -53,12 +54,19 @@ class PathTracker:
 
     Attributes:
         now: (NOW,) of `tracking_state`, of the last tick.
-        leg_index: Of the leg that the robot is on.
-        drive: That is commanded.
+        leg_index: Index of the leg that the robot is on.
+        drive: Onboard side of the drive.
     """
 
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, computer: ComputerState) -> None:
-        """At the start of `plan`."""
+        """Make a tracker at the start of a plan.
+
+        Args:
+            plan: The trajectory.
+            vehicle: The nominal robot.
+            follower: Follower, which is reset.
+            computer: State of the computer; its `leg` is reset.
+        """
         self._plan = plan
         self._follower, self.drive = follower, drive_of(vehicle)
         self._actuators: Floats = np.zeros(len(vehicle.drive.actuators))
@@ -94,14 +102,24 @@ class PathTracker:
         state.pieces_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
-        """Begin at an arc length of a leg."""
+        """Begin in the middle of the plan.
+
+        Args:
+            leg: Index of the leg.
+            arc_length_m: Arc length on that leg.
+        """
         self._enter(leg)
         rows = self._rows
         self._state.arc_m = self._state.reference_m = arc_length_m
         self._state.piece = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
 
     def change_plan(self, plan: LoadedTrajectory, arc_length_m: float) -> None:
-        """Drive on along another plan, from an arc length of its first leg, at the speed that the reference has."""
+        """Continue on another plan at the present reference speed.
+
+        Args:
+            plan: The other trajectory.
+            arc_length_m: Arc length on its first leg at which to continue.
+        """
         speed_mps = self._state.speed_mps
         self._plan, self._state.exact = plan, not plan.works
         self.resume_at(0, arc_length_m)
@@ -116,12 +134,12 @@ class PathTracker:
 
     @property
     def pieces(self) -> Floats:
-        """(n, COLUMNS) pieces of the leg, of `smoothing`."""
+        """Pieces of the leg, (n, COLUMNS) of `smoothing`."""
         return self._rows
 
     @property
     def arc_length_m(self) -> float:
-        """Progress of the axle centre along the path."""
+        """Arc length that the drive's origin has reached on the path."""
         return self._state.arc_m
 
     @property
@@ -141,32 +159,32 @@ class PathTracker:
 
     @property
     def still(self) -> bool:
-        """Whether the reference neither drives nor turns."""
+        """True if the reference neither drives nor turns."""
         return abs(self.reference_mps) < STOPPED_MPS and (self._turning is None or not self._turning.moving)
 
     @property
     def held(self) -> bool:
-        """Whether it has come to where it may drive no further for now."""
+        """True if the robot has come to the end of its authority."""
         return bool(is_held(self._computer.array))
 
     @property
     def authority_m(self) -> float:
-        """Arc length up to which it may drive; infinite if nobody has said."""
+        """Arc length up to which the robot may drive; infinite if nobody has set it."""
         return self._state.authority_m
 
     def authorize(self, until_m: float) -> None:
-        """Drive up to this arc length, and no further until told."""
+        """Allow driving up to this arc length."""
         self._state.authority_m = until_m
 
     @property
     def leg_done(self) -> bool:
-        """Whether the robot has come to the end of the leg, if not yet quite to rest."""
+        """True if the robot has reached the end of the leg, even if not quite at rest."""
         if self._turning is not None:
             return self._turning.arrived(self.now)
         return bool(has_arrived(self._computer.array))
 
     def next_leg(self) -> bool:
-        """Begin the next leg; False if this was the last."""
+        """Begin the next leg; return False if this was the last."""
         if self.leg_index + 1 >= len(self._plan.legs):
             return False
         state, turn = self._state, self._plan.turns.get(self.leg_index)
@@ -177,23 +195,32 @@ class PathTracker:
         return True
 
     def halt(self) -> None:
-        """The robot stands: the next motion starts from nothing."""
+        """Restart the next motion from rest, because the robot stands."""
         self._state.speed_mps, self._state.owed_s = 0.0, 0.0
         self._state.reference_m = self._state.arc_m
         self._follower.reset()
 
     @property
     def leg_arrays(self) -> t.LegArrays:
-        """The leg, for kernels."""
+        """Arrays of the leg, for kernels."""
         return t.LegArrays(self._rows, self._plan.speeds, self._ahead)
 
     @property
     def brakes(self) -> bool:
-        """Whether it was braking in the last tick, or held, with the reference already at rest."""
+        """True if the robot was braking or held in the last tick, with the reference already at rest."""
         return self._braked_ticks > 0
 
     def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, ...]:
-        """Commands of the drive's actuators for the coming tick."""
+        """Run one tick.
+
+        Args:
+            estimator: Estimator that has seen the tick.
+            mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK of `path_projection`.
+            back_to_m: Arc length to return to, for MODE_BACK.
+
+        Returns:
+            Commands of the drive's actuators for the coming tick.
+        """
         now = self.now
         self._state.back_to_m = back_to_m
         observe(self.drive.figures, self._computer.array)
@@ -216,7 +243,7 @@ class PathTracker:
         return tuple(self._actuators.tolist())
 
     def _turn_timed(self) -> None:
-        """A turn in place has a reference of its own: a timed one is where the robot is, turned as that."""
+        """Set the errors of a timed reference in a turn in place: it is where the robot is, at the turn's heading."""
         if self._state.timed:
             now = self.now
             now[tracking.ALONG] = now[tracking.ACROSS] = now[tracking.REFERENCE_ACCELERATION] = 0.0
@@ -224,14 +251,14 @@ class PathTracker:
             self._state.owed_s += TICK_S
 
     def wheels_rest(self, estimator: Estimator) -> bool:
-        """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
+        """Return True if the wheels, by their encoders, have come to rest or begun to turn back."""
         speed_mps, yaw_rate_radps = onboard_drive.twist(self.drive.figures, estimator.buffer.measured, self.now)
         ahead_mps, turn_mps = speed_mps * self._direction, abs(yaw_rate_radps) * TURNING_LEVER_M
         return bool(ahead_mps < 2.0 * STOPPED_MPS and turn_mps < 2.0 * STOPPED_MPS)
 
     @property
     def _direction(self) -> float:
-        """+1 if the robot drives, or last drove, forward."""
+        """Direction of the present or last motion of the robot: +1 forward, −1 backward."""
         return math.copysign(1.0, self.reference_mps) * (self.leg.sense or 1.0)
 
     def _hold_back(self) -> None:
@@ -245,7 +272,7 @@ class PathTracker:
         most = BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS
         held = direction * min(max(direction * speed_mps, -BRAKE_MARGIN_MPS), most)
         if held != speed_mps:
-            # Slower along the same circle: at the same yaw rate it would turn in ever more tightly.
+            # Slower along the same circle: at the same yaw rate it would turn ever more tightly.
             slower = yaw_rate_radps * held / speed_mps
             self._actuators[:] = onboard_drive.actuators_of(figures, held, slower, self.now)
 
@@ -269,11 +296,11 @@ class PathTracker:
 
 @kernel
 def has_arrived(computer: Computer) -> bool:
-    """Whether the robot has come to the end of the leg that it drives, if not yet quite to rest.
+    """Return True if the robot has reached the end of the leg, even if not quite at rest.
 
-    Where it matters where it rests, it has come there once it would brake to rest at the end: braking earlier leaves
-    some millimetres, and in a tight bend 5 mm are 2°. A timed reference must have come there, too; for a robot that
-    stays behind it waits no longer than for one that turns in place.
+    If its exact resting place matters, it has arrived once it would brake to rest at the end: braking earlier leaves
+    some millimetres, and in a tight bend 5 mm are 2°. A timed reference must have arrived, too; for a robot that stays
+    behind it waits no longer than for one that turns in place.
     """
     leg = computer[0].leg
     speed_mps = abs(leg.now[tracking.SPEED])
@@ -286,16 +313,16 @@ def has_arrived(computer: Computer) -> bool:
 
 @kernel
 def is_held(computer: Computer) -> bool:
-    """Whether the robot has come to where it may drive no further for now."""
+    """Return True if the robot has come to the end of its authority."""
     leg = computer[0].leg
     return bool(leg.arc_m >= leg.authority_m - HELD_M)
 
 
 @kernel
 def nozzle_m(computer: Computer) -> float:
-    """The arc length at which the nozzle would be if the robot's heading were the path's [m].
+    """Return the arc length [m] at which the nozzle would be if the robot's heading were the path's.
 
-    The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
+    The nozzle is beside the axle: a rotation of the robot moves it ahead by the angle times its distance.
     """
     leg = computer[0].leg
     place_m: float = leg.arc_m - leg.nozzle_y_m * leg.now[tracking.HEADING_ERROR]
@@ -307,14 +334,14 @@ def observe(drive: Any, computer: Computer) -> None:
     """Fill in the robot's own motion in the leg's `now`, for the follower.
 
     Args:
-        drive: Figures of the drive.
-        computer: (1,) of which the estimator has seen the tick.
+        drive: Parameters of the drive.
+        computer: (1,) whose estimator has seen the tick.
     """
     c = computer[0]
     x, actuators, now = c.filter.states[c.times.tick % m.RING], c.command.actuators, c.leg.now
     now[tracking.SPEED] = speed_now_mps(computer)
     onboard_drive.effective(drive, x, now)
     copy(actuators, now[tracking.COMMAND :])
-    # The estimate is the mean of the last tick; the actuators' lag says how far it has moved on since its middle.
+    # The estimate is the mean of the last tick; the actuators' lag gives the change since its middle.
     _, commanded = onboard_drive.twist(drive, actuators, now)
     now[tracking.YAW_RATE] = x[m.YAW_RATE] + c.leg.half_tick_share * (commanded - x[m.YAW_RATE])

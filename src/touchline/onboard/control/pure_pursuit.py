@@ -1,14 +1,14 @@
 """Pure pursuit on the error against the path, with curvature feed-forward and PID terms.
 
 Plain pure pursuit aims at a point of the path and therefore cuts every change of curvature. Here the path's own
-curvature is fed forward, taken as far ahead as the motors lag, and the pursuit acts on what is left: in the frame that
-moves with the path the point to aim at lies `lookahead` ahead on the axis, the robot `lateral` beside it and turned by
-the heading error. The circle through it has curvature 2·sin α / lookahead (Coulter 1992), with α from atan2.
+curvature is fed forward, taken ahead by the lag of the motors, and the pursuit acts on the remaining error: in the
+frame that moves with the path the target point lies `lookahead` ahead on the axis, the robot `lateral` beside it and
+turned by the heading error. The circle through it has curvature 2·sin α / lookahead (Coulter 1992), with α from atan2.
 
-The speed is the reference's unless the path ahead forbids it. Then it is regulated, in the sense of Regulated
-Pure Pursuit (Macenski et al. 2023) with this robot's own measures: by the lateral acceleration of the curvature
-commanded now and of the path's within a braking distance, which the tyres have to hold, and by the nozzle's distance
-from its line.
+The speed is the reference's unless the path ahead forbids it. Then it is regulated, in the sense of Regulated Pure
+Pursuit (Macenski et al. 2023) with this robot's own measures: by the lateral acceleration of the curvature commanded
+now and of the path's within a braking distance, which the tyres have to hold, and by the nozzle's distance from its
+line.
 """
 
 from __future__ import annotations
@@ -38,21 +38,22 @@ from touchline.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE, CO
 from touchline.schemas.vehicles import Vehicle
 
 YAW_RATE_GAIN = 1.0
-"""Yaw rate command per yaw rate error: slip and lag out of the loop before they become a heading error."""
+"""Yaw rate command per yaw rate error: removes slip and lag from the loop before they become a heading error."""
 LATERAL_INTEGRAL_LIMIT_1PM = 0.1
 SPEED_GAIN = 1.5
 SPEED_INTEGRAL_1PS = 3.0
 SPEED_INTEGRAL_LIMIT_MPS = 0.15
 ACROSS_MARGIN = 1.25
-"""Share of what plans may ask of the tyres that commanded curvature may: a plan at its limit can be corrected."""
+"""Factor on the planned lateral acceleration that commanded curvature may reach: a plan at its limit can be
+corrected."""
 PREVIEW_TICKS = 28
-"""How far ahead curves are looked for: from 1.5 m/s it takes as long to brake for a radius of 1 m."""
+"""Preview of curves: from 1.5 m/s it takes as long to brake for a radius of 1 m."""
 NEAR_M, FAR_M = 0.05, 0.20
-"""Distance of the nozzle from its line at which the robot begins to be slower, and is at its slowest."""
+"""Distances of the nozzle from its line at which the robot begins to slow down, and is at its slowest."""
 SLOWEST_MPS = 0.3
-"""Below this no reference is reduced."""
+"""Speed below which no reference is reduced."""
 REDUCE_MPS2 = 3.0
-"""How fast the reduction may grow, should the estimate jump."""
+"""Largest rate of the reduction, should the estimate jump."""
 
 Floats = NDArray[np.float64]
 
@@ -61,10 +62,10 @@ class PursuitLimits(NamedTuple):
     """Limits of the vehicle for pure pursuit.
 
     Attributes:
-        side_slip_rad_per_mps2: Nominal slip angle per lateral acceleration.
-        across_mps2: Largest planned acceleration across the path.
-        brake_mps2: Largest planned deceleration along it.
-        aim: How far ahead it aims.
+        side_slip_rad_per_mps2: Nominal side slip angle per lateral acceleration.
+        across_mps2: Largest planned lateral acceleration.
+        brake_mps2: Largest planned deceleration along the path.
+        aim: Lookahead.
     """
 
     side_slip_rad_per_mps2: float
@@ -74,16 +75,16 @@ class PursuitLimits(NamedTuple):
 
 
 class PursuitMemory(Record):
-    """What pure pursuit keeps from tick to tick: the integrators, and by how much the speed is reduced."""
+    """Memory of pure pursuit from tick to tick: the integrators, and the reduction of the speed."""
 
     lateral_sum_1pm: float
     speed_sum_mps: float
     reduction_mps: float
-    """Of the reference speed."""
+    """Reduction of the reference speed."""
 
 
 class PurePursuitFollower:
-    """See the module."""
+    """Follower by regulated pure pursuit with feed-forward."""
 
     name = "pure-pursuit"
     can_fail = False
@@ -91,7 +92,7 @@ class PurePursuitFollower:
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """A follower at rest."""
+        """Make a follower at rest."""
         drive = drive_of(vehicle)
         self.limits = PursuitLimits(
             drive.side_slip_rad_per_mps2,
@@ -106,14 +107,14 @@ class PurePursuitFollower:
         self.memory = PursuitMemory()
         self._twist = np.zeros(2)
         self.fallbacks = 0
-        """Always 0: there is nothing simpler to fall back on."""
+        """Always 0: there is no simpler method to fall back on."""
 
     def reset(self) -> None:
-        """Empty the integrators; the speed is not reduced."""
+        """Empty the integrators, and end a reduction of the speed."""
         self.memory.reset()
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
-        """As `Follower.step`."""
+        """See `Follower.step`."""
         pursue(now, ahead, self.lead, self.limits, self.memory.array, self._twist)
         speed_mps, yaw_rate_radps = self._twist.tolist()
         return BodyTwist(speed_mps, yaw_rate_radps)
@@ -128,7 +129,7 @@ def _clip(value: float, limit: float) -> float:
 def _allowed_mps(
     reference: float, correction: float, off_m: float, ahead: Floats, lead: int, p: PursuitLimits
 ) -> float:
-    """The speed, of at most `reference` (all without sign), that curvature and distance from the line allow [m/s]."""
+    """Return the speed [m/s] up to `reference` (all unsigned) that curvature and distance from the line allow."""
     allowed = reference
     most = ACROSS_MARGIN * p.across_mps2
     speed, yaw_rate = abs(ahead[lead, A_SPEED]), ahead[lead, A_YAW_RATE]
@@ -153,13 +154,13 @@ def _allowed_mps(
 def pursue(
     now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Sequence[PursuitMemory], twist: Floats
 ) -> None:
-    """The twist for the coming tick.
+    """Compute the twist for the coming tick.
 
     Args:
         now: (NOW,) of `tracking_state`.
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, up to row `lead` by ticks, then by COARSE_TICKS.
-        lead: By how many ticks the feed-forward is ahead.
-        p: The limits.
+        lead: Lead of the feed-forward in ticks.
+        p: Limits of the vehicle.
         memory: (1,) updated.
         twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
@@ -168,9 +169,7 @@ def pursue(
     speed = max(abs(speed_now), 0.05)
     lookahead = max(p.aim.lookahead_min_m, p.aim.lookahead_s * speed)
     # Driving backward mirrors the picture: the axis points in the direction of travel.
-    crab = (
-        p.side_slip_rad_per_mps2 * speed_now * ahead[0, A_YAW_RATE]
-    )  # into a curve, as much as the tyres drift out of it
+    crab = p.side_slip_rad_per_mps2 * speed_now * ahead[0, A_YAW_RATE]  # into a curve, by the drift angle of the tyres
     alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
     pursuit = sense * 2.0 * math.sin(alpha) / lookahead
     kept.lateral_sum_1pm = _clip(
@@ -179,7 +178,7 @@ def pursue(
     )
     correction = pursuit + kept.lateral_sum_1pm
     wanted = abs(reference)
-    # `correction` is of the path's curvature; driving backward, that of the rows is mirrored as the picture is.
+    # `correction` is of the path's curvature; driving backward, that of the rows is mirrored, too.
     allowed = _allowed_mps(wanted, sense * correction, abs(now[NOZZLE_LATERAL]), ahead, lead, p)
     before = kept.reduction_mps
     reduction = min(max(wanted - allowed, before - p.brake_mps2 * TICK_S, 0.0), before + REDUCE_MPS2 * TICK_S)

@@ -1,11 +1,11 @@
-"""The lane pursuit of a published study on a clay roller, as a baseline: see docs/explanation/onboard.md.
+"""Lane pursuit of a published study on a clay roller, as a baseline: see docs/explanation/onboard.md.
 
-Lane by lane: a lane is what is driven in one direction of travel, from edge to edge. Along it the speed is a function
-of the place (`lane_profile`), and the robot steers for a point of the path a fixed distance ahead in the direction of
-travel. In the robot's frame that point is at (x, y); the circle through it that is tangent to the robot's axis has
-curvature 2·y/(x² + y²), ahead or behind. Beyond an edge the path goes straight on: the point is carried on there.
+A lane is what is driven in one direction of travel, from edge to edge. Along it the speed is a function of the place
+(`lane_profile`), and the robot steers for a point of the path a fixed distance ahead in the direction of travel. In the
+robot's frame that point is at (x, y); the circle through it that is tangent to the robot's axis has curvature 2·y/(x² +
+y²), ahead or behind. Beyond an edge the path is extended straight, and the point with it.
 
-Nothing is fed forward and nothing integrated, so that every change of curvature is cut: an S of 5 m by up to 0.7 m.
+There is no feed-forward and no integral, so every change of curvature is cut: an S of 5 m by up to 0.7 m.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ from touchline.schemas.onboard import LanePursuit, OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 
 STEERED_RAD = 0.02
-"""The steering is where it is wanted, so near that a lane may begin."""
+"""Steering error below which a lane may begin."""
 
 Floats = NDArray[np.float64]
 
 
 class LaneState(Enum):
-    """What the supervisor is doing."""
+    """State of the supervisor."""
 
     SEARCHING = auto()
-    """For the next edge: where the lane begins and ends, and which way it is driven."""
+    """Looks for the next edge: start and end of the lane, and its direction of travel."""
     INITIALISING = auto()
-    """Progress and profile begin anew."""
+    """Restarts progress and profile."""
     STABILISING = auto()
-    """Stands until the steering is where the lane wants it."""
+    """Stands until the steering has the lane's angle."""
     TRAVELLING = auto()
 
 
 class LanePursuitFollower:
-    """See the module.
+    """Follower by the study's lane pursuit.
 
     Attributes:
-        state: Of the supervisor.
+        state: State of the supervisor.
     """
 
     name = "pursuit-lanes"
@@ -59,35 +59,35 @@ class LanePursuitFollower:
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """A follower at rest, with the study's settings."""
+        """Make a follower at rest, with the study's settings."""
         self._settings = LanePursuit()
         self._drive = drive_of(vehicle)
         self._fastest_mps = vehicle.drive.max_speed_mps
         self._turning = PurePursuitFollower(vehicle)
         self.ahead_rows, self.fine_rows = self._turning.ahead_rows, self._turning.fine_rows
         self.fallbacks = 0
-        """Always 0: turns on the spot, which the study has none of, are no failures."""
+        """Always 0: turns on the spot, which the study does not have, are no failures."""
         self.state = LaneState.SEARCHING
         self._path: PathPlace | None = None
         self._lane: Leg | None = None
         self._begun_m = 0.0
 
     def configure(self, config: OnboardConfig) -> None:
-        """As `ConfiguredFollower.configure`."""
+        """See `ConfiguredFollower.configure`."""
         self._settings = config.lane_pursuit
 
     def take_path(self, path: PathPlace) -> None:
-        """As `PathFollower.take_path`."""
+        """See `PathFollower.take_path`."""
         self._path = path
         self.reset()
 
     def reset(self) -> None:
-        """Whatever is left of the lane is a lane of its own."""
+        """Treat the rest of the lane as a lane of its own."""
         self.state = LaneState.SEARCHING
         self._turning.reset()
 
     def step(self, now: Floats, ahead: Floats) -> BodyTwist:
-        """As `Follower.step`."""
+        """See `Follower.step`."""
         path = self._path
         if path is None or path.leg.sense == SPIN:
             self.state = LaneState.SEARCHING
@@ -107,7 +107,7 @@ class LanePursuitFollower:
         return self._travel(path, now)
 
     def _travel(self, path: PathPlace, now: Floats) -> BodyTwist:
-        """Speed by the place on the lane, but for what the lane knows nothing of: being stopped, and sent back."""
+        """Compute the twist by the place on the lane; stops and returns, unknown to the lane, have priority."""
         reference, sense = float(now[REFERENCE_SPEED]), path.leg.sense
         if reference * sense < 0.0:
             return BodyTwist(reference, reference * self._curvature(path, now, -1.0))
@@ -122,7 +122,7 @@ class LanePursuitFollower:
         return float(pursuit_curvature_1pm(path.pieces, float(path.leg.sense), place, ahead_m, *errors))
 
     def _steering(self, path: PathPlace, now: Floats) -> BodyTwist | None:
-        """Turns what steers without driving to where the lane wants it; None once it is there, or nothing does."""
+        """Turn the steering to the lane's angle at standstill; None once it is there, or if nothing steers."""
         figures, commanded = self._drive.figures, now[COMMAND:]
         speed = path.leg.sense * self._settings.min_speed_mps
         curvature = self._curvature(path, now, 1.0)
@@ -139,15 +139,15 @@ class LanePursuitFollower:
 def pursuit_curvature_1pm(
     pieces: Floats, sense: float, place_m: float, ahead_m: float, lateral_m: float, heading_error_rad: float
 ) -> float:
-    """Curvature of the circle that leads the robot to a point of its path.
+    """Compute the curvature of the circle that leads the robot to a point of its path.
 
     Args:
         pieces: (n, COLUMNS) pieces of the leg, of `smoothing`.
-        sense: +1 if the leg is driven forward, -1 if backward.
-        place_m: Arc length that the robot has come to.
-        ahead_m: From there to the point, along the path; negative if the robot goes back.
-        lateral_m: How far the robot is to the left of the path.
-        heading_error_rad: How far it is turned to the left of it.
+        sense: +1 if the leg is driven forward, −1 if backward.
+        place_m: Arc length that the robot has reached.
+        ahead_m: Distance from there to the point, along the path; negative if the robot goes back.
+        lateral_m: Distance of the robot to the left of the path.
+        heading_error_rad: Heading of the robot less the path's.
     """
     piece = piece_at(pieces, 0, place_m)
     x, y, heading = pose_on(pieces, sense, piece, place_m)

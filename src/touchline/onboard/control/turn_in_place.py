@@ -1,4 +1,4 @@
-"""Turns in place: the reference for the heading between two legs."""
+"""Turns in place: the reference of the heading between two legs."""
 
 from __future__ import annotations
 
@@ -13,20 +13,25 @@ from touchline.onboard.trajectory import path_projection as t
 from touchline.onboard.trajectory.turn import TurnInPlace
 
 CREEP_RADPS = 0.05
-"""Slowest reference rate before the end."""
+"""Lowest reference rate before the end."""
 MAX_LAG_RAD = 0.2
-"""The reference waits for a robot that is so far behind."""
+"""Error beyond which the reference waits for the robot."""
 ARRIVED_RAD = math.radians(0.3)
 ARRIVED_RADPS = 0.05
 PATIENCE_S = 1.5
-"""After the reference has ended; what is left of the error then is for the next leg to take out."""
+"""Time after the reference has ended, after which the next leg has to remove the remaining error."""
 
 
 class Turning:
     """A turn in progress. Its reference runs by time, so that lagging behind it shows as a heading error."""
 
     def __init__(self, turn: TurnInPlace, start_heading_rad: float) -> None:
-        """At its start, `start_heading_rad` unwrapped."""
+        """Make a turn at its start, from an unwrapped heading.
+
+        Args:
+            turn: Angle and limits.
+            start_heading_rad: Heading of the robot at the start.
+        """
         self._turn = turn
         self._start_rad = start_heading_rad
         self._sign = math.copysign(1.0, turn.angle_rad)
@@ -37,16 +42,16 @@ class Turning:
 
     @property
     def moving(self) -> bool:
-        """Whether the reference turns."""
+        """True while the reference turns."""
         return self._rate > 0.0
 
     @property
     def done(self) -> bool:
-        """Whether the reference has arrived."""
+        """True if the reference has arrived."""
         return self._done_rad >= self._angle
 
     def arrived(self, now: NDArray[np.float64]) -> bool:
-        """Whether the robot has arrived, too, or has had its time."""
+        """Return True if the robot has arrived, too, or its time is over; count the time of this tick."""
         if not self.done:
             return False
         self._waited_s += TICK_S
@@ -54,13 +59,20 @@ class Turning:
         return bool(settled) or self._waited_s > PATIENCE_S
 
     def hold(self, heading_rad: float) -> None:
-        """Restart the reference from the heading of the robot, which stands."""
+        """Restart the reference from the heading of the standing robot."""
         turned = self._sign * math.remainder(heading_rad - self._start_rad - self._sign * self._done_rad, math.tau)
         self._done_rad = min(max(self._done_rad + turned, 0.0), self._angle)
         self._rate = 0.0
 
     def step(self, heading_rad: float, brake: bool, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> None:
-        """Advance the reference by a tick; fill in the errors in `now` and the path `ahead`, as `track` does."""
+        """Advance the reference by a tick; fill in the errors and the path ahead, as `track` does.
+
+        Args:
+            heading_rad: Heading of the robot.
+            brake: True to brake the turn.
+            now: (NOW,) of `tracking_state`; its errors are filled in.
+            ahead: (k, AHEAD_COLUMNS) of `path_projection`, filled in.
+        """
         behind = self._sign * math.remainder(self._start_rad + self._sign * self._done_rad - heading_rad, math.tau)
         if not brake and behind > MAX_LAG_RAD:
             self._rate = 0.0
@@ -87,6 +99,6 @@ class Turning:
             return max(rate - step, 0.0)
         if left <= 0.0:
             return 0.0
-        # From this rate the rest of the tick and braking fit into what is left.
+        # From this rate the rest of the tick and braking fit into the remaining angle.
         fastest = math.sqrt(2.0 * self._turn.acceleration_radps2 * left + 0.25 * step * step) - 0.5 * step
         return min(rate + step, self._turn.rate_radps, max(fastest, CREEP_RADPS))

@@ -36,14 +36,14 @@ class DifferentialFigures(NamedTuple):
     """Parameters of the drive for kernels; its kernels are documented in `onboard_drive`.
 
     Attributes:
-        radius_m: Nominal, of the wheels.
-        track_m: Between them.
+        radius_m: Nominal radius of the wheels.
+        track_m: Distance between the wheels.
         half_track_m: Half of that.
-        max_rate_radps: Of a wheel.
-        reach_radps: By which a command may differ from the wheel's speed: a first-order motor accelerates by
+        max_rate_radps: Largest rate of a wheel.
+        reach_radps: Largest difference between a command and the wheel's speed: a first-order motor accelerates by
             (command − speed) / lag.
-        encoder_var: Of a rim speed (m/s)².
-        track_share: By which the track is uncertain (1 σ).
+        encoder_var: Variance of a rim speed (m/s)².
+        track_share: Relative uncertainty of the track (1 σ).
     """
 
     radius_m: float
@@ -73,7 +73,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
-        """See `onboard_drive.strain`: without the accelerometer nothing but the wheels tells the speed."""
+        """See `onboard_drive.strain`: nothing without the accelerometer, when only the wheels measure the speed."""
         if math.isnan(z.accel_mps2):
             return
         for wheel in range(2):
@@ -106,19 +106,19 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-        """See `onboard_drive.actuators_of`: a wheel's rate is the ground's speed beneath it, divided by its radius."""
+        """See `onboard_drive.actuators_of`: a wheel's rate is the ground speed beneath it over its effective radius."""
         apart = self.half_track_m * yaw_rate_radps
         return (speed_mps - apart) / now[EFFECT], (speed_mps + apart) / now[EFFECT + 1]
 
     @kernel
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
-        """See `onboard_drive.gain`: half the radius, and that by half the track, negative for the left wheel."""
+        """See `onboard_drive.gain`: half the radius, and that over half the track, negative for the left wheel."""
         speed = 0.5 * now[EFFECT + actuator]
         return speed, (2 * actuator - 1) * speed / self.half_track_m
 
     @kernel
     def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-        """See `onboard_drive.command`: excess speed is scaled down, keeping the curvature; excess change is cut off."""
+        """See `onboard_drive.command`: excess speed is scaled down, keeping the curvature; excess change is clipped."""
         half, fastest, reach = self.half_track_m, self.max_rate_radps, self.reach_radps
         left = (speed_mps - half * yaw_rate_radps) / now[EFFECT]
         right = (speed_mps + half * yaw_rate_radps) / now[EFFECT + 1]
@@ -136,7 +136,7 @@ class OnboardDifferential(OnboardDrive):
     """The onboard side of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """The onboard side of a vehicle's drive."""
+        """Take the parameters of a vehicle's drive; see the base."""
         drive = self._drive = vehicle.drive
         self.lag_s = drive.motor_time_constant_s
         lag_s, tick_rad = max(self.lag_s, TICK_S), 2.0 * math.pi / drive.encoder_ticks_per_revolution
@@ -159,11 +159,11 @@ class OnboardDifferential(OnboardDrive):
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
 
     def moves_mps(self, actuators: Floats) -> float:
-        """The speed of the faster rim."""
+        """Return the speed of the faster rim [m/s]."""
         return float(np.abs(actuators).max() * self.figures.radius_m)
 
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """Refuse a curvature at which the inner wheel would have to run backward."""
+        """See the base: refuse a curvature at which the inner wheel would have to run backward."""
         half_m = self.figures.half_track_m
         if abs(curvature_1pm) * half_m > 1.0:
             raise CommandRefused(
@@ -172,7 +172,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """Refuse speeds at which the outer wheel would be beyond its limit."""
+        """See the base: refuse speeds at which the outer wheel would exceed its limit."""
         rim_mps = speed_mps * (1.0 + np.abs(curvature_1pm) * self.figures.half_track_m)
         worst = int(np.argmax(rim_mps))
         if rim_mps[worst] > self._drive.max_speed_mps * _LIMIT_SLACK:
@@ -182,7 +182,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """Refuse a rate at which both wheels would be beyond their limit."""
+        """See the base: refuse a rate at which both wheels would exceed their limit."""
         rim_mps = rate_radps * self.figures.half_track_m
         if rim_mps > self._drive.max_speed_mps * _LIMIT_SLACK:
             raise CommandRefused(f"{name}: turning on the spot at {rate_radps:.2f} rad/s {self._needs(rim_mps)}")
@@ -192,5 +192,5 @@ class OnboardDifferential(OnboardDrive):
         return f"needs a wheel speed of {wheel_radps:.2f} rad/s; the limit is {limit_radps:.2f} rad/s"
 
     def spin_acceleration_radps2(self) -> float:
-        """That of the planned acceleration at the lever by which plans turn."""
+        """Return the yaw acceleration by the planned acceleration at the lever with which plans turn."""
         return float(self._drive.max_acceleration_mps2 / self._drive.spin_lever_m)

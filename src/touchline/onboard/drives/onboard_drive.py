@@ -1,8 +1,8 @@
-"""The onboard side of a drive: twist to actuators, and encoder readings to odometry.
+"""Onboard side of a drive: twist to actuators, and encoder readings to odometry.
 
-Kernels take the figures of a drive, a named tuple; the class of that tuple has the kernels below, so that code is
-compiled for the drive at hand (`touchline.core.jit.kernel_of_class`). Actuators and their encoders are in the
-order of `DriveSpec.actuators`, and arrays of them have its length. `now` is that of `tracking_state`.
+Kernels take the figures of a drive, a named tuple whose class has the kernels below, so that code is compiled for the
+drive at hand (`touchline.core.jit.kernel_of_class`). Actuators and their encoders are in the order of
+`DriveSpec.actuators`, and arrays of them have its length. `now` is laid out as in `tracking_state`.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ Floats = NDArray[np.float64]
 
 
 class LastingError(NamedTuple):
-    """An error of odometry that hardly changes: a Gauss-Markov process of this σ and time constant."""
+    """Parameters of a slowly varying error of odometry: a Gauss-Markov process with this σ and time constant."""
 
     sigma: float
     tau_s: float
 
 
 class Aim(NamedTuple):
-    """How far ahead pursuit aims, by the speed and at least, and how fast it takes out what is left beside the path.
+    """Lookahead of pursuit, by the speed and at least, and the gain with which it removes a lasting lateral error.
 
-    The nimbler a drive the nearer: its yaw rate has to follow within the time to that place.
+    The more agile a drive, the shorter: its yaw rate has to follow within the time to the target point.
     """
 
     lookahead_s: float = 0.30
@@ -42,25 +42,25 @@ class Aim(NamedTuple):
 
 
 class OnboardDrive(ABC):
-    """The onboard side of a drive, outside of kernels.
+    """Onboard side of a drive, outside of kernels.
 
     Attributes:
-        figures: For kernels.
+        figures: Parameters for kernels.
         lag_s: Time constant with which the actuators follow their commands.
         limit: (actuators,) largest absolute commands.
-        reach: (actuators,) by how much a command may differ from what its actuator does.
-        lag_share: (actuators,) by which share of the difference an actuator gets nearer to its command in a tick.
-        max_step: (actuators,) by how much it changes in a tick at most.
-        tolerance: (actuators,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
+        reach: (actuators,) largest difference between a command and the actuator's present value.
+        lag_share: (actuators,) share of the difference to its command by which an actuator approaches it in a tick.
+        max_step: (actuators,) largest change in a tick.
+        tolerance: (actuators,) allowed deviation from the expected value, or `tolerance_share` of that value.
         tolerance_share: See `tolerance`.
-        disobeyed: For people, what is wrong if an actuator does not follow its command.
-        side_slip_rad_per_mps2: Sideways slip angle per lateral acceleration.
-        lasting_errors: Of its two errors of odometry; None: it is a slip, which comes and goes.
-        move_scale: By how much a command may change in a second at the cost of a small error: of
-            each, or one number of all; see `mpc`.
+        disobeyed: For people: what is wrong if an actuator does not follow its command.
+        side_slip_rad_per_mps2: Side slip angle per lateral acceleration.
+        lasting_errors: Models of the two errors of odometry; None: the error is a slip, which comes and goes.
+        move_scale: Change of a command in a second that costs as much as a small error: of each, or one number for all;
+            see `mpc`.
         horizon_ticks: Steps of the MPC's horizon: fine where the next command acts, coarse where only the course
             matters, and in all as long as it takes to steer back to the path and along it.
-        aim: Of pursuit.
+        aim: Parameters of pursuit.
     """
 
     figures: Any
@@ -79,48 +79,70 @@ class OnboardDrive(ABC):
     aim: Aim = Aim()
 
     def resting(self, actuators: tuple[float, ...]) -> tuple[float, ...]:
-        """The commands of a robot that is to stand, after these: its wheels at rest."""
+        """Return the commands of a robot that is to stand, after these commands: its wheels at rest."""
         return (0.0,) * len(actuators)
 
     @abstractmethod
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """The drive of a vehicle whose track, or whatever tells its yaw rate, is uncertain by a share (1 σ)."""
+        """Take the parameters of a vehicle's drive.
+
+        Args:
+            vehicle: With this kind of drive.
+            track_width_relative: Relative uncertainty of the track, or of whatever determines the yaw rate (1 σ).
+        """
 
     @abstractmethod
     def moves_mps(self, actuators: Floats) -> float:
-        """How fast anything that touches the ground moves by these commands (actuators,)."""
+        """Return the speed [m/s] of the fastest part that touches the ground under these commands (actuators,)."""
 
     @abstractmethod
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """Check that a segment of this curvature can be driven.
+        """Check that a segment can be driven.
+
+        Args:
+            name: Name of the segment in the refusal.
+            curvature_1pm: Curvature of the segment.
 
         Raises:
-            CommandRefused: It cannot; `name` says which segment it is.
+            CommandRefused: It cannot be driven.
         """
 
     @abstractmethod
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """Check that segments (n,) of these curvatures can be driven so fast.
+        """Check that segments can be driven at their speeds.
+
+        Args:
+            speed_mps: (n,) largest speed on each segment.
+            curvature_1pm: (n,) curvature of each.
+            name: Name of a segment in the refusal, by its index.
 
         Raises:
-            CommandRefused: One cannot; `name` says which, by its index.
+            CommandRefused: A segment cannot.
         """
 
     @abstractmethod
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """Check that the vehicle can turn on the spot so fast.
+        """Check that the vehicle can turn on the spot at a rate.
+
+        Args:
+            name: Name of the segment in the refusal.
+            rate_radps: Largest yaw rate of the turn.
 
         Raises:
-            CommandRefused: It cannot; `name` says which segment it is.
+            CommandRefused: It cannot.
         """
 
     @abstractmethod
     def spin_acceleration_radps2(self) -> float:
-        """The yaw acceleration with which the vehicle turns on the spot."""
+        """Return the yaw acceleration with which the vehicle turns on the spot."""
 
 
 def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDrive:
-    """The onboard side of a vehicle's drive.
+    """Make the onboard side of a vehicle's drive.
+
+    Args:
+        vehicle: Vehicle with a registered kind of drive.
+        track_width_relative: Relative uncertainty of the track, or of whatever determines the yaw rate (1 σ).
 
     Raises:
         SpecError: The robot's computer knows no such drive.
@@ -134,51 +156,51 @@ def read(figures: Any, span: int, buffer: SampleBuffer, row: TickInputs) -> bool
     """Convert the increments of the encoders since their last sample to odometry.
 
     Args:
-        figures: Of the drive.
-        span: Ticks since then.
-        buffer: With the newest angles, and what has been `turned_rad`; `measured` is filled in: what each actuator
-            does, in the unit of its command.
-        row: Of the tick; both numbers of `odometry` are filled in.
+        figures: Parameters of the drive.
+        span: Ticks since that sample.
+        buffer: Newest angles and the increments `turned_rad`; `measured` is filled in: the value of each actuator, in
+            the unit of its command.
+        row: Inputs of the tick; both numbers of `odometry` are filled in.
 
     Returns:
-        Whether nothing moves.
+        True if nothing moves.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def smooth(figures: Any, before: TickInputs, z: TickInputs) -> None:
-    """Fill in the smoothed speeds that the errors of odometry are a share of: both numbers of `smooth`.
+    """Fill in the smoothed values that the errors of odometry are a share of: both numbers of `smooth`.
 
     Args:
-        figures: Of the drive.
-        before: Of the tick before.
-        z: Of this tick.
+        figures: Parameters of the drive.
+        before: Inputs of the tick before.
+        z: Inputs of this tick.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def strain(figures: Any, P: Floats, before: TickInputs, z: TickInputs) -> None:
-    """Add the process noise of the errors of odometry that depends on what the drive does.
+    """Add the process noise of the errors of odometry that depends on the motion of the drive.
 
     Args:
-        figures: Of the drive.
+        figures: Parameters of the drive.
         P: (STATES, STATES) predicted covariance, updated.
-        before: Of the tick before.
-        z: Of this tick.
+        before: Inputs of the tick before.
+        z: Inputs of this tick.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def odometry(figures: Any, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
-    """Innovations and Jacobian of a tick's odometry.
+    """Compute the innovations and the Jacobian of a tick's odometry.
 
     Args:
-        figures: Of the drive.
-        x: (STATES,) predicted.
-        z: Of the tick.
+        figures: Parameters of the drive.
+        x: (STATES,) predicted state.
+        z: Inputs of the tick.
         h: (2, STATES) zeros; the Jacobian of the measurements is filled in.
 
     Returns:
@@ -189,22 +211,22 @@ def odometry(figures: Any, x: Floats, z: TickInputs, h: Floats) -> tuple[float, 
 
 @kernel_of_class
 def effective(figures: Any, x: Floats, now: Floats) -> None:
-    """Fill in the factors that convert actuators and twist into each other: the two numbers from EFFECT on.
+    """Fill in the factors that convert between actuators and twist: the two numbers from EFFECT on.
 
     Args:
-        figures: Of the drive.
-        x: (STATES,) the estimate.
-        now: (NOW,) of `tracking_state`.
+        figures: Parameters of the drive.
+        x: (STATES,) estimate.
+        now: (NOW,) layout of `tracking_state`.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
-    """The twist of the body while the actuators do what is given.
+    """Compute the twist of the body from the values of the actuators.
 
     Args:
-        figures: Of the drive.
+        figures: Parameters of the drive.
         actuators: (actuators,) in their units.
         now: (NOW,) with the factors of `effective`.
 
@@ -216,43 +238,43 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
 
 @kernel_of_class
 def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, ...]:
-    """The commands for a twist, whatever the actuators' limits: the inverse of `twist`.
+    """Compute the commands for a twist, ignoring the actuators' limits: the inverse of `twist`.
 
     Args:
-        figures: Of the drive.
-        speed_mps: Of the body.
-        yaw_rate_radps: Of the body.
+        figures: Parameters of the drive.
+        speed_mps: Speed of the body.
+        yaw_rate_radps: Yaw rate of the body.
         now: (NOW,) with the factors of `effective`.
 
     Returns:
-        For each actuator, in its unit.
+        Command of each actuator, in its unit.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def gain(figures: Any, actuator: int, now: Floats) -> tuple[float, float]:
-    """What a unit of one actuator adds to the twist: the derivative of `twist`.
+    """Compute the derivative of `twist` with respect to one actuator.
 
     Args:
-        figures: Of the drive.
-        actuator: Its number.
+        figures: Parameters of the drive.
+        actuator: Index of the actuator.
         now: (NOW,) with the factors of `effective`.
 
     Returns:
-        Of speed [m/s] and of yaw rate [rad/s], per unit.
+        Change of speed [m/s] and of yaw rate [rad/s] per unit of the actuator.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
 def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-    """The commands for a wanted twist, within the actuators' limits and within reach of what they do.
+    """Compute the commands for a wanted twist, within the actuators' limits and within reach of their present values.
 
     Args:
-        figures: Of the drive.
-        speed_mps: Of the body, wanted.
-        yaw_rate_radps: Of the body, wanted.
+        figures: Parameters of the drive.
+        speed_mps: Wanted speed of the body.
+        yaw_rate_radps: Wanted yaw rate of the body.
         now: (NOW,) with the present twist and the factors of `effective`.
         actuators: (actuators,) filled in.
     """

@@ -1,7 +1,7 @@
 """A driven drum and a steered wheel behind it: v = ω_d·r·(1 − s₀), and ω + v·tan(δ + s₁)/L = 0.
 
-The drive's two states of the filter are the drum's slip s₀, and s₁, by how much the wheel points further to the left
-than its encoder says: its adjustment, and how the tyre slips aside.
+The drive's two states of the filter are the drum's slip s₀ and the steering offset s₁, by which the wheel points
+further to the left than its encoder reads: its adjustment and the side slip of the tyre.
 """
 
 from __future__ import annotations
@@ -35,38 +35,39 @@ from touchline.schemas.vehicles import Vehicle
 Floats = NDArray[np.float64]
 
 STANDING_MPS: Final = 0.02
-"""Below this the steering is held: which way it has to point is the ratio of two numbers near 0."""
+"""Speed below which the steering is held: its angle would be the ratio of two numbers near 0."""
 _GAIN_FLOOR_MPS = 0.05
 _OFFSET_LIMIT_RAD = 0.1
 _OFFSET_TAU_S = 6000.0  # with an σ of 1°: 0.3 mrad in a second, 2.5 mrad in a minute
-_CURVE_SLIP = 0.01  # rad of side slip per rad of steering that is not known, 1 σ
-_CURVE_S = 2.0  # over which a steering angle counts as usual
+_CURVE_SLIP = 0.01  # rad of side slip per rad of unusual steering, 1 σ
+_CURVE_S = 2.0  # time constant of the usual steering angle
 _CURVE_SHARE = TICK_S / _CURVE_S
 _JUMP_VAR = 0.05**2
 _JUMP_FROM_MPS = 0.2
-_LEANING = 2.2  # σ, in half a second; without a blow 1.6 at most in more than an hour of lanes and turns
+_LEANING = 2.2  # σ, over half a second; without a blow at most 1.6 in more than an hour of lanes and turns
 _SLACK = 1.001
 _DRUM_TOLERANCE_RADPS, _DRUM_TOLERANCE_SHARE = 0.25, 0.2
 _STEERING_TOLERANCE_RAD = 0.035
 _STEERING_MOVE_RAD = 0.3
 _HORIZON_TICKS: Final = (2, 4, 6, 8, 10, 12, 14, 18, 22, 28, 34, 42)
-"""2 s in all: half of that ends before the steering has swung out and back, and the MPC weaves about its path."""
+"""2 s in all: with half of that the horizon ends before the steering has swung out and back, and the MPC weaves about
+its path."""
 _AIM: Final = Aim(lookahead_s=1.2, lookahead_min_m=1.0, lateral_integral_1pm2s=0.05)
 
 
 class RearSteeredFigures(NamedTuple):
-    """What kernels know of the drive.
+    """Parameters of the drive for kernels.
 
     Attributes:
-        radius_m: Nominal, of the drum.
-        base_m: From axle to axle.
-        max_rate_radps: Of the drum.
-        reach_radps: By which its command may differ from what it does.
-        stop_rad: Where the steering ends.
-        step_rad: By which its command may change in a tick.
-        encoder_var: Of the drum's speed (m/s)².
-        angle_var: Of the steering angle, in the wheelbase's share, rad².
-        base_share: By which the wheelbase is uncertain (1 σ).
+        radius_m: Nominal radius of the drum.
+        base_m: Wheelbase.
+        max_rate_radps: Largest rate of the drum.
+        reach_radps: Largest difference between the drum's command and its rate.
+        stop_rad: Largest steering angle.
+        step_rad: Largest change of the steering command in a tick.
+        encoder_var: Variance of the drum's speed (m/s)².
+        angle_var: Variance of the steering angle, rad².
+        base_share: Relative uncertainty of the wheelbase (1 σ).
     """
 
     radius_m: float
@@ -83,7 +84,7 @@ class RearSteeredFigures(NamedTuple):
     def read(self, span: int, buffer: SampleBuffer, row: TickInputs) -> bool:
         """See `onboard_drive.read`: mean rate and steering angle; as odometry nominal rim speed and mean angle.
 
-        A robot whose steering moves stands nevertheless.
+        A robot that only steers counts as standing.
         """
         drum, steered = buffer.turned_rad[0], buffer.turned_rad[1]
         buffer.measured[0] = drum / (span * TICK_S)
@@ -94,7 +95,7 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def smooth(self, before: TickInputs, z: TickInputs) -> None:
-        """See `onboard_drive.smooth`: the drum's rim speed, and the steering angle that is usual of late."""
+        """See `onboard_drive.smooth`: the drum's rim speed, and the usual steering angle of the last seconds."""
         smooth_rim(0, before, z)
         usual, angle = before.smooth[1], z.odometry[1]
         if math.isnan(usual):
@@ -107,9 +108,9 @@ class RearSteeredFigures(NamedTuple):
     def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
         """See `onboard_drive.strain`: the drum slips as a wheel does; the tyre's side slip changes with the steering.
 
-        Rejected again and again, the readings tell of an offset that jumped: somebody hit the wheel. So do readings
-        that all lean to one side: a robot that sets off after the blow is slow, and none of them is an outlier. Without
-        the accelerometer nothing but the drum tells the speed.
+        Readings that are rejected again and again indicate an offset that jumped because somebody hit the wheel. So do
+        readings that all deviate to one side: a robot that sets off after the blow is slow, and none of them is an
+        outlier. Without the accelerometer only the drum measures the speed, and nothing is added.
         """
         if math.isnan(z.accel_mps2):
             return
@@ -126,8 +127,8 @@ class RearSteeredFigures(NamedTuple):
     def odometry(self, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
         """See `onboard_drive.odometry`: the drum's speed less slip; and the wheel's contact moves along the wheel only.
 
-        The second innovation is −v·tan(δ + s₁) − L·ω: 0 if it does. The variance, one for both, is the
-        sum of all that is unsure.
+        The second innovation is −v·tan(δ + s₁) − L·ω: 0 if it does. The variance, the same for both, is the sum of all
+        uncertainties.
         """
         angle = z.odometry[1] + x[ODOMETRY_ERROR + 1]
         tan = math.tan(angle)
@@ -158,7 +159,7 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-        """See `onboard_drive.actuators_of`: the steering is held where no speed says which way it has to point."""
+        """See `onboard_drive.actuators_of`: at speeds too low to determine its angle, the steering is held."""
         steering = now[COMMAND + 1]
         if abs(speed_mps) > STANDING_MPS:
             steering = -math.atan(self.base_m * yaw_rate_radps / speed_mps) - now[EFFECT + 1]
@@ -168,7 +169,7 @@ class RearSteeredFigures(NamedTuple):
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
         """See `onboard_drive.gain`: the drum's at the present steering angle, the steering's at the present speed.
 
-        At standstill the steering's would be 0: it is that of a small speed.
+        At standstill the steering's would be 0; instead it is that of a low speed.
         """
         tan = math.tan(now[COMMAND + 1] + now[EFFECT + 1])
         if actuator == 0:
@@ -180,9 +181,9 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-        """See `onboard_drive.command`: too sudden for drum or steering is cut off.
+        """See `onboard_drive.command`: changes too fast for the drum or the steering are clipped.
 
-        A command beyond what the steering turns to in a tick would only wait.
+        A command beyond the angle that the steering reaches in a tick would only wait.
         """
         rate, steering = onboard_drive.actuators_of(self, speed_mps, yaw_rate_radps, now)
         there, held = now[SPEED_NOW] / now[EFFECT], now[COMMAND + 1]
@@ -196,7 +197,7 @@ class OnboardRearSteered(OnboardDrive):
     """The onboard side of a `RearSteeredDrive`."""
 
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """That of a vehicle."""
+        """Take the parameters of a vehicle's drive; see the base."""
         drive = self._drive = vehicle.drive
         self.lag_s = drive.steering_time_constant_s
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
@@ -223,15 +224,15 @@ class OnboardRearSteered(OnboardDrive):
         )
 
     def resting(self, actuators: tuple[float, ...]) -> tuple[float, ...]:
-        """The drum at rest, the steering where it is: it would turn for nothing, and back when the robot goes on."""
+        """See the base: stop the drum and hold the steering, which would have to turn back afterwards."""
         return 0.0, actuators[1]
 
     def moves_mps(self, actuators: Floats) -> float:
-        """The drum."""
+        """Return the rim speed of the drum [m/s]."""
         return float(abs(actuators[0]) * self.figures.radius_m)
 
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """The steering has a largest angle."""
+        """See the base: refuse a curvature that needs more than the largest steering angle."""
         needed_rad = math.atan(abs(curvature_1pm) * self.figures.base_m)
         if needed_rad > self._drive.max_steering_rad * _SLACK:
             raise CommandRefused(
@@ -240,7 +241,7 @@ class OnboardRearSteered(OnboardDrive):
             )
 
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """The drum has a limit, the same in turns."""
+        """See the base: refuse speeds above the drum's limit, which is the same in turns."""
         worst = int(np.argmax(speed_mps))
         if speed_mps[worst] > self._drive.max_speed_mps * _SLACK:
             raise CommandRefused(
@@ -248,9 +249,9 @@ class OnboardRearSteered(OnboardDrive):
             )
 
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """It cannot."""
+        """See the base: always refuse."""
         raise CommandRefused(f"{name}: a rear-steered vehicle cannot turn on the spot")
 
     def spin_acceleration_radps2(self) -> float:
-        """None."""
+        """Return 0: the vehicle cannot turn on the spot."""
         return 0.0

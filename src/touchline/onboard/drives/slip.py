@@ -14,11 +14,11 @@ from touchline.onboard.filter_model import ODOMETRY_ERROR, TickInputs
 Floats = NDArray[np.float64]
 
 STILL_RAD: Final = 1e-4
-"""Wheel angle in a tick below which the wheel stands."""
+"""Wheel angle in a tick below which the wheel counts as standing."""
 ENCODER_FLOOR_MPS: Final = 0.002
 SLIP_LIMIT: Final = 0.05
-"""Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
-wheels would only make it slip more still."""
+"""Largest slip that the feed-forward compensates; random slip is below it. A tyre at the end of its grip slips more,
+and faster wheels would only make it slip more still."""
 JUMP_TICKS: Final = 10
 _SMOOTHING = 1.0 / 30.0  # per tick
 _SUDDEN_SHARE = 0.1
@@ -30,15 +30,15 @@ _JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's er
 
 @kernel
 def smooth_rim(wheel: int, before: TickInputs, z: TickInputs) -> None:
-    """The rim speed that a wheel's slip is a share of.
+    """Smooth the rim speed that a wheel's slip is a share of.
 
-    Taken from the tick's own reading or from the state it would share its noise, and the gain with the innovation:
-    noise would become a bias of the slip. So it is smooth, but keeps up with a wheel that changes its speed.
+    The tick's own reading, or the state, would share its noise with the gain and the innovation, and noise would become
+    a bias of the slip. The smoothed speed does not, but keeps up with a wheel that changes its speed.
 
     Args:
-        wheel: Which of the two numbers of odometry is its rim speed [m/s].
-        before: Of the tick before.
-        z: Of this tick; the wheel's smooth speed is filled in.
+        wheel: Index of its rim speed [m/s] in the odometry.
+        before: Inputs of the tick before.
+        z: Inputs of this tick; the wheel's smooth speed is filled in.
     """
     value, last, rim = before.smooth[wheel], before.odometry[wheel], z.odometry[wheel]
     if not math.isnan(last):
@@ -50,18 +50,17 @@ def smooth_rim(wheel: int, before: TickInputs, z: TickInputs) -> None:
 
 @kernel
 def strain_slip(wheel: int, P: Floats, before: TickInputs, z: TickInputs) -> None:
-    """Let a wheel's slip be as uncertain as its change of speed makes it.
+    """Increase the variance of a wheel's slip by its change of speed.
 
-    A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its
-    grip, which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are
-    rejected again and again are a slip that jumped: taken for outliers they would be rejected until the slip is
-    forgotten.
+    A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its grip,
+    which the robot does not know. That slip comes and goes as fast as the wheel accelerates. Readings that are rejected
+    again and again indicate a slip that jumped: treated as outliers they would be rejected until the slip is forgotten.
 
     Args:
-        wheel: Which of the two errors of odometry is its slip.
+        wheel: Index of its slip in the errors of odometry.
         P: (STATES, STATES) predicted covariance; the variance of that slip is updated.
-        before: Of the tick before.
-        z: Of this tick, its smooth speeds filled in.
+        before: Inputs of the tick before.
+        z: Inputs of this tick, with its smooth speeds.
     """
     i = ODOMETRY_ERROR + wheel
     change = z.odometry[wheel] - before.odometry[wheel]

@@ -1,1 +1,1 @@
-"""The executive: state machine, mission, sprayer, failsafe, geofence, localization monitor."""
+"""Executive: state machine, mission, sprayer, failsafe, geofence, localization monitor."""

@@ -1,9 +1,9 @@
-"""The robot's end of its link to a team's coordinator: which cell it keeps to, and until when it may drive.
+"""The robot's end of the link to a team's coordinator: the cell that it keeps to, and until when it may drive.
 
-It keeps to one cell, the one it has *adopted*; looks at a cell only if its number is higher than that of any it has
-looked at (*decided*), and adopts it if the segment on which it would brake lies in it, or is no farther outside than
-of the cell that it keeps to, else never; and drives only within the *lease*, a time from the newest stamp of its own
-that it was echoed. docs/explanation/teams.md says why.
+It keeps to one cell, the one it has *adopted*. It looks at a cell only if its number is higher than that of any it has
+looked at (*decided*), and adopts it only if the segment on which it would brake lies in it, or is no farther outside
+than of the present cell. It drives only within the *lease*, a time from the newest of its own stamps that was echoed.
+docs/explanation/teams.md gives the reasons.
 """
 
 from __future__ import annotations
@@ -22,55 +22,59 @@ from touchline.schemas.onboard import TeamLimits
 Floats = NDArray[np.float64]
 Segment = tuple[complex, complex]
 
-# Rounding may leave who stands at a side of its cell this far (m) beyond it.
+# Distance (m) outside its cell that rounding may give to a robot at one of its sides.
 _ROUNDING_M: Final = 1e-9
 
 
 class CellKeeper:
-    """See the module.
+    """Cell, target and lease of a guided robot.
 
     Attributes:
-        half_planes: (k, 3) of the cell that it keeps to; none where it stood at the start.
-        target_m: Where it should go, x + iy.
-        until_s: By its own clock; later than that it brakes.
+        half_planes: (k, 3) of the adopted cell; none where the robot stood at the start.
+        target_m: Target, x + iy.
+        until_s: Time by the robot's own clock after which it brakes.
     """
 
     def __init__(self, limits: TeamLimits) -> None:
-        """It has no cell yet, and stands."""
+        """Make a keeper without a cell, so that the robot stands."""
         self._limits = limits
         self._decided = self._adopted = FIRST_CELL
         self.half_planes: Floats = np.zeros((0, 3))
         self.target_m = 0j
         self.until_s = -math.inf
 
-    def receive(self, told: Guidance, segment: Segment) -> bool:
-        """Take what the coordinator tells, in whatever order it comes; False if it is passed over, not being finite.
+    def receive(self, guidance: Guidance, segment: Segment) -> bool:
+        """Take guidance from the coordinator, in whatever order it arrives.
 
         Args:
-            told: To this robot.
-            segment: Where it is and where it would stand if it braked now, x + iy (m).
+            guidance: Message to this robot.
+            segment: Place of the robot, and its stopping point if it braked now, x + iy (m).
+
+        Returns:
+            False if the message is ignored because it is malformed or not finite.
         """
-        rows = np.array(told.half_planes, dtype=np.float64)
-        numbers = np.append(rows, (told.target_x_m, told.target_y_m, told.echo_s))
+        rows = np.array(guidance.half_planes, dtype=np.float64)
+        numbers = np.append(rows, (guidance.target_x_m, guidance.target_y_m, guidance.echo_s))
         if len(rows) % 3 or not np.isfinite(numbers).all():
             return False
-        self.until_s = max(self.until_s, told.echo_s + self._limits.lease_s)
-        if told.number > self._decided:
-            self._decided = told.number
+        self.until_s = max(self.until_s, guidance.echo_s + self._limits.lease_s)
+        if guidance.number > self._decided:
+            self._decided = guidance.number
             cell = rows.reshape(-1, 3)
-            # Who is outside already, as an estimate has moved, is so in newer cells, which share its sides, too.
+            # A robot that is outside already, as an estimate has moved, is outside newer cells, too, which share its
+            # sides.
             most_m = max(self._limits.doubt_m, _outside_m(self.half_planes, segment)) + _ROUNDING_M
             if _outside_m(cell, segment) <= most_m:
-                self._adopted, self.half_planes = told.number, cell
-                self.target_m = complex(told.target_x_m, told.target_y_m)
+                self._adopted, self.half_planes = guidance.number, cell
+                self.target_m = complex(guidance.target_x_m, guidance.target_y_m)
         return True
 
-    def say(self, stamp_s: float, segment: Segment) -> Whereabouts:
-        """What to tell the coordinator.
+    def report(self, stamp_s: float, segment: Segment) -> Whereabouts:
+        """Make the message to the coordinator.
 
         Args:
-            stamp_s: By its own clock.
-            segment: As of `receive`.
+            stamp_s: Time by the robot's own clock.
+            segment: As in `receive`.
         """
         here, stop = segment
         return Whereabouts(
@@ -85,5 +89,5 @@ class CellKeeper:
 
 
 def _outside_m(half_planes: Floats, segment: Segment) -> float:
-    """How far a segment is outside a cell; negative inside."""
+    """Return the distance of a segment outside a cell; negative inside."""
     return float(max(excess_m(half_planes, end) for end in segment))

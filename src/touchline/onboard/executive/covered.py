@@ -1,7 +1,6 @@
-"""What the robot believes it has covered with a tool that works wherever it goes: the swaths that it has driven.
+"""Estimated ground covered with a tool that works wherever it goes: the swaths that the robot has driven.
 
-No sensor looks at the ground. The path is driven in order, so all of it counts up to where the robot is by its own
-progress.
+No sensor observes the ground. The path is driven in order, so all of it counts up to the robot's own progress.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ class Covered:
     """The swaths of areas along a path; all segments, if none is a swath."""
 
     def __init__(self, plan: LoadedTrajectory) -> None:
-        """See the class."""
+        """Find the swaths of a plan."""
         driven = np.flatnonzero(plan.path[:, _LENGTH]).tolist()
         swaths = [row for row in driven if area_id_of(plan.ids[row])] or driven
         numbers: dict[str, int] = {}
@@ -33,7 +32,7 @@ class Covered:
         self._whole_m = self._length_m.sum()
 
     def belief(self, arc_length_m: float) -> PaintBelief:
-        """What is covered when the robot is here."""
+        """Return the covered swaths at an arc length of the robot."""
         driven_m = np.bincount(self._swath, np.minimum(np.maximum(arc_length_m - self._start_m, 0.0), self._rows_m))
         shares: list[float] = (driven_m / self._length_m).tolist()
         return PaintBelief(self._ids, shares, float(100.0 * driven_m.sum() / self._whole_m))

@@ -12,22 +12,28 @@ ERROR: Final = 2
 
 
 class EventLog:
-    """Collects events until they are taken."""
+    """Collection of events until they are taken."""
 
     def __init__(self) -> None:
-        """An empty log."""
+        """Make an empty log."""
         self._events: list[OnboardEvent] = []
 
     def report(self, severity: int, code: str, text: str) -> None:
-        """Add an event."""
+        """Add an event.
+
+        Args:
+            severity: INFO, WARN or ERROR.
+            code: Machine-readable kind of the event.
+            text: Description for people.
+        """
         self._events.append(OnboardEvent(severity, code, text))
 
     @property
     def empty(self) -> bool:
-        """Whether nothing has happened since the last `take`."""
+        """True if nothing has happened since the last `take`."""
         return not self._events
 
     def take(self) -> list[OnboardEvent]:
-        """The events since the last call, oldest first."""
+        """Return and clear the events since the last call, oldest first."""
         events, self._events = self._events, []
         return events

@@ -1,7 +1,7 @@
-"""The failsafe: what stops the robot whatever its pose (bumper, operator, fence, wheels, paint, battery).
+"""Failsafe: stops the robot whatever its pose (bumper, operator, fence, wheels, paint, battery).
 
-In every tick it observes what takes time to see, and then takes the first hazard that is there of each answer, in the
-order of the table `HAZARDS` (`hazards.py`).
+In every tick it updates the observations that take several ticks, and then takes the first hazard present of each
+answer, in the order of the table `HAZARDS` (`hazards.py`).
 """
 
 from __future__ import annotations
@@ -38,26 +38,35 @@ from touchline.schemas.vehicles import Vehicle
 Floats = NDArray[np.float64]
 
 HEADING_DOUBT: Final = 2.0
-"""σ of the heading: until driving has made it known, the body may be turned by so much, and is not beyond the fence."""
+"""Factor on the σ of the heading: until driving has made the heading known, the body may be turned by so much without
+counting as beyond the fence."""
 REFILL_L: Final = 0.02
-"""No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
+"""Largest change of the level in a tick that counts as flow: above it, somebody filled or changed the tank, or the
+sensor failed."""
 
 
 @kernel
-def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
-    """Judge a tick, during which the last command was in force, by the hazards of the table.
+def evaluate_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
+    """Evaluate a tick, during which the last command was in force, by the hazards of the table.
 
     Args:
-        tick: That the estimator has seen.
+        tick: Tick that the estimator has seen.
         computer: (1,) the findings `safety` are updated.
-        fence: Round the loaded plan.
+        fence: Fence round the loaded plan.
     """
-    judge_hazards(tick, computer, fence, HAZARD_CHAINS)
+    evaluate_hazards(tick, computer, fence, HAZARD_CHAINS)
 
 
 @kernel
-def judge_hazards(tick: int, computer: Computer, fence: FenceArrays, hazards: HazardChains) -> None:
-    """As `judge_safety`, by other hazards, in their order of priority."""
+def evaluate_hazards(tick: int, computer: Computer, fence: FenceArrays, hazards: HazardChains) -> None:
+    """Evaluate a tick as `evaluate_safety`, by other hazards.
+
+    Args:
+        tick: Tick that the estimator has seen.
+        computer: (1,) the findings `safety` are updated.
+        fence: Fence round the loaded plan.
+        hazards: Hazards in their order of priority.
+    """
     c = computer[0]
     _observe(tick, c, fence)
     found, moment = c.safety, SafetyMoment(tick, fence)
@@ -70,7 +79,7 @@ def judge_hazards(tick: int, computer: Computer, fence: FenceArrays, hazards: Ha
 
 @kernel
 def _observe(tick: int, c: ComputerState, fence: FenceArrays) -> None:
-    """Keep what hazards are judged by that takes more than this tick to see."""
+    """Update the observations that take more than this tick."""
     found, robot = c.safety, c.frame
     found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
     if not robot.bumper:
@@ -128,7 +137,7 @@ def _observe_paint(tank_l: float, valve: bool, found: SafetyFindings) -> None:
 
 @kernel
 def _add_flow(used_l: float, found: SafetyFindings) -> None:
-    """Enter what has left the tank in a tick, in place of the oldest entry if the ring is full."""
+    """Add the paint that has left the tank in a tick, in place of the oldest entry if the ring is full."""
     if found.flow_count == FLOW_WINDOW_TICKS:
         found.flow_sum_l -= found.flow_l[found.flow_first]
         found.flow_l[found.flow_first] = used_l
@@ -141,7 +150,7 @@ def _add_flow(used_l: float, found: SafetyFindings) -> None:
 
 @kernel
 def _dry_ticks(found: SafetyFindings) -> int:
-    """For how many ticks the flow has been what it is now: the step from nominal that fits the window best."""
+    """Return the ticks since the flow took its present value: the step from nominal that fits the window best."""
     best, fewest, total, squares, before = math.inf, 0, 0.0, 0.0, 0.0
     for i in range(found.flow_count):
         before += (found.flow_l[(found.flow_first + i) % FLOW_WINDOW_TICKS] - found.nominal_l) ** 2
@@ -165,22 +174,22 @@ def _restart_flow(found: SafetyFindings) -> None:
 
 @kernel
 def restart_flow(computer: Computer) -> None:
-    """Begin the observation of the flow of paint anew."""
+    """Restart the observation of the flow of paint."""
     _restart_flow(computer[0].safety)
 
 
 class Failsafe:
-    """See the module.
+    """Monitor of all hazards but the pose.
 
     Args:
-        vehicle: That it watches over.
-        computer: Whose estimate, command and frame it judges by.
-        fence_timeout_s: For how long the body may be beyond the fence.
-        hazards: That it looks for; kernels that run many ticks look for those of `HAZARDS`.
+        vehicle: The monitored robot.
+        computer: State with its estimate, command and frame.
+        fence_timeout_s: Time for which the body may be beyond the fence.
+        hazards: Hazards to look for; kernels that run many ticks look for those of `HAZARDS`.
 
     Attributes:
-        findings: Of the last tick.
-        seen: What words about hazards are made of.
+        findings: Findings of the last tick.
+        seen: Data for the texts about hazards.
     """
 
     def __init__(
@@ -190,7 +199,7 @@ class Failsafe:
         fence_timeout_s: float,
         hazards: Sequence[Hazard] = HAZARDS,
     ) -> None:
-        """Nothing seen yet."""
+        """Begin without findings."""
         self._computer, self.findings = computer, computer.safety
         self._others = None if hazards is HAZARDS else chains_of(hazards)
         self._rows = by_code(hazards)
@@ -206,11 +215,11 @@ class Failsafe:
             settle_ticks=math.ceil(max(vehicle.tool.opens_s, vehicle.tool.closes_s) / TICK_S) + 2,
         )
         self.fence_arrays = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
-        """As kernels take it."""
+        """Fence for kernels."""
 
     @property
     def fence(self) -> Geofence | None:
-        """Round the loaded plan."""
+        """Fence round the loaded plan."""
         return self.seen.fence
 
     @fence.setter
@@ -220,45 +229,45 @@ class Failsafe:
         self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
     def take_fence_away(self) -> None:
-        """There is no plan any more."""
+        """Remove the fence, because there is no plan any more."""
         self.seen.fence, self.fence_arrays = None, FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
 
     def forget(self) -> None:
-        """Start all observations over time anew, as the operator wants to go on."""
+        """Restart all observations over time, because the operator wants to continue."""
         self.findings.astray_s[:] = 0.0
         self.findings.outside_s = 0.0
         restart_flow(self._computer.array)
 
     def look(self, tick: int) -> None:
-        """Judge a tick."""
+        """Evaluate a tick."""
         if self._others is None:
-            judge_safety(tick, self._computer.array, self.fence_arrays)
+            evaluate_safety(tick, self._computer.array, self.fence_arrays)
         else:
-            judge_hazards(tick, self._computer.array, self.fence_arrays, self._others)
+            evaluate_hazards(tick, self._computer.array, self.fence_arrays, self._others)
 
     @property
     def emergency(self) -> str:
-        """Why to stop as hard as possible and latch, "" if nothing is wrong."""
+        """Reason for an emergency stop, which latches; "" if there is none."""
         return self._words(self.findings.emergency)
 
     @property
     def stop(self) -> str:
-        """Why to stop until told to resume, "" if nothing is wrong."""
+        """Reason for a stop until `resume`; "" if there is none."""
         return self._words(self.findings.stop)
 
     @property
     def pause(self) -> Pause:
-        """Who or what orders the stop."""
+        """Cause and source of the stop."""
         hazard = self._rows[self.findings.stop]
         return Pause(hazard.by, hazard.name)
 
     @property
     def lasting(self) -> str:
-        """The part of `stop` that can be seen at standstill, too, and speaks against going on."""
+        """The part of `stop` that can be seen at standstill, too, and prevents resuming."""
         return self._words(self.findings.lasting)
 
     def _words(self, code: int) -> str:
-        """What a finding means to people; "" if all is well."""
+        """Return the text about a finding; "" if all is well."""
         if code == NOTHING:
             return ""
         hazard = self._rows[code]

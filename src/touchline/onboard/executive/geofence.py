@@ -1,7 +1,7 @@
-"""The geofence: where no part of the robot's body may be.
+"""Geofence: the region that no part of the robot's body may leave.
 
-It is the template's boundary if there is one, else the convex hull of what the body sweeps along the plan; in both
-cases with a margin (`touchline.schemas.onboard.FenceLimits`).
+It is the template's boundary if there is one, otherwise the convex hull of the ground that the body sweeps along the
+plan; in both cases with a margin (`touchline.schemas.onboard.FenceLimits`).
 """
 
 from __future__ import annotations
@@ -42,15 +42,16 @@ def _outside(outline: Floats, point: complex) -> float:
 
 @kernel
 def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north: float, heading: float) -> float:
-    """How far the body's farthest corner is outside an outline [m]; not above 0 if all of it is inside.
+    """Compute the distance of the body's farthest corner outside an outline [m]; not above 0 if all of it is inside.
 
     Args:
         outline: (n, 2) corners in the map frame.
         body: (m, 2) corners of the body in its own frame.
-        radius_m: Of the circle about its origin that holds them; a body that is deep inside is not looked at further.
-        east: Of the body's origin [m].
-        north: Of the body's origin [m].
-        heading: Of the body [rad].
+        radius_m: Radius of the circle about the body's origin that holds them; the corners of a body deep inside are
+            not checked.
+        east: East of the body's origin [m].
+        north: North of the body's origin [m].
+        heading: Heading of the body [rad].
     """
     middle: float = _outside(outline, complex(east, north)) + radius_m
     if middle <= 0.0:
@@ -72,18 +73,18 @@ class FenceArrays(NamedTuple):
 
 
 class Geofence:
-    """A fence round a plan.
+    """Fence round a plan.
 
     Args:
         path: (n, 7) rows of `path.cut_path`.
-        boundary: Corners (x, y) of the template's boundary [m]; none: the plan's surroundings.
-        vehicle: Its footprint is the body.
+        boundary: Corners (x, y) of the template's boundary [m]; empty: the plan's surroundings.
+        vehicle: Vehicle whose footprint is the body.
         limits: Margins.
 
     Attributes:
         outline, body, radius_m: As `beyond_m` takes them.
-        margin_m: How far beyond the outline the body may be.
-        name: Of the outline, for people.
+        margin_m: Distance by which the body may be beyond the outline.
+        name: Name of the outline, for people.
 
     Raises:
         CommandRefused: The plan itself leads over the fence.
@@ -106,12 +107,18 @@ class Geofence:
             self.margin_m, self.name = limits.margin_m, "its plan's surroundings"
 
     def beyond_m(self, east: float, north: float, heading: float) -> float:
-        """How far the body reaches over the fence at this pose [m, m, rad] of the map frame; not above 0 if inside."""
+        """Compute the distance by which the body reaches over the fence [m]; not above 0 if inside.
+
+        Args:
+            east: East of the body's origin, map frame [m].
+            north: North of the body's origin, map frame [m].
+            heading: Heading of the body [rad].
+        """
         return float(beyond_m(self.outline, self.body, self.radius_m, east, north, heading))
 
 
 def _poses(path: Floats) -> Floats:
-    """(n, 3) x, y, heading of the robot along the path, ends of all rows included."""
+    """Compute (n, 3) x, y, heading of the robot along the path, ends of all rows included."""
     counts = np.ceil(path[:, 4] / _POSE_EVERY_M).astype(np.int64) + 1
     rows = np.repeat(path, counts, axis=0)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -120,7 +127,7 @@ def _poses(path: Floats) -> Floats:
 
 
 def _swept(poses: Floats, body: Floats) -> Floats:
-    """(n·m, 2) the body's corners at all poses."""
+    """Compute (n·m, 2) the body's corners at all poses."""
     cos, sin = np.cos(poses[:, 2:3]), np.sin(poses[:, 2:3])
     x = poses[:, 0:1] + cos * body[:, 0] - sin * body[:, 1]
     y = poses[:, 1:2] + sin * body[:, 0] + cos * body[:, 1]
@@ -128,7 +135,7 @@ def _swept(poses: Floats, body: Floats) -> Floats:
 
 
 def _hull(points: Floats) -> Floats:
-    """(n, 2) the corners of the points' convex hull."""
+    """Compute (n, 2) the corners of the points' convex hull."""
     import shapely
 
     return shapely.get_coordinates(shapely.LineString(points).convex_hull)[:-1]

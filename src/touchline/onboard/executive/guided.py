@@ -1,4 +1,4 @@
-"""Guided driving: to targets within cells that a team's coordinator tells while the robot drives."""
+"""Guided driving: to targets within cells, which a team's coordinator sends while the robot drives."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from touchline.schemas.vehicles import Vehicle
 
 
 class GuidedDrive:
-    """A robot that is guided; until it is told a cell it stands.
+    """Job of a guided robot; the robot stands until it gets a cell.
 
     Attributes:
-        course: What it goes by, for kernels.
+        course: Data for kernels.
     """
 
     def __init__(
@@ -41,10 +41,17 @@ class GuidedDrive:
         watch: LocalizationMonitor,
         computer: ComputerState,
     ) -> None:
-        """Where it stands, not yet aligned.
+        """Begin where the robot stands, not yet aligned.
+
+        Args:
+            vehicle: The nominal robot.
+            team: Limits of the team.
+            estimator: Estimator of the pose.
+            watch: Monitor of the pose.
+            computer: State of the computer.
 
         Raises:
-            CommandRefused: The robot cannot turn on the spot, so that it could not stop anywhere in a cell and go on.
+            CommandRefused: The robot cannot turn on the spot, so it could not stop anywhere in a cell and continue.
         """
         spec = vehicle.drive
         if not spec.can_spin:
@@ -68,10 +75,10 @@ class GuidedDrive:
             np.zeros((0, 3)), 0j, -1, limits, self._drive.lag_s, estimator.drive, np.zeros(4), fence
         )
 
-    def receive(self, told: Guidance) -> bool:
-        """As `CellKeeper.receive`."""
+    def receive(self, guidance: Guidance) -> bool:
+        """See `CellKeeper.receive`."""
         keeper = self._keeper
-        taken = keeper.receive(told, self._stopping_segment())
+        taken = keeper.receive(guidance, self._stopping_segment())
         until_tick = math.floor(keeper.until_s * TICKS_PER_S + 0.5)
         self.course = self.course._replace(
             half_planes=keeper.half_planes, target_m=keeper.target_m, until_tick=until_tick
@@ -79,26 +86,26 @@ class GuidedDrive:
         return taken
 
     def _stopping_segment(self) -> Segment:
-        """Where the robot is, and where it would stand if it braked now, x + iy (m)."""
+        """Return the place of the robot, and its stopping point if it braked now, x + iy (m)."""
         x = self._estimator.state
         return complex(x[m.EAST], x[m.NORTH]), self._stop(self._computer.array, self.course)
 
     @cached_property
     def _stop(self) -> Callable[..., complex]:
-        """`stopping_point`, without a look at the types of its arguments, which are always the same."""
+        """The kernel `stopping_point`, without checking the types of its arguments, which are always the same."""
         code: Callable[..., complex] = stopping_point.for_types_of((self._computer.array, self.course))
         return code
 
     @property
     def whereabouts(self) -> Whereabouts:
-        """What to tell the coordinator after the last tick."""
+        """Message to the coordinator after the last tick."""
         stamp_s = self._computer.clock.tick / TICKS_PER_S
         if not self._aligned:
             return Whereabouts(stamp_s=stamp_s, aligned=False)
-        return self._keeper.say(stamp_s, self._stopping_segment())
+        return self._keeper.report(stamp_s, self._stopping_segment())
 
     def run(self) -> Step:
-        """One tick towards the target, as `guided_tick.guide`."""
+        """Run one tick towards the target, as `guided_tick.guide`."""
         if not self._aligned:
             self._aligned = self._estimator.aligned
             return Step(self.stop_hard())
@@ -108,21 +115,21 @@ class GuidedDrive:
         return Step(self._computer.command.command)
 
     def rest(self) -> Command:
-        """One tick of braking straight ahead."""
+        """Run one tick of braking straight ahead."""
         if self.standing and self._computer.guidance.speed_mps == 0.0:
             return self.stop_hard()
         drive_on(self._computer.array, self.course._replace(until_tick=-1))
         return self._computer.command.command
 
     def stop_hard(self) -> Command:
-        """One tick of braking as hard as the wheels can."""
+        """Run one tick of braking as hard as the wheels can."""
         self._computer.guidance.reset()
         command = self._computer.command
         return command.give(command.standstill)
 
     @property
     def standing(self) -> bool:
-        """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
+        """True if the robot is not commanded to move, and its wheels have stood for a while or the estimate is 0."""
         moves_mps = self._drive.moves_mps(self._computer.command.actuators)
         estimator = self._estimator
         still = not estimator.started or abs(estimator.speed_now_mps()) < 2.0 * STOPPED_MPS or estimator.wheels_stand
@@ -130,63 +137,63 @@ class GuidedDrive:
 
     @property
     def aligning(self) -> bool:
-        """Whether the robot does not yet know where it stands."""
+        """True if the robot does not yet know where it stands."""
         return not self._aligned
 
     @property
     def nominal(self) -> bool:
-        """Whether nothing has to be decided while it drives on."""
+        """True if nothing has to be decided while the robot drives on."""
         return self._aligned
 
     @property
     def waiting(self) -> bool:
-        """Never: it has no work that a wrong start could spoil."""
+        """Always False: a guided robot has no work that a wrong start could spoil."""
         return False
 
     @property
     def held(self) -> bool:
-        """Never: its cell moves on."""
+        """Always False: the cell moves on."""
         return False
 
     @property
     def progress(self) -> JobProgress:
-        """None: guidance has no end."""
+        """Empty progress: guidance has no end."""
         return JobProgress()
 
     @property
     def place(self) -> None:
-        """A process that begins anew does not know its cell, and has to be guided anew."""
+        """Always None: another process does not know the cell, and needs new guidance."""
         return None
 
     @property
     def spraying(self) -> bool:
-        """Never."""
+        """Always False."""
         return False
 
     @property
     def painted(self) -> PaintBelief:
-        """Nothing."""
+        """Empty estimate of the paint."""
         return PaintBelief()
 
     @property
     def lateral_error_m(self) -> float:
-        """0: it has no path."""
+        """Always 0: there is no path."""
         return 0.0
 
     @property
     def next_paint_m(self) -> float:
-        """0: it has no path."""
+        """Always 0: there is no path."""
         return 0.0
 
     def close_valve(self, in_s: float = TICK_S) -> None:
-        """It is closed."""
+        """Do nothing: the valve is always closed."""
 
     def owe_dry(self, dry_s: float) -> None:
-        """It sprays nothing."""
+        """Do nothing: a guided robot does not spray."""
 
     def locate(self) -> float:
-        """It has no path that it could be beside."""
+        """Return 0: there is no path."""
         return 0.0
 
     def go_on(self) -> None:
-        """The cell and the target are what they were."""
+        """Do nothing: cell and target remain."""

@@ -1,4 +1,4 @@
-"""Compiled: a tick of a guided robot, which drives to targets within cells that it is told while it drives."""
+"""Tick of a guided robot, compiled: drives to targets within cells that change while it drives."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ Floats = NDArray[np.float64]
 
 
 class GuidedCourse(NamedTuple):
-    """What a guided robot goes by until it is told something newer.
+    """Data that a guided robot drives by until newer guidance arrives.
 
     Attributes:
         half_planes: (k, 3) of its cell.
-        target_m: Where to go, x + iy.
-        until_tick: After this tick it brakes, as it has not been told for too long that it is heard.
-        limits: By which it drives.
-        lag_s: With which its actuators follow.
-        drive: Figures of the drive.
+        target_m: Target, x + iy.
+        until_tick: Tick after which it brakes, because the coordinator has not echoed its messages for too long.
+        limits: Limits of its motion.
+        lag_s: Time constant of its actuators.
+        drive: Parameters of the drive.
         motion: (4,) scratch.
-        fence: None, but with the shape of one.
+        fence: Empty fence, for the types of kernels.
     """
 
     half_planes: Floats
@@ -49,10 +49,10 @@ class GuidedCourse(NamedTuple):
 
 @kernel
 def look_ahead(computer: Computer, lag_s: float, motion: Floats) -> None:
-    """Where the robot will be when its actuators have caught up, from which on it moves as it is commanded.
+    """Predict the place from which the robot moves as commanded, once its actuators have caught up.
 
-    An actuator that follows with a lag τ moves the robot by v·τ more than its commands, whatever they are: the place
-    ahead by that moves at the commanded speed.
+    An actuator with a lag τ moves the robot by v·τ more than its commands, whatever they are: the place ahead by that
+    moves at the commanded speed.
 
     Args:
         computer: (1,) that has observed the tick.
@@ -72,8 +72,8 @@ def drive_on(computer: Computer, course: GuidedCourse) -> None:
     """Fill in the actuators' commands: towards the target, or braking straight ahead.
 
     Args:
-        computer: (1,) of which the estimator has seen the tick; updated.
-        course: That it goes by.
+        computer: (1,) whose estimator has seen the tick; updated.
+        course: Present guidance.
     """
     c, motion = computer[0], course.motion
     observe(course.drive, computer)
@@ -97,10 +97,10 @@ def guide(computer: Computer, course: GuidedCourse) -> bool:
 
     Args:
         computer: (1,) that has perceived the tick; updated.
-        course: That it goes by.
+        course: Present guidance.
 
     Returns:
-        Whether the tick is nominal; if not, nothing is changed.
+        True if the tick is nominal; if not, nothing is changed.
     """
     c = computer[0]
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
@@ -112,11 +112,11 @@ def guide(computer: Computer, course: GuidedCourse) -> bool:
 
 @kernel
 def stopping_point(computer: Computer, course: GuidedCourse) -> complex:
-    """Where the robot would stand if it braked straight ahead now (m).
+    """Compute the point where the robot would stand if it braked straight ahead now (m).
 
     Args:
-        computer: (1,) of which the estimator has seen the tick.
-        course: That it goes by.
+        computer: (1,) whose estimator has seen the tick.
+        course: Present guidance.
     """
     motion = course.motion
     observe(course.drive, computer)

@@ -1,4 +1,4 @@
-"""How a trajectory is joined where the robot is: at its start, standing there, or under way, without a stop."""
+"""Handover: joins a trajectory to the robot's place: at its start, at standstill, or while driving, without a stop."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ from touchline.schemas.errors import CommandRefused
 
 HERE_M: Final = 0.05
 HERE_RAD: Final = math.radians(10.0)
-"""A trajectory that is loaded where the robot stands begins no further off than this."""
+"""Largest distance and turn between the standing robot and the start of a trajectory that is loaded there."""
 AGREE_TICKS: Final = round(0.3 * TICKS_PER_S)
 AGREE_M: Final = 0.01
 AGREE_RAD: Final = math.radians(1.0)
 AGREE_MPS: Final = 0.05
-"""For so long from now on, and so closely, a trajectory that takes over under way agrees with the one before it."""
+"""Time for which a trajectory that takes over while driving must agree with the one before, and the largest
+differences."""
 REACH_S: Final = 10.0
-"""It may begin so far behind the robot, in time at its own speeds: planning and sending took a while."""
+"""Largest time, at its own speeds, by which the start of the trajectory may lie behind the robot: planning and sending
+take a while."""
 _SAMPLE_M: Final = 0.02
 _REFINEMENTS: Final = 4
 
@@ -37,14 +39,14 @@ class NotYet(CommandRefused):
 
 
 class Offset(NamedTuple):
-    """How far a pose is from another one: distance [m] and turn [rad]."""
+    """Difference between two poses: distance [m] and turn [rad]."""
 
     distance_m: float
     turn_rad: float
 
 
 class PlanPlace(NamedTuple):
-    """A place on a trajectory.
+    """Place on a trajectory.
 
     Attributes:
         plan: The trajectory.
@@ -58,7 +60,12 @@ class PlanPlace(NamedTuple):
 
 
 def off_place(place: PlanPlace, estimator: Estimator) -> Offset:
-    """How far the robot believes to be from a place of its path."""
+    """Compute the difference between the estimated pose and a place of the path.
+
+    Args:
+        place: Place on the trajectory.
+        estimator: Estimator of the pose.
+    """
     east, north, heading = estimator.state[:3].tolist()
     x, y, wanted = pose_at(place.plan.path, place.plan.legs[place.leg], place.arc_m)
     return Offset(math.hypot(east - x, north - y), abs(math.remainder(heading - wanted, math.tau)))
@@ -67,8 +74,13 @@ def off_place(place: PlanPlace, estimator: Estimator) -> Offset:
 def check_here(plan: LoadedTrajectory, estimator: Estimator, watch: LocalizationMonitor) -> None:
     """Check that the standing robot can begin a trajectory where it is.
 
+    Args:
+        plan: The trajectory.
+        estimator: Estimator of the pose.
+        watch: Monitor of the pose.
+
     Raises:
-        CommandRefused: It is too far from the start, or does not know where it is.
+        CommandRefused: The robot is too far from the start, or does not know where it is.
     """
     problem = "the estimator has not started" if not estimator.started else watch.drive_problem()
     if problem:
@@ -84,16 +96,16 @@ def check_here(plan: LoadedTrajectory, estimator: Estimator, watch: Localization
 
 
 def taken_over_at(running: PlanPlace, plan: LoadedTrajectory) -> float:
-    """The arc length at which a trajectory takes over from the one under way.
+    """Find the arc length at which a trajectory takes over from the one being driven.
 
-    It is the place nearest to the running reference, not far from its start; from there on both agree for a while.
+    It is the place nearest to the running reference, not far from its start; from there on both must agree for a while.
 
     Args:
-        running: Where the running reference is.
-        plan: The trajectory that is to take over.
+        running: Place of the running reference.
+        plan: Trajectory that is to take over.
 
     Raises:
-        NotYet: They differ by too much; it says by how much.
+        NotYet: They differ by too much; the reason gives the differences.
         CommandRefused: It paints where the robot has been already.
     """
     sense = running.plan.legs[running.leg].sense
@@ -120,7 +132,7 @@ def taken_over_at(running: PlanPlace, plan: LoadedTrajectory) -> float:
 
 
 def reference_ahead(place: PlanPlace) -> Floats:
-    """(AGREE_TICKS + 1, 4) x, y [m], heading [rad] and speed [m/s] that a plan has from a place on, tick by tick.
+    """Compute (AGREE_TICKS + 1, 4) x, y [m], heading [rad] and speed [m/s] of a plan from a place on, tick by tick.
 
     At the end of the leg it stands.
     """
@@ -135,7 +147,7 @@ def reference_ahead(place: PlanPlace) -> Floats:
 
 
 def _nearest_m(plan: LoadedTrajectory, pose: Floats) -> float:
-    """The arc length of the first leg, within REACH_S of its start, that is nearest to a pose (x m, y m, …)."""
+    """Find the arc length of the first leg, within REACH_S of its start, that is nearest to a pose (x m, y m, …)."""
     leg, pieces = plan.legs[0], plan.pieces[0]
     soon = plan.speeds[plan.times_s <= REACH_S, 0]
     reach_m = min(float(soon[-1]) + REACH_S * float(plan.speeds[len(soon) - 1, 1]), leg.end_m)
@@ -154,7 +166,7 @@ def _nearest_m(plan: LoadedTrajectory, pose: Floats) -> float:
 
 
 def _largest_difference(one: Floats, other: Floats) -> tuple[float, float, float]:
-    """Of position [m], heading [rad] and speed [m/s] at equal times; both (n, 4) of `reference_ahead`."""
+    """Compute the largest differences in position [m], heading [rad], speed [m/s]; both (n, 4) of `reference_ahead`."""
     apart = other - one
     turned = np.abs(np.remainder(apart[:, 2] + math.pi, math.tau) - math.pi)
     return float(np.hypot(apart[:, 0], apart[:, 1]).max()), float(turned.max()), float(np.abs(apart[:, 3]).max())

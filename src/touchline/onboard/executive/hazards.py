@@ -1,10 +1,11 @@
-"""Hazards: what may stop the robot whatever its pose, one row for each of them in the table `HAZARDS`.
+"""Hazards: reasons to stop the robot whatever its pose, one row for each of them in the table `HAZARDS`.
 
-A row is a class with what a hazard is judged by (`judged`, compiled), what people read (`words`) and whom a pause names
-(`name`, `by`), and a line of the table with its code and its answer. A further one is such a class and such a line.
+A row is a class with the compiled condition of a hazard (`present`), its text for people (`words`) and the source that
+a pause names (`name`, `by`), and a line of the table with its code and its answer. To add a hazard, add such a class
+and such a line.
 
-Three answers: an EMERGENCY latches until a reset; a stop lasts until somebody says `resume`, and resume is refused as
-long as a cause that LASTS can still be seen; one that PASSES cannot be seen at standstill.
+There are three answers: an EMERGENCY latches until a reset; a stop lasts until somebody says `resume`, and resume is
+refused as long as a cause that LASTS can still be seen; one that PASSES cannot be seen at standstill.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ LOW_TANK_L: Final = supplies.LOW_TANK_L
 DRY_TANK_L: Final = 0.0005
 ACTUATOR_TIMEOUT_S: Final = 0.4
 LEAK_SHARE: Final = 0.4
-"""Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
+"""Share of the nominal flow, over the window, above which a closed valve counts as stuck open."""
 DRY_SHARE: Final = 0.8
-"""Of the nominal flow, over the window, while it is open: nothing comes out, or so little that the line is narrow."""
+"""Share of the nominal flow, over the window, below which nothing comes out of the open valve, or so little that the
+line is narrow."""
 
 NOTHING: Final = 0
-"""Instead of a code: all is well."""
+"""Instead of a code: there is no hazard."""
 EMERGENCY: Final = 1
 LASTS: Final = 2
 PASSES: Final = 3
@@ -45,12 +47,12 @@ class SafetyMoment(NamedTuple):
 
 @dataclass
 class HazardContext:
-    """What words about hazards are made of.
+    """Data for the texts about hazards.
 
     Attributes:
-        findings: Of the last tick.
-        disobeyed: By actuator, what to say if it does not follow its command.
-        fence: Round the loaded plan.
+        findings: Findings of the last tick.
+        disobeyed: By actuator, the text if it does not follow its command.
+        fence: Fence round the loaded plan.
     """
 
     findings: SafetyFindings
@@ -63,17 +65,17 @@ class NoHazard(NamedTuple):
 
     @kernel
     def first_found(self, _moment: SafetyMoment, _c: ComputerState) -> int:
-        """Nothing."""
+        """See the kernel `first_found`: NOTHING."""
         return NOTHING
 
 
 class HazardLine(NamedTuple):
-    """A line of the table.
+    """Line of the table.
 
     Attributes:
-        code: By which findings name it; of several of a kind that of the first, the others follow.
+        code: Code in the findings; of several of a kind that of the first, the others follow.
         answer: EMERGENCY, LASTS or PASSES.
-        rest: Those of the same answer that come after it, for kernels.
+        rest: Hazards of the same answer that come after it, for kernels.
     """
 
     code: int
@@ -85,10 +87,10 @@ class Hazard(HazardLine):
     """Base of the hazards.
 
     Attributes:
-        name: Of the cause, in the status of a pause.
-        text: What to tell people, if it is always the same.
-        by: Who orders the pause.
-        codes: How many it takes, as there are several of a kind.
+        name: Name of the cause, in the status of a pause.
+        text: Text for people, if it is always the same.
+        by: Source of the pause.
+        codes: Number of codes it takes, as there are several of a kind.
     """
 
     name: ClassVar[str]
@@ -98,27 +100,44 @@ class Hazard(HazardLine):
 
     @kernel
     def first_found(self, moment: SafetyMoment, c: ComputerState) -> int:
-        """The code of the first hazard that is there, from this one on."""
-        number: int = judged(self, moment, c)
+        """See the kernel `first_found`, beginning with this hazard."""
+        number: int = present(self, moment, c)
         if number > 0:
             return self.code + number - 1
         rest: int = first_found(self.rest, moment, c)
         return rest
 
     def words(self, _seen: HazardContext, _which: int) -> str:
-        """What to tell people; `_which` of several of a kind, from 0."""
+        """Return the text for people.
+
+        Args:
+            _seen: Findings and figures for the text.
+            _which: Index among several of a kind.
+        """
         return self.text
 
 
 @kernel_of_class
-def judged(_hazard: Any, _moment: SafetyMoment, _c: ComputerState) -> int:
-    """Number of the hazard of its kind that is there, from 1; 0 if none is. Reads what the failsafe has observed."""
+def present(_hazard: Any, _moment: SafetyMoment, _c: ComputerState) -> int:
+    """Return the number of the hazard of its kind that is present, from 1; 0 if none is.
+
+    Args:
+        _hazard: The hazard.
+        _moment: Tick and fence.
+        _c: State of the computer, with the observations of the failsafe.
+    """
     raise NotImplementedError
 
 
 @kernel_of_class
 def first_found(_chain: Any, _moment: SafetyMoment, _c: ComputerState) -> int:
-    """The code of the first hazard of a chain that is there, or NOTHING."""
+    """Return the code of the first hazard of a chain that is present, or NOTHING.
+
+    Args:
+        _chain: First hazard of the chain.
+        _moment: Tick and fence.
+        _c: State of the computer.
+    """
     raise NotImplementedError
 
 
@@ -129,8 +148,8 @@ class BumperPressed(Hazard):
     text = "the bumper is pressed"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """It is pressed."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`."""
         return 1 if c.frame.bumper else 0
 
 
@@ -140,13 +159,13 @@ class FenceLeft(Hazard):
     name = "fence"
 
     @kernel
-    def judged(self, moment: SafetyMoment, c: ComputerState) -> int:
-        """It has been beyond a fence, which there is, for so long."""
+    def present(self, moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: there is a fence, and the body has been beyond it for the timeout."""
         fenced = len(moment.fence.outline) > 0 and c.times.first_tick >= 0
         return 1 if fenced and c.safety.outside_s >= c.safety.fence_timeout_s else 0
 
     def words(self, seen: HazardContext, _which: int) -> str:
-        """With the figures."""
+        """See the base: with the figures."""
         if seen.fence is None:
             return "the robot has left its fence"
         return f"the robot has left {seen.fence.name} by more than {seen.fence.margin_m:g} m"
@@ -160,47 +179,47 @@ class OperatorUnheard(Hazard):
     text = f"the operator has not been heard for {OPERATOR_TIMEOUT_S:.0f} s"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """Nobody has been heard for so long."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: the operator has not been heard for the timeout."""
         return 1 if c.safety.unheard_s > OPERATOR_TIMEOUT_S else 0
 
 
 class TankEmptied(Hazard):
-    """There is no paint."""
+    """The tank is empty."""
 
     name = "tank-empty"
     text = "the tank is empty"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """A sprayer has none."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: a sprayer has no paint."""
         return 1 if c.safety.nominal_l > 0.0 and c.frame.tank_l <= DRY_TANK_L else 0
 
 
 class TankLow(Hazard):
-    """There is hardly any paint."""
+    """The tank is almost empty."""
 
     name = "tank-low"
     text = "the tank is all but empty"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """A sprayer has less than it should."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: a sprayer has less paint than LOW_TANK_L."""
         return 1 if c.safety.nominal_l > 0.0 and c.frame.tank_l < LOW_TANK_L else 0
 
 
 class BatteryFlat(Hazard):
-    """There is hardly any charge."""
+    """The battery is almost empty."""
 
     name = "battery-low"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """It has less than it should."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: the charge is less than LOW_BATTERY."""
         return 1 if c.frame.battery_fraction < LOW_BATTERY else 0
 
     def words(self, seen: HazardContext, _which: int) -> str:
-        """With the figures."""
+        """See the base: with the charge."""
         return f"the battery is low ({100.0 * seen.findings.battery_fraction:.0f} %)"
 
 
@@ -211,8 +230,8 @@ class ValveLeaks(Hazard):
     text = "paint comes out although the valve is closed"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """By what has left the tank."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: by the flow out of the tank."""
         found = c.safety
         if found.nominal_l <= 0.0 or c.command.valve or found.flow_count < FLOW_WINDOW_TICKS:
             return 0
@@ -220,15 +239,15 @@ class ValveLeaks(Hazard):
 
 
 class ActuatorDisobeys(Hazard):
-    """An actuator has not followed its command for too long; of several the last."""
+    """An actuator has not followed its command for too long; of several, the last one counts."""
 
     name = "actuator"
     codes = 64
-    """More than any drive has actuators."""
+    """Larger than the number of actuators of any drive."""
 
     @kernel
-    def judged(self, moment: SafetyMoment, c: ComputerState) -> int:
-        """The last one, in a tick with angles of the encoders."""
+    def present(self, moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: the last such actuator, in a tick with angles of the encoders."""
         number = 0
         if c.frame.encoder_tick == moment.tick:
             for i in range(len(c.safety.astray_s)):
@@ -237,7 +256,7 @@ class ActuatorDisobeys(Hazard):
         return number
 
     def words(self, seen: HazardContext, which: int) -> str:
-        """With the figures."""
+        """See the base: the text of the actuator."""
         return seen.disobeyed[which]
 
 
@@ -248,20 +267,20 @@ class TooLittlePaint(Hazard):
     text = "the valve is open, but too little paint comes out"
 
     @kernel
-    def judged(self, _moment: SafetyMoment, c: ComputerState) -> int:
-        """By what has left the tank."""
+    def present(self, _moment: SafetyMoment, c: ComputerState) -> int:
+        """See the kernel `present`: by the flow out of the tank."""
         return 1 if c.safety.nominal_l > 0.0 and c.command.valve and too_little_flows(c.safety) else 0
 
 
 @kernel
 def flow_share(found: SafetyFindings) -> float:
-    """What has left the tank over a full window, of what would leave it through the open valve."""
+    """Return the paint that has left the tank over a full window, relative to the flow through the open valve."""
     return found.flow_sum_l / (FLOW_WINDOW_TICKS * found.nominal_l)
 
 
 @kernel
 def too_little_flows(found: SafetyFindings) -> bool:
-    """Whether over a full window less has left the tank than a line takes."""
+    """Return True if over a full window less paint has left the tank than a line takes."""
     return found.flow_count >= FLOW_WINDOW_TICKS and flow_share(found) < DRY_SHARE
 
 
@@ -276,11 +295,11 @@ HAZARDS: Final[tuple[Hazard, ...]] = (
     ActuatorDisobeys(22, PASSES),
     TooLittlePaint(20, PASSES),
 )
-"""All of them; of each answer the first that is there is told. What lasts comes before what passes."""
+"""All hazards; of each answer the first that is present is reported. Those that last come before those that pass."""
 
 
 class HazardChains(NamedTuple):
-    """The hazards of each answer, as kernels walk through them."""
+    """Hazards of each answer, as kernels walk through them."""
 
     emergency: Any
     lasting: Any
@@ -288,7 +307,7 @@ class HazardChains(NamedTuple):
 
 
 def chains_of(hazards: Iterable[Hazard]) -> HazardChains:
-    """The table for kernels: of each answer a chain in its order."""
+    """Convert the table for kernels: to a chain for each answer, in its order."""
     chains: dict[int, Any] = {EMERGENCY: NoHazard(), LASTS: NoHazard(), PASSES: NoHazard()}
     for hazard in reversed(tuple(hazards)):
         chains[hazard.answer] = hazard._replace(rest=chains[hazard.answer])
@@ -296,10 +315,10 @@ def chains_of(hazards: Iterable[Hazard]) -> HazardChains:
 
 
 def by_code(hazards: Iterable[Hazard]) -> Mapping[int, Hazard]:
-    """The rows by the codes that findings have.
+    """Index the rows by the codes in findings.
 
     Raises:
-        ValueError: Two have the same.
+        ValueError: Two have the same code.
     """
     rows: dict[int, Hazard] = {}
     for hazard in hazards:

@@ -1,4 +1,4 @@
-"""The localization monitor: whether the pose is good enough to drive, and to paint."""
+"""Localization monitor: evaluates whether the pose is good enough to drive, and to paint."""
 
 from __future__ import annotations
 
@@ -16,30 +16,32 @@ from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
 from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Positioning, Vehicle
 
 MAX_FIX_AGE_S = 0.5
-"""To paint; more for a receiver whose fixes are older than that before the next but one can come."""
+"""Largest age of a fix to paint; more for a receiver whose fixes are older than that before the next but one can
+arrive."""
 MAX_CORRECTION_AGE_S = 10.0
 MAX_POSITION_SIGMA_M = 0.025
 MAX_HEADING_SIGMA_RAD = math.radians(1.0)
 MAX_NIS = 4.4
-"""Of the running mean over about ten fixes, each as it is weighed: 2 is expected of a consistent filter, 5.5 is the
-most that there is. An unweighed 6 of every fix makes so much."""
+"""Limit of the running mean over about ten fixes, each as it is weighed: 2 is expected of a consistent filter, 5.5 is
+the largest possible value. An unweighed 6 of every fix gives about this limit."""
 MAX_LATERAL_M = 0.03
 MAX_BLIND_SIGMA_M = 0.15
 """Position σ beyond which the robot does not even drive."""
 MAX_COVERING_SIGMA_M = 0.05
 """The same with a tool that works wherever it goes: neighbouring lanes overlap by little more than half of that."""
 MAX_SILENCE_TICKS = 20
-"""Without a new sample of the IMU or the encoders, to paint; driving stops after half a second."""
+"""Ticks without a new sample of the IMU or the encoders after which painting stops; driving stops after half a
+second."""
 MAX_BLIND_TICKS = 50
 MAX_SLIP = 0.5
 """Share of the last 0.3 s of wheel readings that contradict IMU and GNSS."""
 SETTLE_S = 1.0
-"""How long all must have been well again before painting goes on."""
+"""Time for which everything must have been good again before painting continues."""
 SLIP_SETTLE_S = 5.0
-"""The same after the wheels slipped, which only driving can show: a robot that stands turns no wheel, so all seems well
-at once whatever the cause, and all tries would be spent while that lasts."""
+"""The same after the wheels slipped, which only driving can show: a standing robot turns no wheel, so all seems well at
+once whatever the cause, and all tries would be spent while it persists."""
 
-# What may be wrong with the pose, the worst first: the first that applies is told.
+# Problems of the pose, the worst first: the first that applies is reported.
 GOOD: Final = 0
 NOT_STARTED: Final = 1
 NOT_FIXED: Final = 2
@@ -52,7 +54,7 @@ UNCERTAIN: Final = 8
 SLIP: Final = 9
 IMU_SILENT: Final = 10
 ENCODERS_SILENT: Final = 11
-# Beside these, what speaks against painting here, or against driving at all.
+# Further reasons not to paint here, or not to drive at all.
 OFF_LINE: Final = 12
 HEADING_UNCERTAIN: Final = 13
 UNKNOWN: Final = 14
@@ -61,16 +63,16 @@ FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
 def max_fix_age_s(sheet: GnssSheet | CameraSheet) -> float:
-    """How old the newest fix, or pose, may be to paint by this data sheet: one of them may stay away, but not two."""
+    """Return the largest age of the newest fix or pose to paint with this data sheet: one may be missing, not two."""
     return max(MAX_FIX_AGE_S, 2.0 / sheet.rate_hz + sheet.latency_s + sheet.latency_jitter_s + 2.0 * TICK_S)
 
 
 class PoseLimits(NamedTuple):
-    """Within which a robot drives and paints.
+    """Limits within which a robot drives and paints.
 
     Attributes:
-        positioning: What tells it where it is.
-        fix_age_s: How old its newest fix, or pose of a camera, may be to paint.
+        positioning: Source of the position.
+        fix_age_s: Largest age of its newest fix, or pose of a camera, to paint.
         sigma_m: Position σ beyond which it does not paint.
         blind_sigma_m: Position σ beyond which it does not drive.
     """
@@ -82,7 +84,14 @@ class PoseLimits(NamedTuple):
 
 
 def pose_limits(vehicle: Vehicle, config: OnboardConfig) -> PoseLimits:
-    """Those of a vehicle; with odometry alone no fix is missed, and one that paints nothing may become unsure."""
+    """Return the limits of a vehicle.
+
+    With odometry alone no fix is missed, and a robot that does not paint may become uncertain.
+
+    Args:
+        vehicle: Gives the positioning and the tool.
+        config: Gives the data sheets.
+    """
     if vehicle.positioning == ODOMETRY:
         most_m = math.inf if config.odometry.max_sigma_m is None else config.odometry.max_sigma_m
         return PoseLimits(ODOMETRY, math.inf, MAX_POSITION_SIGMA_M if vehicle.tool.paints else most_m, most_m)
@@ -92,11 +101,11 @@ def pose_limits(vehicle: Vehicle, config: OnboardConfig) -> PoseLimits:
 
 
 @kernel
-def judge_pose(tick: int, computer: Computer) -> None:
-    """Judge whether the pose of a tick is good to a line's width, and when it is to count as settled.
+def evaluate_pose(tick: int, computer: Computer) -> None:
+    """Evaluate whether the pose of a tick is good to a line's width, and when it is to count as settled.
 
     Args:
-        tick: That the estimator has seen.
+        tick: Tick that the estimator has seen.
         computer: (1,) the findings `pose` are updated.
     """
     c = computer[0]
@@ -149,7 +158,7 @@ def _silence(tick: int, c: ComputerState, ticks: int) -> int:
 
 @kernel
 def speaks_against_driving(computer: Computer) -> int:
-    """Why not to drive at all after the tick that has been judged last; GOOD if nothing speaks against it."""
+    """Return the reason not to drive at all after the tick that was evaluated last; GOOD if there is none."""
     c = computer[0]
     if c.filter.counters.fix_doubt >= CONTRADICTED:
         return CONTRADICTION
@@ -161,11 +170,11 @@ def speaks_against_driving(computer: Computer) -> int:
 
 @kernel
 def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
-    """Why not to paint here and now, GOOD if nothing speaks against it.
+    """Return the reason not to paint here and now; GOOD if there is none.
 
     Args:
-        computer: (1,) of which the tick has been judged; only driving makes the heading better.
-        nozzle_lateral_m: How far the nozzle is to the left of its path.
+        computer: (1,) whose tick has been evaluated; only driving improves the heading.
+        nozzle_lateral_m: Distance of the nozzle to the left of its path.
     """
     c = computer[0]
     P = c.filter.covariances[c.times.tick % m.RING]
@@ -180,15 +189,15 @@ _USUAL: Final = PoseLimits()
 
 
 class LocalizationMonitor:
-    """Judges in every tick whether the pose is good enough to drive and to paint, and says why not.
+    """Monitor that evaluates in every tick whether the pose is good enough to drive and to paint, with reasons.
 
     Args:
-        computer: Whose estimate is watched.
-        limits: That it goes by.
+        computer: State with the estimate.
+        limits: Limits of the robot.
 
     Attributes:
-        findings: Of the last tick.
-        source: Who tells the position, for people.
+        findings: Findings of the last tick.
+        source: Source of the position, for people.
     """
 
     def __init__(self, computer: ComputerState, limits: PoseLimits = _USUAL) -> None:
@@ -200,34 +209,34 @@ class LocalizationMonitor:
         self._fix, self._fixes = ("camera pose", "camera's poses") if seen else ("fix", "fixes")
 
     def look(self, tick: int) -> None:
-        """Judge the tick."""
-        judge_pose(tick, self._computer.array)
+        """Evaluate a tick."""
+        evaluate_pose(tick, self._computer.array)
 
     @property
     def pose_problem(self) -> str:
-        """Why the position cannot be trusted to a line's width, "" if it can."""
+        """Reason why the position cannot be trusted to a line's width, "" if it can."""
         return self._words(self.findings.pose, MAX_SILENCE_TICKS)
 
     def settled(self, time_s: float) -> bool:
-        """Whether the pose has been good for `SETTLE_S`, or `SLIP_SETTLE_S` if the wheels slipped."""
+        """Return True if the pose has been good for `SETTLE_S`, or `SLIP_SETTLE_S` if the wheels slipped."""
         return self.findings.pose == GOOD and time_s >= self.findings.settled_at_s
 
     def paint_problem(self, nozzle_lateral_m: float) -> str:
-        """Why not to paint here and now, "" if nothing speaks against it."""
+        """Return the reason not to paint here and now, "" if there is none."""
         code = speaks_against_painting(self._computer.array, nozzle_lateral_m)
         return self._words(code, MAX_SILENCE_TICKS)
 
     def drive_problem(self) -> str:
-        """Why not to drive at all, "" if nothing speaks against it."""
+        """Return the reason not to drive at all, "" if there is none."""
         code = speaks_against_driving(self._computer.array)
         return self._words(code, MAX_BLIND_TICKS)
 
     def accepts_jump(self) -> bool:
-        """Whether nothing but a jump speaks against the receiver: it is fixed, corrected and fresh."""
+        """Return True if a jump is the only problem of the receiver: it is fixed, corrected and fresh."""
         return self.findings.pose == CONTRADICTION
 
     def _words(self, code: int, silent_ticks: int) -> str:
-        """What a finding means to people; "" if all is well."""
+        """Return the text about a finding; "" if all is well."""
         if code == GOOD:
             return ""
         if code == NOT_FIXED:

@@ -1,8 +1,8 @@
-"""The mission: one loaded trajectory being driven, its phases, paint and progress.
+"""Mission: one loaded trajectory being driven, its phases, paint and progress.
 
-A job that runs goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
-after a pause BACK: where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed
-again when the nozzle comes to the place.
+A running job goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
+after a pause BACK: if the place where paint is owed lies behind, the robot reverses along the path, far enough to
+regain its speed before the nozzle reaches the place.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from touchline.schemas.vehicles import Vehicle
 
 MAX_START_DISTANCE_M = 1.0
 MAX_START_HEADING_RAD = math.radians(35.0)
-"""The magnetometer alone knows no better; the run-in straightens it out."""
+"""Largest heading error at the start; the magnetometer alone is no better, and the run-in corrects it."""
 RESUMED_RUN_UP_M = 3.0
-"""After the process was started anew the heading is only the magnetometer's: driving makes it better."""
+"""Run-up of a resumed process: its heading is only the magnetometer's, and driving improves it."""
 RUN_UP_SETTLE_M = 1.0
 """Distance beyond what regaining speed needs, so that the nozzle is on its line again. The driving force makes the
-tyres slip by a per cent more, which the estimate finds out late: it is 1.5 mm ahead after 0.25 m, and right after
-this."""
+tyres slip by a per cent more, which the estimate follows late: it is 1.5 mm ahead after 0.25 m, and right after this
+distance."""
 
 
 class MissionPhase(Enum):
-    """What a running job is doing."""
+    """Phase of a running job."""
 
     ALIGN = auto()
     ALONG = auto()
@@ -48,10 +48,10 @@ class MissionPhase(Enum):
 
 
 class Mission:
-    """See the module.
+    """Job along one trajectory.
 
     Attributes:
-        plan, driver, sprayer: The trajectory, where on it the robot is, and what paint is owed.
+        plan, driver, sprayer: The trajectory, the robot's progress along it, and the state of the paint.
     """
 
     def __init__(
@@ -63,7 +63,16 @@ class Mission:
         watch: LocalizationMonitor,
         computer: ComputerState,
     ) -> None:
-        """At the start, not yet aligned."""
+        """Begin at the start of a plan, not yet aligned.
+
+        Args:
+            plan: The trajectory.
+            vehicle: The nominal robot.
+            follower: Follower of the path.
+            estimator: Estimator of the pose.
+            watch: Monitor of the pose.
+            computer: State of the computer.
+        """
         self.plan = plan
         self.driver = PathTracker(plan, vehicle, follower, computer)
         self.sprayer = Sprayer(plan, vehicle, computer)
@@ -74,13 +83,13 @@ class Mission:
         self._resumed = False
         self._back_to_m = 0.0
         self._computer, self._command = computer, computer.command
-        self._at_rest = False  # told to stand, and does: the brakes hold until it is to run
+        self._at_rest = False  # stands as commanded: the brakes hold until it is to run
 
     def resume_at(self, checkpoint: Checkpoint) -> None:
-        """Begin where another process left off: align there, and go back for what is owed.
+        """Begin at the checkpoint of another process: align there, and go back for owed paint.
 
         Raises:
-            CommandRefused: It is no place on this path.
+            CommandRefused: The checkpoint is no place on this path.
         """
         leg, arc_length_m, owed_from_m = checkpoint[:3]
         if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
@@ -90,10 +99,10 @@ class Mission:
         self._resumed = True
 
     def take_over(self, plan: LoadedTrajectory) -> float:
-        """Go on along another trajectory, without a stop; returns the arc length of it at which that is.
+        """Continue on another trajectory without a stop; return the arc length on it at which that happens.
 
         Raises:
-            CommandRefused: Work would be given up.
+            CommandRefused: Work would be abandoned.
             NotYet: This is not the moment, or that trajectory does not agree with this one.
         """
         if math.isfinite(self.driver.authority_m):
@@ -111,7 +120,7 @@ class Mission:
         return arc_m
 
     def _owed_work(self) -> str:
-        """Which work would be given up, with the remedy; "" if there is none."""
+        """Return a text on work that would be abandoned, with the remedy; "" if there is none."""
         owed_m = self.sprayer.owed_if_it_ended(self._nozzle_m())
         if self.sprayer.valve or owed_m is not None:
             return "is painting or owes paint; let it finish, or abort first"
@@ -119,7 +128,7 @@ class Mission:
         return "has work to do on its trajectory; let it finish, or abort first" if works else ""
 
     def _passing_state(self) -> str:
-        """In what the robot cannot go on along another trajectory, with the remedy; "" if it can."""
+        """Return a text on a state that prevents a change of the trajectory, with the remedy; "" if there is none."""
         if self._phase is not MissionPhase.ALONG:
             return "has not set off yet; send it again once it drives, or abort and load with here"
         if self.driver.leg.sense == SPIN:
@@ -132,12 +141,12 @@ class Mission:
 
     @property
     def place(self) -> tuple[int, float, float | None]:
-        """Where another process could go on: the first three of `Checkpoint`."""
+        """Place from which another process could continue: the first three fields of `Checkpoint`."""
         return self.driver.leg_index, self.driver.arc_length_m, self.sprayer.owed_if_it_ended(self._nozzle_m())
 
     @property
     def progress(self) -> JobProgress:
-        """How far it has come along the plan."""
+        """Progress along the plan."""
         plan, driver = self.plan, self.driver
         segment, arc_m = driver.segment, driver.arc_length_m
         remaining_s = plan.total_time_s - plan.time_at(arc_m, driver.leg_index)
@@ -145,39 +154,39 @@ class Mission:
 
     @property
     def spraying(self) -> bool:
-        """Whether the valve is commanded open."""
+        """True if the valve is commanded open."""
         return self.sprayer.valve
 
     @property
     def begins_at(self) -> tuple[float, float, float]:
-        """Before it has set off, where the robot is to stand: east [m], north [m], heading [rad]."""
+        """Pose at which the robot is to stand before it sets off: east [m], north [m], heading [rad]."""
         return pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
 
     @property
     def aligning(self) -> bool:
-        """Whether the robot has not yet set off."""
+        """True if the robot has not yet set off."""
         return self._phase is MissionPhase.ALIGN
 
     @property
     def waiting(self) -> bool:
-        """Whether the robot, though told to go on, stands until its accelerometer agrees with the standing wheels."""
+        """True if the robot is to continue but stands until its accelerometer agrees with the standing wheels."""
         return self._at_rest and self._estimator.disputed
 
     @property
     def held(self) -> bool:
-        """Whether the robot, on its way, has come to where it may drive no further for now."""
+        """True if the robot has come to the end of its authority on its path."""
         return self._phase is MissionPhase.ALONG and self.driver.held
 
     @property
     def nominal(self) -> bool:
-        """Whether nothing has to be decided while it drives on: along the plan, and no paint is owed."""
+        """True if nothing has to be decided while it drives on: along the plan, and no paint is owed."""
         driver = self.driver
         along = self._phase is MissionPhase.ALONG and not self._at_rest and not driver.brakes
         return along and driver.leg.sense != SPIN and self.sprayer.owed_from_m is None
 
     @property
     def standing(self) -> bool:
-        """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
+        """True if the robot is not commanded to move, and its wheels have stood for a while or the estimate is 0."""
         commanded = self.driver.drive.moves_mps(self._command.actuators)
         if commanded >= 2.0 * STOPPED_MPS:
             return False
@@ -186,24 +195,24 @@ class Mission:
 
     @property
     def lateral_error_m(self) -> float:
-        """Estimated distance of the nozzle to the left of its path."""
+        """Estimated distance of the nozzle to the left of its path [m]."""
         return float(self.driver.now[tracking.NOZZLE_LATERAL])
 
     @property
     def painted(self) -> PaintBelief:
-        """What the robot believes it has painted, or covered."""
+        """Estimated paint or covered ground."""
         if self._covered is not None:
             return self._covered.belief(self.driver.arc_length_m)
         return self.sprayer.belief(self._nozzle_m())
 
     @property
     def next_paint_m(self) -> float:
-        """Arc length at which work goes on after a stop."""
+        """Arc length at which work continues after a stop."""
         owed = self.sprayer.owed_from_m
         return owed if owed is not None else self.driver.arc_length_m
 
     def run(self) -> Step:
-        """One tick of driving and painting."""
+        """Run one tick of driving and painting."""
         if self.waiting:
             return Step(self._command.standstill)
         self._at_rest = False
@@ -212,11 +221,11 @@ class Mission:
         return step
 
     def rest(self) -> Command:
-        """One tick of coming to rest along the path, valve closed; what should have been painted is owed."""
+        """Run one tick of coming to rest along the path, valve closed; paint that should have been sprayed is owed."""
         return self._command.give(self._rest())
 
     def stop_hard(self) -> Command:
-        """One tick of braking as hard as the wheels can; where on its path that ends is found out by `locate`."""
+        """Run one tick of braking as hard as the wheels can; `locate` finds the resulting place on the path."""
         self.driver.halt()
         return self._command.give(self._command.standstill)
 
@@ -224,23 +233,23 @@ class Mission:
         """Close the valve; from where the last drop falls, paint is owed.
 
         Args:
-            in_s: When the command takes effect, counted from the tick that the driver has seen last. Between ticks, and
-                before the driver has seen the present one, the last command is in force for a tick still.
+            in_s: Time at which the command takes effect, counted from the tick that the driver has seen last. Between
+                ticks, and before the driver has seen the present one, the last command remains in force for a tick.
         """
         if self._phase is MissionPhase.ALONG:
             self.sprayer.close(self._nozzle_m(in_s), self.driver.speed_mps)
 
     def owe_dry(self, dry_s: float) -> None:
-        """Close the valve, and owe what it has sprayed dry, or too thin, in the last `dry_s` seconds."""
+        """Close the valve, and owe the stretch that was sprayed dry, or too thin, in the last `dry_s` seconds."""
         if self._phase is MissionPhase.ALONG:
             self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
 
     def _nozzle_m(self, in_s: float = 0.0) -> float:
-        """The arc length at which the nozzle will be in a moment, as `path_tracker.nozzle_m`."""
+        """Return the arc length of the nozzle after a time, as `path_tracker.nozzle_m`."""
         return float(nozzle_m(self._computer.array)) + max(self.driver.speed_mps, 0.0) * in_s
 
     def locate(self) -> float:
-        """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
+        """Find the standing robot's place on the path anew; return its distance beside the path [m]."""
         self.driver.locate(self._estimator)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), 0.0)
@@ -296,7 +305,7 @@ class Mission:
         return Step(Command(actuators, valve, sprayer.disc_at(place, speed), valve_after_s))
 
     def _leg_done(self) -> Step:
-        """At a cusp or the end: the robot is all but at rest."""
+        """End a leg at a cusp or the end, where the robot is almost at rest."""
         self.sprayer.pass_by(self._nozzle_m())
         if not self.driver.next_leg():
             return Step(self._rest(), done=True)
@@ -304,7 +313,7 @@ class Mission:
         return Step(Command(actuators, False, False))
 
     def _back(self) -> Step:
-        """Stop, reverse to the run-up, stop, and forward again."""
+        """Stop, reverse to the run-up, stop, and drive forward again."""
         if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
             actuators = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
             return Step(Command(actuators, False, False))

@@ -1,4 +1,4 @@
-"""Move-off rules: how long the robot warns before it moves off, and how long a stop may last that it ends by itself."""
+"""Move-off rules: duration of the warning before the robot moves off, and longest stop that it ends by itself."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from touchline.schemas.vehicles import Vehicle
 PERSON_AFTER_S: Final = 30.0
 """Longest stop that a robot with a tool, or a heavy one, ends by itself, unless the configuration sets another."""
 LIGHT_KG: Final = 20.0
-"""Up to this mass a robot without a tool ends any stop by itself."""
+"""Largest mass at which a robot without a tool ends any stop by itself."""
 
 
 class MoveOffRules:
-    """The rules for one robot.
+    """Rules for one robot.
 
     Args:
-        limits: Of its configuration.
-        vehicle: Whose tool and mass decide where the configuration does not.
+        limits: Limits of its configuration.
+        vehicle: Vehicle whose tool and mass decide if the configuration does not.
 
     Attributes:
-        warning_ticks: After a pause, from the begin of the warning to the first tick in which the robot may move.
+        warning_ticks: After a pause, ticks from the start of the warning to the first in which the robot may move.
         start_warning_ticks: The same after a start.
         longest_stop_s: Longest stop that the robot ends by itself; infinite if there is no limit.
     """
@@ -34,10 +34,15 @@ class MoveOffRules:
         self.longest_stop_s = limits.person_after_s or (PERSON_AFTER_S if _hazardous(vehicle) else math.inf)
 
     def needs_person(self, since_tick: int, until_tick: int) -> bool:
-        """Whether a stop from one tick to the other is too long to end by itself."""
+        """Return True if a stop is too long to end by itself.
+
+        Args:
+            since_tick: First tick of the stop.
+            until_tick: Its end.
+        """
         return until_tick - since_tick > self.longest_stop_s * TICKS_PER_S
 
 
 def _hazardous(vehicle: Vehicle) -> bool:
-    """Whether the robot can hurt somebody who has come close to it meanwhile."""
+    """Return True if the robot could hurt a person who has come close to it meanwhile."""
     return vehicle.tool.kind != "none" or vehicle.mass_full_kg > LIGHT_KG

@@ -1,6 +1,6 @@
-"""What the robot believes it has painted: where its valve was open, by its own progress along its path.
+"""Estimated paint: the stretches on which the robot's valve was open, by its own progress along its path.
 
-No sensor looks at the paint. A stretch of the path counts from where the first drop falls to where the last one does,
+No sensor observes the paint. A stretch of the path counts from where the first drop falls to where the last one does,
 by the valve's nominal delays, whatever really came out of the nozzle and wherever the robot really was.
 """
 
@@ -21,13 +21,13 @@ from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicles import Vehicle
 
 SPILL_M: Final = 0.1
-"""Less than this on a segment of which the most stays free is the end of its neighbour's paint."""
+"""Length below which paint on a mostly free segment is the end of its neighbour's paint."""
 END_TOLERANCE_M: Final = 0.01
-"""So near to where the plan lets paint begin or end, it does: nothing that is shorter is owed."""
+"""Distance within which paint begins or ends where the plan lets it: nothing shorter is owed."""
 
 
 class _Piece(NamedTuple):
-    """A stretch of the path on which paint is to fall, all of it on one segment."""
+    """Stretch of the path on which paint is to fall, all of it on one segment."""
 
     start_m: float
     end_m: float
@@ -35,14 +35,14 @@ class _Piece(NamedTuple):
 
 
 class Painted:
-    """The stretches of the sprayed segments that count as painted; what is painted twice counts once.
+    """The stretches of the sprayed segments that count as painted; a stretch painted twice counts once.
 
     Attributes:
-        ids: Of the sprayed segments, in path order.
+        ids: Ids of the sprayed segments, in path order.
     """
 
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle) -> None:
-        """Nothing is painted."""
+        """Begin with nothing painted."""
         self._runs = _falling(plan, vehicle)
         self._pieces: list[_Piece] = []
         lines: dict[str, int] = {}
@@ -69,23 +69,33 @@ class Painted:
                 row += 1
 
     def add(self, from_m: float, to_m: float) -> None:
-        """Count the path between two arc lengths as painted; nothing if `to_m` is not beyond `from_m`."""
+        """Count the path between two arc lengths as painted.
+
+        Args:
+            from_m: Arc length at which the stretch begins.
+            to_m: Arc length at which it ends; nothing is counted if it is not beyond `from_m`.
+        """
         for piece in self._parts(from_m, to_m):
             self._covered[piece.line].add(piece.start_m, piece.end_m)
             self._covered_m[piece.line] = self._covered[piece.line].length
 
     def restore(self, to_m: float) -> None:
-        """Take all that the plan sprays up to a place for painted, as another process left it.
+        """Count everything that the plan sprays up to a place as painted, as another process recorded it.
 
-        A checkpoint tells from where paint is owed, and the path is driven in order. What it does not tell is not
-        known any more: stretches before that place that the other process knew it had missed.
+        A checkpoint gives the place from which paint is owed, and the path is driven in order. Stretches before that
+        place that the other process knew it had missed are not in the checkpoint and are lost.
         """
         for from_m, end_m in self._runs:
             if from_m < to_m:
                 self.add(from_m, min(end_m, to_m))
 
     def belief(self, from_m: float = math.inf, to_m: float = -math.inf) -> PaintBelief:
-        """What is painted, together with what the open valve is painting: from the first arc length to the second."""
+        """Return the paint, including what the open valve is painting.
+
+        Args:
+            from_m: Arc length at which the paint of the open valve begins.
+            to_m: Arc length at which it ends.
+        """
         covered_m, falling = self._covered_m.copy(), dict[int, Intervals]()
         for piece in self._parts(from_m, to_m):
             covered = falling.setdefault(piece.line, copy.deepcopy(self._covered[piece.line]))
@@ -97,7 +107,7 @@ class Painted:
         return PaintBelief(self.ids, shares, min(100.0, 100.0 * math.fsum(covered_m) / self._length_m))
 
     def _parts(self, from_m: float, to_m: float) -> list[_Piece]:
-        """The parts of the pieces that a stretch covers."""
+        """Return the parts of the pieces that a stretch covers."""
         from_m, to_m = self._at_plan(from_m, 0), self._at_plan(to_m, 1)
         if from_m >= to_m:
             return []
@@ -109,14 +119,14 @@ class Painted:
         ]
 
     def _at_plan(self, arc_length_m: float, end: int) -> float:
-        """Where the plan lets paint begin (0) or end (1), if that is near; otherwise the place itself."""
+        """Return the planned place where paint begins (0) or ends (1), if that is near; otherwise the place itself."""
         index = bisect_right(self._runs, arc_length_m + END_TOLERANCE_M, key=lambda run: run[end]) - 1
         planned_m = self._runs[index][end] if index >= 0 else -math.inf
         return planned_m if abs(planned_m - arc_length_m) <= END_TOLERANCE_M else arc_length_m
 
 
 def _falling(plan: LoadedTrajectory, vehicle: Vehicle) -> list[tuple[float, float]]:
-    """Where paint is to fall, from → to, if the robot drives as fast as planned."""
+    """Return the stretches on which paint is to fall, from → to, if the robot drives as fast as planned."""
     runs: list[tuple[float, float]] = []
     opened_m: float | None = None
     for switch_m, mask in zip([*plan.switch_m, plan.total_length_m], [*plan.actuation, Actuation.NONE], strict=True):

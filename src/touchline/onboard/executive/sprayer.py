@@ -1,4 +1,4 @@
-"""The valve: open where the plan sprays, once only, and only while painting is allowed.
+"""Valve control: open where the plan sprays, once only, and only while painting is allowed.
 
 The valve is switched within the tick in which the robot passes the place, not at the tick's ends: at 1 m/s a tick is a
 centimetre.
@@ -22,11 +22,11 @@ from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicles import Vehicle
 
 MISSED_TOLERANCE_M = 0.01
-"""How far beyond the place where paint stopped the robot may be and still go on from there; what is left of a line
-that is shorter than this is not owed."""
+"""Largest distance beyond the place where paint stopped from which the robot may continue without going back; a
+remainder of a line that is shorter than this is not owed."""
 JOINT_OVERLAP_M = 0.005
-"""Paint begins again so far before it stopped: a joint may be painted twice by 2 cm, but open by 1 cm only, and the
-estimate's error scatters it either way."""
+"""Distance by which paint begins before it stopped: a joint may be painted twice by 2 cm, but open by 1 cm only, and
+the estimate's error scatters it either way."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,10 +35,10 @@ _VALVE: Final = int(Actuation.VALVE)
 
 
 class Switches(NamedTuple):
-    """The actuation that the plan asks for along the path.
+    """Planned actuation along the path.
 
     Attributes:
-        switch_m: (n,) arc lengths at which that changes, ascending.
+        switch_m: (n,) arc lengths at which it changes, ascending.
         masks: (n,) bit masks of `Actuation` from each of them on; nothing before the first.
     """
 
@@ -48,12 +48,12 @@ class Switches(NamedTuple):
 
 @kernel
 def wanted_at(plan: Switches, place_m: float, speed_mps: float) -> int:
-    """What the plan asks for at the start or at the end of a tick.
+    """Return the planned actuation at the start or at the end of a tick.
 
     Args:
-        plan: Its actuation.
+        plan: Planned actuation.
         place_m: Arc length of the nozzle at the start of the tick.
-        speed_mps: Along the path; negative counts as 0.
+        speed_mps: Speed along the path; negative counts as 0.
 
     Returns:
         Bit mask of `Actuation`.
@@ -71,17 +71,17 @@ def _wanted(switch_m: Floats, masks: Integers, place_m: float, speed_mps: float)
 
 @kernel
 def _mask(switch_m: Floats, masks: Integers, place_m: float) -> int:
-    """What the plan asks for at a place."""
+    """Return the planned actuation at a place."""
     index = count_up_to(switch_m, place_m) - 1
     return masks[index] if index >= 0 else 0
 
 
 @kernel
 def lies_behind(computer: Computer, place_m: float) -> bool:
-    """Whether the nozzle has passed the place from which paint is owed by more than MISSED_TOLERANCE_M.
+    """Return True if the nozzle has passed the place from which paint is owed by more than MISSED_TOLERANCE_M.
 
     Args:
-        computer: (1,) of which `spray` is read.
+        computer: (1,) whose `spray` is read.
         place_m: Arc length of the nozzle.
     """
     behind: bool = _behind(computer[0].spray, place_m)
@@ -95,13 +95,13 @@ def _behind(spray: SprayState, place_m: float) -> bool:
 
 @kernel
 def due(plan: Switches, computer: Computer, place_m: float, speed_mps: float) -> bool:
-    """Whether the valve should be open at any time of the coming tick: owed paint first, then the plan's.
+    """Return True if the valve should be open at any time of the coming tick: owed paint first, then the plan's.
 
     Args:
-        plan: What is to be sprayed where.
-        computer: (1,) of which `spray` is read.
+        plan: Planned actuation.
+        computer: (1,) whose `spray` is read.
         place_m: Arc length of the nozzle at the start of the tick.
-        speed_mps: Along the path; negative counts as 0.
+        speed_mps: Speed along the path; negative counts as 0.
     """
     switch_m, masks = plan
     is_due: bool = _due(switch_m, masks, computer[0].spray, place_m, speed_mps)
@@ -118,16 +118,16 @@ def _due(switch_m: Floats, masks: Integers, spray: SprayState, place_m: float, s
 
 @kernel
 def switch(plan: Switches, computer: Computer, place_m: float, speed_mps: float) -> float:
-    """Decide on the valve for the coming tick, driving forward on the plan with leave to paint.
+    """Decide on the valve for the coming tick, driving forward on the plan with permission to paint.
 
     Args:
-        plan: What is to be sprayed where.
+        plan: Planned actuation.
         computer: (1,) its `spray` is updated.
-        place_m: Where the nozzle is.
-        speed_mps: Along the path.
+        place_m: Arc length of the nozzle.
+        speed_mps: Speed along the path.
 
     Returns:
-        When in the tick the valve is to be so [s].
+        Time in the tick at which the valve switches to its new state [s].
     """
     switch_m, masks = plan
     spray, speed_mps = computer[0].spray, max(speed_mps, 0.0)
@@ -148,7 +148,7 @@ def switch(plan: Switches, computer: Computer, place_m: float, speed_mps: float)
 
 @kernel
 def _next(switch_m: Floats, masks: Integers, spray: SprayState, place_m: float, speed_mps: float) -> tuple[bool, float]:
-    """The valve by the end of the coming tick, and where the nozzle is when it has to change."""
+    """Return the valve's state at the end of the coming tick, and the place of the nozzle when it has to change."""
     open_soon = _due(switch_m, masks, spray, place_m, speed_mps)
     if not math.isnan(spray.owed_from_m):
         return open_soon, max(spray.owed_from_m - speed_mps * spray.on_delay_s, place_m)
@@ -161,16 +161,22 @@ def _next(switch_m: Floats, masks: Integers, spray: SprayState, place_m: float, 
 
 
 class Sprayer:
-    """The valve along one trajectory, and the arc length from which paint is owed.
+    """Valve along one trajectory, and the arc length from which paint is owed.
 
     Attributes:
-        state: The valve, and what falls or is owed.
-        switches: What the plan sprays where.
-        painted: What has been painted, as far as the robot knows.
+        state: State of the valve, and of paint that falls or is owed.
+        switches: Planned actuation.
+        painted: Estimated paint.
     """
 
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, computer: ComputerState) -> None:
-        """Nothing painted, nothing owed."""
+        """Begin with nothing painted and nothing owed.
+
+        Args:
+            plan: The trajectory.
+            vehicle: Vehicle with the delays of the valve.
+            computer: State of the computer; its `spray` is reset.
+        """
         self._plan = plan
         self.switches = Switches(np.array(plan.switch_m), np.array(plan.actuation, dtype=np.int64))
         self._computer, self.state = computer, computer.spray
@@ -179,25 +185,39 @@ class Sprayer:
 
     @property
     def valve(self) -> bool:
-        """Whether the valve is commanded open, at the end of the coming tick at the latest."""
+        """True if the valve is commanded open, at the end of the coming tick at the latest."""
         return self.state.valve
 
     @property
     def owed_from_m(self) -> float | None:
-        """Where paint is to begin again, although the robot has passed; None if nothing is owed."""
+        """Place where paint is to begin again although the robot has passed it; None if no paint is owed."""
         owed_m = self.state.owed_from_m
         return None if math.isnan(owed_m) else owed_m
 
     def disc_at(self, arc_length_m: float, speed_mps: float) -> bool:
-        """Whether the plan wants the disc down in the tick that begins here."""
+        """Return True if the plan wants the disc down in the tick that begins here.
+
+        Args:
+            arc_length_m: Arc length of the nozzle.
+            speed_mps: Speed along the path.
+        """
         return bool(wanted_at(self.switches, arc_length_m, speed_mps) & Actuation.DISC)
 
     def due(self, arc_length_m: float, speed_mps: float) -> bool:
-        """Whether the valve should be open at any time of the coming tick: owed paint first, then the plan's."""
+        """See the kernel `due`."""
         return bool(due(self.switches, self._computer.array, arc_length_m, speed_mps))
 
     def step(self, arc_length_m: float, speed_mps: float, allowed: bool) -> tuple[bool, float]:
-        """The valve by the end of the coming tick, and when in it that is to be so [s]; driving forward on the plan."""
+        """Decide on the valve for the coming tick, driving forward on the plan.
+
+        Args:
+            arc_length_m: Arc length of the nozzle.
+            speed_mps: Speed along the path.
+            allowed: True if the robot may paint.
+
+        Returns:
+            State of the valve by the end of the tick, and the time in the tick at which it takes that state [s].
+        """
         if not allowed and self.due(arc_length_m, speed_mps):
             self.close(arc_length_m, speed_mps)
             self.skip(arc_length_m + TICK_S * max(speed_mps, 0.0), speed_mps)
@@ -207,7 +227,12 @@ class Sprayer:
         return self.state.valve, after_s
 
     def close(self, arc_length_m: float, speed_mps: float) -> None:
-        """Close the valve here; if it was open and the line goes on, paint is owed from where the last drop falls."""
+        """Close the valve here; if it was open and the line continues, paint is owed from where the last drop falls.
+
+        Args:
+            arc_length_m: Arc length of the nozzle.
+            speed_mps: Speed along the path.
+        """
         state = self.state
         if not state.valve:
             return
@@ -219,7 +244,13 @@ class Sprayer:
             state.owed_from_m = state.falls_to_m - JOINT_OVERLAP_M if opened else state.falls_from_m
 
     def dry(self, arc_length_m: float, speed_mps: float, dry_s: float) -> None:
-        """Close the valve here; if it was open and dry for `dry_s`, paint is owed from the last good drop on."""
+        """Close the valve here; if it was open and dry, paint is owed from the last good drop on.
+
+        Args:
+            arc_length_m: Arc length of the nozzle.
+            speed_mps: Speed along the path.
+            dry_s: Time for which too little paint has come out.
+        """
         state = self.state
         if state.valve and dry_s > 0.0:
             fell_m = arc_length_m - self._plan.distance_m(arc_length_m, dry_s)
@@ -229,12 +260,17 @@ class Sprayer:
         self.close(arc_length_m, speed_mps)
 
     def skip(self, arc_length_m: float, speed_mps: float) -> None:
-        """Arrive here with the valve closed; what the plan sprays between the last place and here becomes owed."""
+        """Arrive here with the valve closed; paint planned between the last place and here becomes owed.
+
+        Args:
+            arc_length_m: Arc length of the nozzle.
+            speed_mps: Speed along the path.
+        """
         self.close(arc_length_m, speed_mps)
         state = self.state
         if self.owed_from_m is None:
             owed = self._plan.first_spray_between(state.last_m, arc_length_m)
-            if owed is not None and owed > state.last_m:  # where the command is due; paint falls when the valve is open
+            if owed is not None and owed > state.last_m:  # place of the command; paint falls once the valve is open
                 owed += state.on_delay_s * self._plan.speed_at(owed)
             elif owed is not None and not self._goes_on(owed):
                 owed = None
@@ -249,23 +285,28 @@ class Sprayer:
         state.valve, state.owed_from_m, state.last_m = False, math.nan, arc_length_m
 
     def resume_at(self, arc_length_m: float, owed_from_m: float | None) -> None:
-        """Go on where another process left off."""
+        """Continue from the checkpoint of another process.
+
+        Args:
+            arc_length_m: Arc length of the robot.
+            owed_from_m: Place from which paint is owed; None if none is.
+        """
         self.state.last_m = arc_length_m
         self.state.owed_from_m = math.nan if owed_from_m is None else owed_from_m
         self.painted.restore(arc_length_m if owed_from_m is None else owed_from_m)
 
     def count_closed(self) -> None:
-        """If the valve has been closed, count what has fallen from it, its last drop included."""
+        """Count the paint that has fallen, the last drop included, if the valve has been closed."""
         if self.state.closed:
             self.painted.add(self.state.falls_from_m, self.state.falls_to_m)
             self.state.closed = False
 
     def belief(self, arc_length_m: float) -> PaintBelief:
-        """What has been painted when the nozzle is here."""
+        """Return the paint when the nozzle is at an arc length."""
         return self.painted.belief(self.state.falls_from_m, arc_length_m) if self.valve else self.painted.belief()
 
     def owed_if_it_ended(self, arc_length_m: float) -> float | None:
-        """From where paint would be owed if the computer, and so the flow, stopped now; None if nothing would be."""
+        """Return the place from which paint would be owed if computer and flow stopped now; None if none would be."""
         state, owed_m = self.state, self.owed_from_m
         if state.valve and not self._goes_on(arc_length_m):
             return None
@@ -277,7 +318,7 @@ class Sprayer:
         self.state.falls_to_m = -math.inf
 
     def must_go_back(self, arc_length_m: float) -> bool:
-        """Whether the place from which paint is owed lies behind."""
+        """Return True if the place from which paint is owed lies behind."""
         return bool(lies_behind(self._computer.array, arc_length_m))
 
     def _goes_on(self, arc_length_m: float) -> bool:

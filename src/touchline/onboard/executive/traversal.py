@@ -1,4 +1,4 @@
-"""The traversal executive: which command is allowed when, and what the robot does in each state.
+"""Traversal executive: the commands allowed in each state, and the behaviour of the robot in it.
 
     IDLE ──load──► READY ──start──► RUNNING ──end reached──► DONE
     IDLE, READY, DONE, ABORTED ──begin guided──► RUNNING, wherever a coordinator guides it
@@ -76,20 +76,20 @@ _BY_LOCALIZATION = Pause(PauseStatus.LOCALIZATION, "localization", ends_by_itsel
 
 
 class Course(NamedTuple):
-    """A trajectory that was found to be drivable, and the fence round it."""
+    """Checked trajectory with the fence round it."""
 
     plan: LoadedTrajectory
     fence: Geofence
 
 
 class Monitors(NamedTuple):
-    """What may pause or stop the robot.
+    """Monitors that may pause or stop the robot.
 
     Attributes:
-        localization: Judges the pose.
-        failsafe: Judges everything else, and the fence that it is given with a trajectory.
+        localization: Evaluates the pose.
+        failsafe: Evaluates everything else, and the fence that it gets with a trajectory.
         fence_limits: Margins of that fence.
-        move_off: When it may move off again.
+        move_off: Rules for moving off again.
     """
 
     localization: LocalizationMonitor
@@ -102,8 +102,8 @@ class Traversal:
     """State and loaded job of the robot.
 
     Attributes:
-        state: As in `TraversalStatus`.
-        reason: Why it is in this state, or what it waits for; "" if that needs no words.
+        state: State as in `TraversalStatus`.
+        reason: Reason for this state, or what the robot waits for; "" if that needs no words.
         job: The loaded job, None while idle.
         clock: The last tick, and the time since the start.
         warning: Given from before the robot moves off until it is stopped; None while it is to stand.
@@ -118,7 +118,16 @@ class Traversal:
         computer: ComputerState,
         log: EventLog,
     ) -> None:
-        """Idle."""
+        """Begin in IDLE.
+
+        Args:
+            vehicle: The nominal robot.
+            follower: Follower of the path.
+            estimator: Estimator of the pose.
+            monitors: Monitors and rules.
+            computer: State of the computer.
+            log: Log of the events.
+        """
         self._watch, self._hazards, self._fence_limits, self._rules = monitors
         self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
@@ -127,38 +136,47 @@ class Traversal:
         self.job: TraversalJob | None = None
         self.warning: MoveOffWarning | None = None
         self._pause: Pause | None = None
-        self._why = ""  # it paused, whatever has become of that since
-        self._lasts = False  # whether the hazard that paused it can be seen at standstill, too
-        self._stopped_tick = 0  # since when it has stood, if it pauses, or has not set off since
+        self._why = ""  # reason of the last pause, whatever has become of it
+        self._lasts = False  # True if the hazard that paused it can be seen at standstill, too
+        self._stopped_tick = 0  # start of the standstill, if it pauses, or has not set off since
         self._tries = Tries()
         self._before_estop = IDLE
-        self._fallbacks_before = 0  # of a process that came before, less those of earlier jobs
+        self._fallbacks_before = 0  # of an earlier process, less those of earlier jobs
 
     def check_load(self) -> None:
-        """Whether a trajectory would be taken now.
+        """Check that a trajectory would be accepted now.
 
         Raises:
-            CommandRefused: Not in this state.
+            CommandRefused: It would not, in this state or because the robot moves.
         """
         self._require("load", IDLE, READY, DONE, ABORTED)
         self._require_standstill("load")
 
     def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
-        """Check a trajectory, which may take seconds; changes nothing, so that any thread may do it meanwhile.
+        """Check a trajectory, which may take seconds; nothing is changed, so any thread may do it meanwhile.
 
-        The robot is not to leave the `boundary`, corners (x, y) [m]; without one, the plan's surroundings.
+        Args:
+            trajectory: Path, speeds and actuation.
+            boundary: Corners (x, y) [m] of the area that the robot is not to leave; if empty, the plan's surroundings.
 
         Raises:
-            CommandRefused: For what is wrong with the trajectory.
+            CommandRefused: The trajectory cannot be driven; the reason says why.
         """
         plan = load_trajectory(trajectory, self._vehicle)
         return Course(plan, Geofence(plan.path, boundary, self._vehicle, self._fence_limits))
 
     def take(self, course: Course, resume: Checkpoint | None = None) -> float:
-        """Take what `prepare` gave, to begin at its start or at a checkpoint; returns its planned duration [s].
+        """Take a prepared course.
+
+        Args:
+            course: Result of `prepare`.
+            resume: Checkpoint to begin at; None: the start.
+
+        Returns:
+            Planned duration [s].
 
         Raises:
-            CommandRefused: In this state, or for what is wrong with the checkpoint.
+            CommandRefused: Not in this state, or the checkpoint is not on the path.
         """
         self.check_load()
         plan = course.plan
@@ -174,22 +192,23 @@ class Traversal:
         return plan.total_time_s
 
     def take_here(self, course: Course) -> float:
-        """As `take`, if it begins where the robot stands.
+        """Take a course that begins where the robot stands; return its planned duration [s].
 
         Raises:
-            CommandRefused: In this state, or because it begins elsewhere; it says how far off.
+            CommandRefused: Not in this state, or it begins elsewhere; the reason gives the distance.
         """
         self.check_load()
         check_here(course.plan, self._estimator, self._watch)
         return self.take(course)
 
     def take_over(self, course: Course) -> float:
-        """Go on along what `prepare` gave, without a stop; returns its planned duration [s].
+        """Continue on a prepared course without a stop; return its planned duration [s].
 
-        The time of the traversal goes on as if it had been driven from its start.
+        The time of the traversal continues as if the course had been driven from its start.
 
         Raises:
-            CommandRefused: In this state, while paint is owed, or because it does not agree with what is being driven.
+            CommandRefused: Not in this state, while paint is owed, or because it does not agree with the present
+                course.
         """
         self._require("replace", RUNNING)
         plan, mission = course.plan, self.mission
@@ -203,10 +222,10 @@ class Traversal:
         return plan.total_time_s
 
     def begin_guided(self, team: TeamLimits) -> None:
-        """Drive where a coordinator guides the robot from now on; until it does, the robot stands.
+        """Follow a coordinator's guidance from now on; the robot stands until the first guidance arrives.
 
         Raises:
-            CommandRefused: In this state, or such a robot cannot be guided.
+            CommandRefused: Not in this state, or this robot cannot be guided.
         """
         self.check_load()
         self.job = GuidedDrive(self._vehicle, team, self._estimator, self._watch, self._computer)
@@ -222,13 +241,25 @@ class Traversal:
         self._set_off("started")
 
     def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
-        """Close the valve and brake along the path; a pause that would have ended by itself now waits for a person."""
+        """Close the valve and brake along the path; a pause that would have ended by itself now waits for a person.
+
+        Args:
+            reason: Shown to the operator.
+            by: Cause and source of the pause.
+
+        Raises:
+            CommandRefused: Not in this state.
+        """
         if not self._ends_by_itself:
             self._require("pause", RUNNING)
         self._halt(by, reason)
 
     def resume(self) -> None:
-        """Go on from where paint is owed; if the receiver has jumped for good, its new position is accepted."""
+        """Continue from where paint is owed; if the receiver has jumped for good, its new position is accepted.
+
+        Raises:
+            CommandRefused: Not in this state, or the cause of the pause persists.
+        """
         self._require("resume", PAUSED)
         job = self._loaded()
         problem = self._hazards.lasting
@@ -250,23 +281,31 @@ class Traversal:
         self._go_on(job, "resumed")
 
     def report_accepted(self, moved_m: float) -> None:
-        """Tell that the position was moved to where the receiver or camera says, by so much [m]."""
+        """Report that the position was moved by this distance [m] to that of the receiver or camera."""
         self._log.report(
             WARN, "position-accepted", f"the position was moved by {moved_m:.2f} m to the {self._watch.source}'s"
         )
 
     def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
-        """Give the traversal up."""
+        """Abort the traversal.
+
+        Raises:
+            CommandRefused: Not in this state.
+        """
         self._require("abort", READY, RUNNING, PAUSED)
         self._leave_running(ABORTED, reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
-        """Stop as hard as the wheels can; allowed always."""
+        """Stop as hard as the wheels can; always allowed."""
         if self.state != ESTOPPED:
             self._stop_hard(reason)
 
     def reset(self) -> None:
-        """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
+        """Release an emergency stop once the robot stands, or clear a finished or aborted traversal.
+
+        Raises:
+            CommandRefused: Not in this state, while the bumper is pressed, or while the robot moves.
+        """
         self._require("reset", ESTOPPED, DONE, ABORTED)
         if self._hazards.findings.bumper:
             raise CommandRefused("cannot reset while the bumper is pressed")
@@ -280,7 +319,7 @@ class Traversal:
             self._become(IDLE, "")
 
     def authorize(self, until_m: float) -> None:
-        """Drive on the loaded trajectory up to this arc length only, and on when it is moved on; inf: to the end.
+        """Allow driving up to this arc length only [m], which later calls may extend; inf: to the end.
 
         Raises:
             CommandRefused: Nothing is loaded.
@@ -295,7 +334,7 @@ class Traversal:
             self.pause("the link to the operator is lost", BY_LINK)
 
     def step(self, tick: int) -> Command:
-        """What the actuators shall do until the next tick; the estimator and the monitors have seen this one."""
+        """Return the command until the next tick; the estimator and the monitors have seen this one."""
         self.clock.tick = tick
         job = self.job
         if job is None:
@@ -316,7 +355,7 @@ class Traversal:
 
     @property
     def nominal(self) -> bool:
-        """Whether `nominal_tick` can run the next tick, as far as can be seen before it."""
+        """True if `nominal_tick` can run the next tick, as far as can be seen before it."""
         if self.state != RUNNING or self.reason or self._warns_in(self.clock.tick + 1):
             return False
         return self._loaded().nominal and not self._follower.can_fail and not self._follower.problem
@@ -329,13 +368,13 @@ class Traversal:
 
     @property
     def begins_at(self) -> tuple[float, float, float]:
-        """Where the loaded mission begins: east [m], north [m], heading [rad]."""
+        """Pose at which the loaded mission begins: east [m], north [m], heading [rad]."""
         assert self.mission is not None, "a trajectory was taken"
         return self.mission.begins_at
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where the traversal could go on, after an abort or in another process; None if there is none."""
+        """Checkpoint from which the traversal could continue, also after an abort; None if there is none."""
         state = self._before_estop if self.state == ESTOPPED else self.state
         place = self.job.place if self.job is not None and state in (RUNNING, PAUSED, ABORTED) else None
         return Checkpoint(*place, self.clock.tick, self.clock.elapsed_s, self._fallbacks) if place is not None else None
@@ -355,7 +394,7 @@ class Traversal:
         return self._fallbacks_before + self._follower.fallbacks
 
     def status(self) -> Status:
-        """Where the traversal stands."""
+        """Return the status of the traversal."""
         job = self.job
         if job is None:
             return Status(state=self.state, reason=self.reason, follower_fallbacks=self._fallbacks)
@@ -386,7 +425,7 @@ class Traversal:
 
     @property
     def _ends_by_itself(self) -> bool:
-        """Whether the robot pauses, and moves off without a person."""
+        """True if the robot pauses and will move off without a person."""
         return self._pause is not None and self._pause.ends_by_itself
 
     def _heed_hazards(self, job: TraversalJob) -> None:
@@ -470,7 +509,7 @@ class Traversal:
         self._warn(reason, self._rules.start_warning_ticks)
 
     def _go_on(self, job: TraversalJob, reason: str) -> None:
-        """Run on after a pause: with the warning that has been given, or a new one unless the robot still moves."""
+        """Continue after a pause: with the present warning, or a new one unless the robot still moves."""
         warning, self._stopped_tick = self.warning, self.clock.tick
         self._become(RUNNING, "")
         if warning is not None or not job.standing:
@@ -484,7 +523,7 @@ class Traversal:
         self.warning = MoveOffWarning(self.clock.tick + ticks, reason)
 
     def _warns_in(self, tick: int) -> bool:
-        """Whether the robot has to stand in this tick, as it warns."""
+        """Return True if the robot has to stand in this tick because it warns."""
         return self.warning is not None and tick < self.warning.earliest_tick
 
     def _halt(self, by: Pause, reason: str, severity: int = INFO) -> None:
@@ -519,7 +558,7 @@ class Traversal:
 
 
 def _waits_for(job: TraversalJob) -> str:
-    """Why a job that runs has not set off, "" if it has."""
+    """Return what a running job that has not set off waits for, "" if it has."""
     if job.waiting:
         return "waiting: the accelerometer contradicts the standing wheels"
     if job.held:

@@ -1,4 +1,4 @@
-"""What the traversal executive needs of that which the robot is doing."""
+"""Interface between the traversal executive and its job."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from touchline.onboard.interface import TICK_S, Command, PaintBelief
 
 
 class Step(NamedTuple):
-    """A tick of a running job: the command, and whether it ends the running."""
+    """Result of a tick of a running job: the command, and whether it ends the running."""
 
     command: Command
     hold: str = ""
-    """Why to pause until it is better."""
+    """Reason to pause until it is better."""
     refusal: str = ""
-    """Why to give up."""
+    """Reason to abort."""
     done: bool = False
 
 
 class JobProgress(NamedTuple):
-    """How far a job has come; fields as in `Status`."""
+    """Progress of a job; fields as in `Status`."""
 
     segment_index: int = 0
     segment_count: int = 0
@@ -34,69 +34,69 @@ class TraversalJob(Protocol):
 
     @property
     def progress(self) -> JobProgress:
-        """How far it has come."""
+        """Progress of the job."""
         ...
 
     @property
     def place(self) -> tuple[int, float, float | None] | None:
-        """Where another process could go on: the first three of `Checkpoint`; None if it could not."""
+        """Place from which another process could continue, the first three fields of `Checkpoint`; None: nowhere."""
         ...
 
     @property
     def aligning(self) -> bool:
-        """Whether the robot has not yet set off."""
+        """True if the robot has not yet set off."""
         ...
 
     @property
     def waiting(self) -> bool:
-        """Whether the robot, though told to go on, stands until its accelerometer agrees with the standing wheels."""
+        """True if the robot is to continue but stands until its accelerometer agrees with the standing wheels."""
         ...
 
     @property
     def held(self) -> bool:
-        """Whether the robot has come to where it may drive no further for now."""
+        """True if the robot has come to the end of its authority."""
         ...
 
     @property
     def nominal(self) -> bool:
-        """Whether nothing has to be decided while it drives on."""
+        """True if nothing has to be decided while the robot drives on."""
         ...
 
     @property
     def standing(self) -> bool:
-        """Whether the robot neither is told to move nor does."""
+        """True if the robot is neither commanded to move nor moves."""
         ...
 
     @property
     def spraying(self) -> bool:
-        """Whether the valve is commanded open."""
+        """True if the valve is commanded open."""
         ...
 
     @property
     def painted(self) -> PaintBelief:
-        """What the robot believes it has painted, or covered."""
+        """Estimated paint or covered ground."""
         ...
 
     @property
     def lateral_error_m(self) -> float:
-        """Estimated distance of the nozzle to the left of its path."""
+        """Estimated distance of the nozzle to the left of its path [m]."""
         ...
 
     @property
     def next_paint_m(self) -> float:
-        """Arc length at which work goes on after a stop."""
+        """Arc length at which work continues after a stop."""
         ...
 
     def run(self) -> Step:
-        """One tick of driving and working."""
+        """Run one tick of driving and working."""
         ...
 
     def rest(self) -> Command:
-        """One tick of coming to rest, valve closed."""
+        """Run one tick of coming to rest, valve closed."""
         ...
 
     def stop_hard(self) -> Command:
-        """One tick of braking as hard as the wheels can."""
+        """Run one tick of braking as hard as the wheels can."""
         ...
 
     def close_valve(self, in_s: float = TICK_S) -> None:
@@ -104,11 +104,11 @@ class TraversalJob(Protocol):
         ...
 
     def owe_dry(self, dry_s: float) -> None:
-        """Close the valve, and owe what it has sprayed dry in the last `dry_s` seconds."""
+        """Close the valve, and owe the stretch that was sprayed dry in the last `dry_s` seconds."""
         ...
 
     def locate(self) -> float:
-        """Find the standing robot's place anew; returns how far beside its path that is [m]."""
+        """Find the standing robot's place anew; return its distance beside the path [m]."""
         ...
 
     def go_on(self) -> None:

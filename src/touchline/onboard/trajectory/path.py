@@ -1,6 +1,6 @@
-"""The path as the robot drives it: rows for the kernels, cut into legs between which it stands.
+"""The path as the robot drives it: rows for the kernels, cut into legs between standstills.
 
-A leg is driven forward, driven backward or turned on the spot. Rows are those of `PathTable.array`, but for the
+A leg is driven forward, driven backward or turned on the spot. Rows are those of `PathTable.array`, except for the
 heading, which is the robot's own (a reversing robot keeps it opposite to its tangent) and unwrapped along the path.
 """
 
@@ -27,14 +27,14 @@ FORWARD, BACKWARD, SPIN = 1, -1, 0
 
 @dataclass(frozen=True)
 class Leg:
-    """What is driven without stopping.
+    """Part of the path that is driven without stopping.
 
     Attributes:
         first, last: Rows (= segments) first … last − 1.
         sense: FORWARD, BACKWARD or SPIN.
-        start_m, end_m: Arc lengths; the same for a turn on the spot.
-        heading_rad: Of the robot at the start, unwrapped.
-        turn_rad: Of a turn on the spot.
+        start_m, end_m: Arc lengths; equal for a turn on the spot.
+        heading_rad: Heading of the robot at the start, unwrapped.
+        turn_rad: Angle of a turn on the spot.
     """
 
     first: int
@@ -47,12 +47,24 @@ class Leg:
 
 
 def segment_name(index: int, segment: Segment) -> str:
-    """How a refusal names a segment."""
+    """Return the name of a segment in refusals.
+
+    Args:
+        index: Index of the segment in the path.
+        segment: The segment.
+    """
     return f'segment {index} ("{segment.id}")'
 
 
 def cut_path(segments: tuple[Segment, ...], vehicle: Vehicle) -> tuple[NDArray[np.float64], list[Leg]]:
-    """Rows (n, 7), one a segment, and the legs.
+    """Convert segments to rows and cut them into legs.
+
+    Args:
+        segments: Path of the trajectory, map frame.
+        vehicle: Vehicle that is to drive them.
+
+    Returns:
+        Rows (n, 7), one per segment, and the legs.
 
     Raises:
         CommandRefused: A segment cannot be driven or does not continue the one before.
@@ -114,7 +126,7 @@ def _curve(index: int, segment: Segment, drive: OnboardDrive) -> Curve:
 
 
 def _head(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> None:
-    """Headings continuous along the path, so that differences are turns; those of spins from their neighbours."""
+    """Unwrap the headings along the path, so that differences are turns; those of spins follow from neighbours."""
     driven = np.flatnonzero(rows[:, 6])
     if not len(driven):
         raise CommandRefused("the trajectory only turns on the spot, which does not say from which heading")
@@ -128,7 +140,7 @@ def _head(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> None:
 
 
 def _end(row: NDArray[np.float64]) -> tuple[float, float]:
-    """Where a row ends."""
+    """Return the end point of a row [m]."""
     x, y, heading, curvature, length, _, sense = row.tolist()
     half = 0.5 * curvature * length
     chord = sense * length * float(np.sinc(half / math.pi))
@@ -162,7 +174,15 @@ def _legs(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> list[Leg]:
 
 
 def poses_along(rows: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 3) x, y [m] and heading [rad] of the robot, so far [m] along each of the rows (n, 7)."""
+    """Compute the robot's poses at a distance along each row.
+
+    Args:
+        rows: (n, 7) rows of `cut_path`.
+        along_m: (n,) distance from the start of each row.
+
+    Returns:
+        (n, 3) x, y [m], map frame, and heading [rad].
+    """
     half = 0.5 * rows[:, 3] * along_m
     chord = rows[:, 6] * along_m * np.sinc(half / math.pi)
     x, y = rows[:, 0] + chord * np.cos(rows[:, 2] + half), rows[:, 1] + chord * np.sin(rows[:, 2] + half)
@@ -170,7 +190,16 @@ def poses_along(rows: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDAr
 
 
 def pose_at(rows: NDArray[np.float64], leg: Leg, arc_length_m: float) -> tuple[float, float, float]:
-    """(x m, y m, heading rad) of the robot at an arc length of a leg; of a turn on the spot, before it."""
+    """Compute the robot's pose at an arc length of a leg; on a turn on the spot, the pose before the turn.
+
+    Args:
+        rows: (n, 7) rows of `cut_path`.
+        leg: Leg of the path.
+        arc_length_m: Arc length of the path.
+
+    Returns:
+        x [m], y [m], map frame, and heading [rad].
+    """
     own = rows[leg.first : leg.last]
     row = own[max(int(np.searchsorted(own[:, 5], arc_length_m, side="right")) - 1, 0)].copy()
     row[4] = arc_length_m - row[5]

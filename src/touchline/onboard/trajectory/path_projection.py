@@ -1,15 +1,15 @@
 """Projection on the path: arc length, cross-track and heading error, and the path ahead; one kernel call per tick.
 
 Progress is an arc length that only moves in the commanded direction (along the plan, or back when the robot returns to
-where paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to
-the other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are
-the robot's: on a leg driven backward the path runs opposite to them.
+where paint stopped) and only as far as the robot can have moved in a tick: at a crossing the projection cannot jump to
+the other branch. The kernel sees one leg at a time, which ends where the robot stands and changes direction. Headings
+are the robot's: on a leg driven backward the path runs opposite to them.
 
-The reference is where the robot is. For a timed follower it moves by the plan's time instead while the plan is driven
-(`timed_reference`), but waits for a robot that is far from it; braking, going back, and while the robot may drive only
-so far, it is where the robot is.
+By default the reference is where the robot is. For a timed follower it moves by the plan's time instead while the plan
+is driven (`timed_reference`), but waits for a robot that is far from it; while the robot brakes, goes back or has
+limited authority, it is where the robot is.
 
-The robot may drive up to its authority, which others move on; it comes to rest there as it does at a leg's end.
+The robot may drive up to its authority, which others extend; it comes to rest there as it does at a leg's end.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from touchline.onboard.trajectory.timed_reference import Reference, errors_again
 
 Floats = NDArray[np.float64]
 
-# How the reference speed is made.
+# Mode of the reference speed.
 MODE_PROFILE: Final = 0
 MODE_BRAKE: Final = 1
 MODE_BACK: Final = 2
 
-# The path ahead, one row for each of the next ticks.
+# Columns of the path ahead, which has one row for each of the next ticks.
 A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
 A_YAW_RATE: Final = 1  # at which the path turns at that speed, mean over the tick [rad/s]
 AHEAD_COLUMNS: Final = 2
 
 
 class LegArrays(NamedTuple):
-    """A leg of the path.
+    """Arrays of a leg of the path.
 
     Attributes:
         pieces: (n, COLUMNS) of `smoothing.smooth_leg`.
         speeds: (m, 2) of `LoadedTrajectory`.
-        ahead: (k, AHEAD_COLUMNS) the path to come.
+        ahead: (k, AHEAD_COLUMNS) path ahead.
     """
 
     pieces: Floats
@@ -59,9 +59,9 @@ class LegArrays(NamedTuple):
 COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
-"""Reference speed where the profile says zero but the leg is not done: a start from 0, the last centimetres."""
+"""Reference speed where the profile is zero but the leg is not done: a start from 0, the last centimetres."""
 MAX_AHEAD_M: Final = 0.5
-"""A timed reference that is further from the robot than this, along the robot's axis, waits for it."""
+"""Distance along the robot's axis beyond which a timed reference waits for the robot."""
 _MAX_STEP_M = 0.05  # of progress in a tick
 _HARD_BRAKE_MPS2 = 3.0
 _GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
@@ -70,11 +70,11 @@ _GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
 
 @kernel
 def piece_at(pieces: Floats, piece: int, s: float) -> int:
-    """The piece that an arc length is on, looked for from another one; beyond an end it is the last one there.
+    """Find the piece at an arc length, searching from another piece; beyond an end it is the last one there.
 
     Args:
         pieces: (n, COLUMNS) of `smoothing`.
-        piece: Where to begin to look.
+        piece: Piece at which the search begins.
         s: Arc length, m.
     """
     while piece + 1 < pieces.shape[0] and s >= pieces[piece + 1, W_START]:
@@ -86,7 +86,7 @@ def piece_at(pieces: Floats, piece: int, s: float) -> int:
 
 @kernel
 def _heading(pieces: Floats, piece: int, s: float) -> float:
-    """The robot's heading on a piece, unwrapped."""
+    """Return the robot's heading on a piece, unwrapped."""
     u = s - pieces[piece, W_START]
     heading: float = pieces[piece, 2] + (pieces[piece, W_CURVATURE] + 0.5 * pieces[piece, W_SHARPNESS] * u) * u
     return heading
@@ -94,15 +94,15 @@ def _heading(pieces: Floats, piece: int, s: float) -> float:
 
 @kernel
 def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
-    """Point and the robot's heading at an arc length; beyond an end the leg goes straight on.
+    """Compute the point and the robot's heading at an arc length; beyond an end the leg is extended straight.
 
-    A clothoid is integrated by Gauss's rule of two points ("NIST Digital Library of Mathematical Functions",
-    sec. 3.5(v)): its pieces are short.
+    A clothoid is integrated by the two-point Gauss rule ("NIST Digital Library of Mathematical Functions", sec.
+    3.5(v)): its pieces are short.
 
     Args:
         pieces: (n, COLUMNS) of `smoothing`.
         sense: +1 if the leg is driven forward, −1 if backward.
-        piece: The one that `s` is on; see `piece_at`.
+        piece: The piece that `s` is on; see `piece_at`.
         s: Arc length, m.
 
     Returns:
@@ -122,7 +122,7 @@ def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, 
         chord = sense * u * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
         x = pieces[piece, 0] + chord * math.cos(heading - half)
         y = pieces[piece, 1] + chord * math.sin(heading - half)
-    else:  # a short piece of a clothoid, by Gauss's rule of two points
+    else:  # a short piece of a clothoid, by the two-point Gauss rule
         near = _heading(pieces, piece, s - _GAUSS_FAR * u)
         far = _heading(pieces, piece, s - _GAUSS_NEAR * u)
         x = pieces[piece, 0] + 0.5 * sense * u * (math.cos(near) + math.cos(far))
@@ -133,7 +133,7 @@ def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, 
 
 @kernel
 def _profile(speeds: Floats, entry: int, s: float) -> tuple[float, int]:
-    """Profile speed at arc length `s` and the entry it was found at."""
+    """Return the profile speed at arc length `s`, and the entry of the profile there."""
     last = speeds.shape[0] - 2
     while entry < last and s >= speeds[entry + 1, 0]:
         entry += 1
@@ -147,7 +147,7 @@ def _profile(speeds: Floats, entry: int, s: float) -> tuple[float, int]:
 
 @kernel
 def _next_speed(at: Reference, h: float, mode: int, speeds: Floats, state: LegState) -> tuple[float, int]:
-    """Reference speed `h` seconds on, and the profile's entry it was found at."""
+    """Return the reference speed `h` seconds ahead, and the entry of the profile there."""
     v, s, entry = at
     if mode == MODE_BRAKE:
         return math.copysign(max(abs(v) - state.brake_mps2 * h, 0.0), v), entry
@@ -171,7 +171,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
 
     Args:
         computer: (1,) progress, errors and references in its `leg` are filled in.
-        leg: Its path to come is filled in.
+        leg: Arrays of the leg; its path ahead is filled in.
         sense: +1 if the leg is driven forward, −1 if backward.
         mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
     """
@@ -234,7 +234,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
 def _look_ahead(
     leg: LegArrays, sense: float, mode: int, reference: Reference, place: tuple[int, float], state: LegState
 ) -> None:
-    """Fill in the path to come from the robot's place: its piece and the heading there."""
+    """Fill in the path ahead from the robot's place: its piece and the heading there."""
     pieces, speeds, ahead = leg
     v, s, entry = reference
     piece, theta = place
@@ -252,7 +252,7 @@ def _look_ahead(
 
 @kernel
 def _by_time(speeds: Floats, state: LegState) -> Reference:
-    """Where a timed reference comes to in this tick; what it cannot use of its time is owed."""
+    """Move a timed reference by this tick; time that it cannot use is owed."""
     at = Reference(state.speed_mps, state.reference_m, state.entry)
     if abs(state.now[tracking.ALONG]) > MAX_AHEAD_M:
         state.owed_s = 0.0
@@ -266,7 +266,7 @@ def _by_time(speeds: Floats, state: LegState) -> Reference:
 
 @kernel
 def _end_m(state: LegState) -> float:
-    """Arc length at which a timed reference ends."""
+    """Return the arc length at which a timed reference ends."""
     end_m: float = min(state.end_m, state.pieces_end_m)
     return end_m
 
@@ -275,7 +275,7 @@ def _end_m(state: LegState) -> float:
 def _look_ahead_by_time(
     leg: LegArrays, sense: float, reference: Reference, place: tuple[int, float], state: LegState
 ) -> None:
-    """Fill in the path to come from a timed reference's place: its piece and the heading there."""
+    """Fill in the path ahead from a timed reference's place: its piece and the heading there."""
     pieces, speeds, ahead = leg
     piece, theta = place
     for i in range(ahead.shape[0]):

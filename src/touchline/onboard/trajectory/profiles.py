@@ -1,4 +1,4 @@
-"""Speeds and actuation of a trajectory: read from the message and checked against the path."""
+"""Speed and actuation profiles of a trajectory: read from the message and checked against the path."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ MIN_SPRAY_SPEED_MPS = 0.05
 MAX_CUSP_SPEED_MPS = 0.05
 MIN_TURN_RADPS = 0.05
 SPIN_PLACE_M = 1e-3
-"""How near to a turn on the spot its ANGULAR entries are."""
+"""Largest distance between a turn on the spot and its ANGULAR entries."""
 _SPRAY_OVERLAP_M = 1e-3
 
 
 def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """The LINEAR and the ANGULAR entries of the profile: arc length [m], value [m/s, rad/s].
+    """Read the LINEAR and the ANGULAR entries of the profile: arc length [m], value [m/s, rad/s].
 
     Raises:
-        CommandRefused: There are none, or one is not finite, out of order or of no known kind.
+        CommandRefused: There are none, or one is not finite, negative, out of order or of an unknown kind.
     """
     parameters = trajectory.velocity_profile.parameters
     if not parameters:
@@ -50,7 +50,16 @@ def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[
 def turns_on_the_spot(
     legs: list[Leg], angular: list[tuple[float, float]], segments: tuple[Segment, ...], drive: OnboardDrive
 ) -> dict[int, TurnInPlace]:
-    """The turns on the spot by leg, each at the fastest of the ANGULAR entries at its place.
+    """Find the turns on the spot, each at the fastest of the ANGULAR entries at its place.
+
+    Args:
+        legs: Legs of the path, in order.
+        angular: ANGULAR entries: arc length [m], yaw rate [rad/s].
+        segments: Segments of the path, to name them in a refusal.
+        drive: Drive of the vehicle.
+
+    Returns:
+        Turns by the index of their leg.
 
     Raises:
         CommandRefused: A turn has no such entry or is too fast for the drive, or an entry has no turn.
@@ -78,6 +87,11 @@ def turns_on_the_spot(
 def check_stops(legs: list[Leg], speeds: NDArray[np.float64], segments: tuple[Segment, ...]) -> None:
     """Check that the profile stands still between two legs.
 
+    Args:
+        legs: Legs of the path, in order.
+        speeds: (m, 2) arc length [m] and speed [m/s].
+        segments: Segments of the path, to name them in a refusal.
+
     Raises:
         CommandRefused: It does not.
     """
@@ -91,7 +105,14 @@ def check_stops(legs: list[Leg], speeds: NDArray[np.float64], segments: tuple[Se
 
 
 def speed_rows(linear: list[tuple[float, float]], total_m: float) -> NDArray[np.float64]:
-    """(m, 2) arc length [m] and speed [m/s] over the whole path.
+    """Make the rows of the speed profile over the whole path.
+
+    Args:
+        linear: LINEAR entries: arc length [m], speed [m/s].
+        total_m: Length of the path.
+
+    Returns:
+        (m, 2) arc length [m] and speed [m/s].
 
     Raises:
         CommandRefused: The entries are out of order, leave the path, or stand still over a stretch of it.
@@ -109,7 +130,14 @@ def speed_rows(linear: list[tuple[float, float]], total_m: float) -> NDArray[np.
 
 
 def actuation_steps(trajectory: Trajectory, total_m: float) -> tuple[list[float], list[int]]:
-    """Arc lengths [m] at which the actuation changes, and the actuation from each on.
+    """Read the actuation profile.
+
+    Args:
+        trajectory: The message.
+        total_m: Length of the path.
+
+    Returns:
+        Arc lengths [m] at which the actuation changes, and the actuation from each on.
 
     Raises:
         CommandRefused: An entry is not finite, out of order or off the path.
@@ -134,7 +162,15 @@ def _check_range(where: list[float], total_m: float, name: str) -> None:
 
 
 def speed_at(speeds: NDArray[np.float64], s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Speeds [m/s] at arc lengths `s` [m]; v² is linear between the rows."""
+    """Interpolate speeds; v² is linear between the rows.
+
+    Args:
+        speeds: (m, 2) arc length [m] and speed [m/s].
+        s: Arc lengths [m].
+
+    Returns:
+        Speeds at `s` [m/s].
+    """
     return np.sqrt(np.interp(s, speeds[:, 0], speeds[:, 1] ** 2))
 
 
@@ -145,8 +181,14 @@ def check_speeds(
 
     v² is piecewise linear, so its largest value on a segment is at an entry or at an end of the segment.
 
+    Args:
+        path: (n, 7) rows of `path.cut_path`.
+        speeds: (m, 2) arc length [m] and speed [m/s].
+        segments: Segments of the path, to name them in a refusal.
+        drive: Drive of the vehicle.
+
     Raises:
-        CommandRefused: One is too fast.
+        CommandRefused: A segment is too fast.
     """
     starts, ends = path[:, 5], path[:, 5] + path[:, 4]
     fastest = np.maximum(speed_at(speeds, starts), speed_at(speeds, ends))
@@ -157,6 +199,12 @@ def check_speeds(
 
 def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuation: list[int], total_m: float) -> None:
     """Check that nothing is sprayed so slowly that it makes a puddle.
+
+    Args:
+        speeds: (m, 2) arc length [m] and speed [m/s].
+        switch_m: Arc lengths at which the actuation changes.
+        actuation: Bit masks of `Actuation` from each of them on.
+        total_m: Length of the path.
 
     Raises:
         CommandRefused: Something is.
@@ -176,9 +224,17 @@ def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuat
 
 
 def painted_rows(path: NDArray[np.float64], switch_m: list[float], actuation: list[int]) -> NDArray[np.bool_]:
-    """(n,) on which rows of the path (n, 7) the valve is to be open over more than half of their length.
+    """Find the rows of the path on which the valve is to be open over more than half of their length.
 
-    It is opened on the row before a line, too: by its delay too early.
+    It is also opened on the row before a line, early by its delay.
+
+    Args:
+        path: (n, 7) rows of `path.cut_path`.
+        switch_m: Arc lengths at which the actuation changes.
+        actuation: Bit masks of `Actuation` from each of them on.
+
+    Returns:
+        (n,) True for such rows.
     """
     starts, ends = path[:, 5], path[:, 5] + path[:, 4]
     sprayed = np.zeros(len(path))
@@ -194,8 +250,15 @@ def check_spray_direction(
 ) -> None:
     """Check that only legs driven forward are painted.
 
+    Args:
+        legs: Legs of the path, in order.
+        switch_m: Arc lengths at which the actuation changes.
+        actuation: Bit masks of `Actuation` from each of them on.
+        total_m: Length of the path.
+        segments: Segments of the path, to name them in a refusal.
+
     Raises:
-        CommandRefused: Another one is.
+        CommandRefused: Another leg is.
     """
     borders = [*switch_m, total_m]
     for (start, end), mask in zip(pairwise(borders), actuation, strict=True):

@@ -1,12 +1,12 @@
-"""Smoothing: the path with the steps taken out of its curvature where nothing is painted.
+"""Smoothing: removes the steps of the path's curvature where nothing is painted.
 
 A plan's clothoids arrive cut into arcs. Fed forward, each arc's step of curvature would reach the wheels. Where the
-robot does not paint, what it follows may therefore leave the path by a little: with u its dκ/ds and e its distance from
-the path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved by a Riccati
+robot does not paint, the followed path may therefore deviate slightly: with u its dκ/ds and e its distance from the
+path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved by a Riccati
 recursion (D. P. Bertsekas, Dynamic Programming and Optimal Control, volume I, 3rd edition, Athena Scientific 2005,
-section 4.1) over pieces on which u is constant. Arcs become the clothoid that they were cut from, or one as near. What
-is painted, the middle of what is long, and where a path really steps in curvature is followed as it is, and joined with
-its curvature.
+section 4.1) over pieces on which u is constant. Arcs become the clothoid that they were cut from, or one as near.
+Painted rows, the middle of long rows, and places where a path really steps in curvature are followed as they are, and
+joined with their curvature.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ W_SEGMENT: Final = 7
 COLUMNS: Final = 8
 
 MAX_OFFSET_M = 1.5e-3
-"""Distance from the path, at most: plans are cut to within 1 mm of the curve that is meant."""
+"""Largest distance from the path: plans are cut to within 1 mm of the intended curve."""
 PIECE_M = 0.1
 REACH_M = 0.6
-"""How far from its ends an unpainted segment may be left."""
+"""Length at each end of a longer unpainted segment over which it may be smoothed."""
 OFFSET_SCALE_M = 1e-3
 WIDTHS_M = (0.20, 0.15, 0.11, 0.08, 0.06, 0.04)
-"""Over which curvature is evened out, (ε/σ₀)^⅓: the widest that stays within MAX_OFFSET_M is taken."""
+"""Lengths over which curvature is evened out, (ε/σ₀)^⅓: the largest that stays within MAX_OFFSET_M is taken."""
 _END_WEIGHT = (1e13, 1e11, 1e9)  # of e, e′ and κ where the smoothed path returns to the path
 _END_TOLERANCE_M = 1e-5
 
@@ -43,11 +43,11 @@ Floats = NDArray[np.float64]
 
 
 class Stretch(NamedTuple):
-    """Pieces in a row that may leave the path.
+    """Consecutive pieces that may leave the path.
 
     Attributes:
         first, last: Pieces first … last − 1.
-        before, after: Curvature of what they join, 1/m.
+        before, after: Curvature of the adjoining pieces, 1/m.
     """
 
     first: int
@@ -57,16 +57,16 @@ class Stretch(NamedTuple):
 
 
 def smooth_leg(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> Floats:
-    """The pieces of a leg that the robot follows: its path, smoothed where nothing is painted.
+    """Make the pieces of a leg that the robot follows: its path, smoothed where nothing is painted.
 
     Args:
         path: (n, 7) rows of `path.cut_path`.
-        leg: One that is driven.
-        painted: (n,) which rows are to be followed as they are.
+        leg: Leg to smooth.
+        painted: (n,) True for rows that are followed as they are.
 
     Returns:
-        (m, COLUMNS) x, y, heading of the robot, curvature and its rate dκ/ds at the start, each with the
-        arc length of the path at which it starts, its length and the row that it belongs to.
+        (m, COLUMNS) x, y, heading of the robot, curvature and its rate dκ/ds at the start, each with the arc length of
+            the path at which it starts, its length and the row that it belongs to.
     """
     pieces, free = _pieces(path, leg, painted)
     if leg.sense != SPIN:
@@ -75,7 +75,7 @@ def smooth_leg(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> Floats:
 
 
 def _steps(path: Floats, pieces: Floats) -> NDArray[np.bool_]:
-    """(m,) which pieces begin with a step of curvature that is larger than that of any cut clothoid.
+    """Find the pieces (m,) that begin with a step of curvature larger than that of any cut clothoid.
 
     Two arcs of length l stay within Δκ·l²/54 of the clothoid that they were cut from.
     """
@@ -87,7 +87,7 @@ def _steps(path: Floats, pieces: Floats) -> NDArray[np.bool_]:
 
 
 def _pieces(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
-    """The path cut into pieces, and which of them may leave it."""
+    """Cut the path into pieces, and mark those that may leave it."""
     rows: list[tuple[int, float, float, bool]] = []
     for i in range(leg.first, leg.last):
         length = float(path[i, 4])
@@ -114,17 +114,17 @@ def _pieces(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> tuple[Floats,
 def even_out(
     pieces: Floats, free: NDArray[np.bool_], steps: NDArray[np.bool_], sense: float, widths: Floats, limit: float
 ) -> None:
-    """Smooth the free pieces, stretch by stretch, each with the widest of `widths` (m) that stays within `limit` (m).
+    """Smooth the free pieces, stretch by stretch, each with the largest of `widths` that stays within `limit`.
 
-    A stretch with a step is left as it is: the step is meant.
+    A stretch with an intended step of curvature is left as it is.
 
     Args:
         pieces: (m, COLUMNS) of `smooth_leg`, moved.
-        free: (m,) which of them may be moved.
+        free: (m,) True for pieces that may be moved.
         steps: (m,) of `_steps`.
         sense: +1 if the leg is driven forward, −1 if backward.
-        widths: Widest first.
-        limit: Of the distance from the path.
+        widths: Lengths to try, largest first, m.
+        limit: Largest distance from the path, m.
     """
     count = pieces.shape[0]
     first = 0
@@ -146,7 +146,7 @@ def even_out(
 
 @kernel
 def _any(steps: NDArray[np.bool_], first: int, end: int) -> bool:
-    """Whether there is a step at one of the pieces first … end − 1."""
+    """Return True if there is a step at one of the pieces first … end − 1."""
     found = False
     for i in range(first, end):
         found = found or steps[i]
@@ -155,7 +155,7 @@ def _any(steps: NDArray[np.bool_], first: int, end: int) -> bool:
 
 @kernel
 def _greatest(state: Floats) -> float:
-    """The greatest distance from the path (m)."""
+    """Return the greatest distance from the path (m)."""
     greatest = 0.0
     for i in range(len(state)):
         greatest = max(greatest, abs(state[i, 0]))
@@ -164,7 +164,7 @@ def _greatest(state: Floats) -> float:
 
 @kernel
 def _joint(pieces: Floats, j: int, sense: float) -> tuple[float, float]:
-    """The gap to the left (m) and the kink (rad) from the end of the piece before piece j to its start."""
+    """Return the gap to the left (m) and the kink (rad) between the end of the piece before piece j and its start."""
     half = 0.5 * pieces[j - 1, W_CURVATURE] * pieces[j - 1, W_LENGTH]
     chord = sense * pieces[j - 1, W_LENGTH] * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     middle = pieces[j - 1, 2] + half
@@ -176,7 +176,7 @@ def _joint(pieces: Floats, j: int, sense: float) -> tuple[float, float]:
 
 @kernel
 def _optimum(pieces: Floats, stretch: Stretch, sense: float, width: float) -> Floats:
-    """(n + 1, 3) the least-cost e, e′ and κ at the start of each of a stretch's n pieces, and at its end."""
+    """Compute (n + 1, 3) the least-cost e, e′ and κ at the start of each of a stretch's n pieces, and at its end."""
     first, last, before, after = stretch
     n = last - first
     gain = np.zeros((n, 4))  # u = −(gain · state + gain[3])
@@ -229,7 +229,7 @@ def _optimum(pieces: Floats, stretch: Stretch, sense: float, width: float) -> Fl
 
 @kernel
 def _step(pieces: Floats, j: int, sense: float, A: Floats, b: Floats, c: Floats) -> float:
-    """state′ = A·state + b·u + c over piece j and the joint after it; returns the length."""
+    """Fill in state′ = A·state + b·u + c over piece j and the joint after it; return the length."""
     d: float = pieces[j, W_LENGTH]
     kappa = pieces[j, W_CURVATURE]
     A[0, 0] = A[1, 1] = A[2, 2] = 1.0
@@ -245,7 +245,7 @@ def _step(pieces: Floats, j: int, sense: float, A: Floats, b: Floats, c: Floats)
 
 @kernel
 def _move(pieces: Floats, stretch: Stretch, sense: float, state: Floats) -> None:
-    """Put the pieces of a stretch where `_optimum` has them."""
+    """Move the pieces of a stretch to the result of `_optimum`."""
     first, last = stretch.first, stretch.last
     for j in range(last - first):
         piece = pieces[first + j]

@@ -1,4 +1,4 @@
-"""A reference that moves along the path by its own time: exactly as the speed profile has it, wherever the robot is."""
+"""Reference that moves along the path by its own time: exactly by the speed profile, wherever the robot is."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Reference(NamedTuple):
     """The reference on the path.
 
     Attributes:
-        speed_mps: Along the path.
+        speed_mps: Speed along the path.
         arc_m: Its arc length.
-        entry: Of the speed profile, at which to look first.
+        entry: Entry of the speed profile at which a search begins.
     """
 
     speed_mps: float
@@ -30,16 +30,16 @@ class Reference(NamedTuple):
 
 @kernel
 def by_profile(speeds: Floats, at: Reference, end_m: float, time_s: float) -> tuple[Reference, float]:
-    """Where a reference comes to at the profile's speeds; between two entries it speeds up or slows down steadily.
+    """Move a reference at the profile's speeds; between two entries its acceleration is constant.
 
     Args:
         speeds: (m, 2) of `LoadedTrajectory`: arc length [m], speed [m/s]; its square is linear in between.
-        at: The place; the speed is the profile's.
+        at: Place of the reference; the speed is the profile's.
         end_m: Arc length at which it ends.
-        time_s: To pass.
+        time_s: Time to move.
 
     Returns:
-        The reference then, and what is left of the time if it has ended before [s].
+        The moved reference, and the remaining time [s] if it has ended before.
     """
     s, entry, last = at.arc_m, at.entry, speeds.shape[0] - 2
     while entry > 0 and s < speeds[entry, 0]:
@@ -66,7 +66,18 @@ def by_profile(speeds: Floats, at: Reference, end_m: float, time_s: float) -> tu
 def run_on(
     speeds: Floats, at: Reference, end_m: float, accelerate_mps2: float, time_s: float
 ) -> tuple[Reference, float]:
-    """As `by_profile`; a reference that is slower than the profile comes up to it by this acceleration."""
+    """Move a reference as `by_profile`, but catch up with the profile at a limited acceleration.
+
+    Args:
+        speeds: (m, 2) of `LoadedTrajectory`: arc length [m], speed [m/s].
+        at: Place and speed of the reference.
+        end_m: Arc length at which it ends.
+        accelerate_mps2: Acceleration of a reference that is slower than the profile.
+        time_s: Time to move.
+
+    Returns:
+        The moved reference, and the remaining time [s] if it has ended before.
+    """
     planned, left_s = by_profile(speeds, at, end_m, time_s)
     after = at.speed_mps + accelerate_mps2 * time_s
     behind_m = at.arc_m + 0.5 * (at.speed_mps + after) * time_s
@@ -79,15 +90,15 @@ def run_on(
 def errors_against(
     pose: tuple[float, float, float], reference: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """A pose that a robot should have, seen from the one that it has.
+    """Compute the pose that a robot should have, relative to its own.
 
     Args:
-        pose: The robot's: x, y [m] and heading [rad] in any one frame.
-        reference: The one it should have, likewise.
+        pose: Pose of the robot: x, y [m] and heading [rad] in any one frame.
+        reference: Pose it should have, likewise.
 
     Returns:
-        How far that is ahead and to the left in the robot's frame [m], and its heading less the robot's in
-        (−π, π] [rad].
+        Distance of the reference ahead and to the left in the robot's frame [m], and its heading less the robot's in
+            (−π, π] [rad].
     """
     x, y, heading = reference[0] - pose[0], reference[1] - pose[1], pose[2]
     cos, sin = math.cos(heading), math.sin(heading)

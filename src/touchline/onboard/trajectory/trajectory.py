@@ -34,17 +34,17 @@ from touchline.schemas.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class LoadedTrajectory:
-    """A checked trajectory as arrays: path, speeds, actuation and times.
+    """Checked trajectory as arrays: path, speeds, actuation and times.
 
     Attributes:
-        path: (n, 7) rows of `path.cut_path`, one a segment.
-        legs: What is driven without stopping, in order.
-        pieces: (m, COLUMNS) of `smoothing.smooth_leg` by leg: what the robot follows.
-        turns: The turns on the spot, by index of their leg.
+        path: (n, 7) rows of `path.cut_path`, one per segment.
+        legs: Parts that are driven without stopping, in order.
+        pieces: (m, COLUMNS) of `smoothing.smooth_leg` by leg, which the robot follows.
+        turns: Turns on the spot, by index of their leg.
         speeds: (m, 2) arc length [m] and speed [m/s]; v² is linear in between.
-        times_s: (m,) time at each of these arc lengths, turns on the spot left out.
+        times_s: (m,) time at each of these arc lengths, without turns on the spot.
         switch_m: Arc lengths at which the actuation changes, ascending.
-        actuation: The actuation from each of them on.
+        actuation: Actuation from each of them on.
         ids: Segment ids in path order.
         total_length_m: Arc length of the whole path.
         total_time_s: Driving time at the profile's speeds.
@@ -63,12 +63,17 @@ class LoadedTrajectory:
     total_time_s: float
 
     def actuation_at(self, arc_length_m: float) -> int:
-        """Bit mask of `Actuation` at an arc length; nothing before the first entry."""
+        """Return the bit mask of `Actuation` at an arc length; nothing before the first entry."""
         index = bisect.bisect_right(self.switch_m, arc_length_m) - 1
         return self.actuation[index] if index >= 0 else Actuation.NONE
 
     def first_spray_between(self, from_m: float, to_m: float) -> float | None:
-        """The first arc length from `from_m` on, up to `to_m`, at which the plan sprays; None if it does not."""
+        """Find the first arc length at which the plan sprays; None if it does not.
+
+        Args:
+            from_m: Arc length at which the search begins.
+            to_m: Arc length at which it ends.
+        """
         if self.actuation_at(from_m) & Actuation.VALVE:
             return from_m
         for index in range(bisect.bisect_right(self.switch_m, from_m), len(self.switch_m)):
@@ -80,28 +85,38 @@ class LoadedTrajectory:
 
     @property
     def works(self) -> bool:
-        """Whether anything is worked on along the way: it is actuated, or a segment is a swath of an area."""
+        """True if anything is worked on along the path: it is actuated, or a segment is a swath of an area."""
         return self.works_beyond(0.0) or any(area_id_of(each) for each in self.ids)
 
     def works_beyond(self, arc_length_m: float) -> bool:
-        """Whether the plan actuates anything from an arc length on."""
+        """Return True if the plan actuates anything from an arc length on."""
         return bool(self.actuation_at(arc_length_m)) or any(
             self.actuation[bisect.bisect(self.switch_m, arc_length_m) :]
         )
 
     def speed_at(self, arc_length_m: float) -> float:
-        """Planned speed [m/s] at an arc length."""
+        """Return the planned speed [m/s] at an arc length."""
         return float(speed_at(self.speeds, np.array([arc_length_m]))[0])
 
     def distance_m(self, arc_length_m: float, seconds: float) -> float:
-        """How far the robot has come in the last `seconds` before an arc length of a leg, at the profile's speeds."""
+        """Compute the distance that the profile's speeds cover before an arc length of a leg.
+
+        Args:
+            arc_length_m: Arc length at the end of the distance.
+            seconds: Time to cover it.
+        """
         distance_m = 0.0
         for _ in range(round(seconds / TICK_S)):
             distance_m += TICK_S * self.speed_at(arc_length_m - distance_m)
         return distance_m
 
     def time_at(self, arc_length_m: float, leg: int) -> float:
-        """Seconds from the start to an arc length on a leg at the profile's speeds, before a turn of that leg."""
+        """Compute the time [s] from the start to an arc length at the profile's speeds.
+
+        Args:
+            arc_length_m: Arc length of the path.
+            leg: Index of the leg; its own turn on the spot is not included.
+        """
         s, v = self.speeds[:, 0], self.speeds[:, 1]
         i = min(max(int(np.searchsorted(s, arc_length_m, side="right")) - 1, 0), len(s) - 2)
         (begin_m, end_m), (v_begin, v_end) = s[i : i + 2].tolist(), v[i : i + 2].tolist()
@@ -114,7 +129,11 @@ class LoadedTrajectory:
 
 
 def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajectory:
-    """Check a trajectory and turn it into arrays.
+    """Check a trajectory and convert it to arrays.
+
+    Args:
+        trajectory: Path, speeds and actuation.
+        vehicle: Vehicle that is to drive it.
 
     Raises:
         CommandRefused: It cannot be driven; the reason names the segment or profile entry.
@@ -143,10 +162,18 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
 
 
 def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint) -> tuple[float, float, float]:
-    """(x m, y m, heading rad) of the robot at a checkpoint of a trajectory.
+    """Compute the robot's pose at a checkpoint.
+
+    Args:
+        trajectory: Trajectory that the checkpoint is of.
+        vehicle: Vehicle that drives it.
+        checkpoint: Leg and arc length.
+
+    Returns:
+        x [m], y [m], map frame, and heading [rad].
 
     Raises:
-        CommandRefused: It has no such leg.
+        CommandRefused: The trajectory has no such leg.
     """
     path, legs = cut_path(trajectory.path.segments, vehicle)
     if not 0 <= checkpoint.leg < len(legs):

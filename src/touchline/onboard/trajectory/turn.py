@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class TurnInPlace:
-    """A turn on the spot by `angle_rad` at up to `rate_radps` with `acceleration_radps2`."""
+    """Turn on the spot by `angle_rad` at up to `rate_radps` with `acceleration_radps2`."""
 
     angle_rad: float
     rate_radps: float
@@ -16,7 +16,7 @@ class TurnInPlace:
 
     @property
     def time_s(self) -> float:
-        """From standstill to standstill."""
+        """Duration from standstill to standstill."""
         angle = abs(self.angle_rad)
         rate = min(self.rate_radps, math.sqrt(self.acceleration_radps2 * angle))
         return angle / rate + rate / self.acceleration_radps2 if rate > 0.0 else 0.0

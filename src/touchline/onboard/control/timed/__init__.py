@@ -1,4 +1,4 @@
-"""Trajectory trackers: followers that are where their reference is at its time, one for each law."""
+"""Trajectory trackers: followers that keep to the reference's place at each time, one for each law."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dynamic feedback linearisation: the position is made two double integrators, and the heading follows from it."""
+"""Dynamic feedback linearisation: turns the position into two double integrators, from which the heading follows."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from typing import Final, NamedTuple
 from touchline.core.jit import kernel
 from touchline.onboard.control.timed.tracking_law import Floats, TrackingErrors, Wanted
 
-XI: Final = 0  # of the memory: ξ, the speed that the law integrates [m/s]
+XI: Final = 0  # index in the memory: ξ, the speed that the law integrates [m/s]
 
 
 class DynamicLaw(NamedTuple):
-    """ξ̇ = a_x cos θ + a_y sin θ, v = ξ, ω = (a_y cos θ − a_x sin θ)/ξ, a = p̈_d + 2ζa(ṗ_d − ṗ) + a²(p_d − p).
+    """Gains of ξ̇ = a_x cos θ + a_y sin θ, v = ξ, ω = (a_y cos θ − a_x sin θ)/ξ, a = p̈_d + 2ζa(ṗ_d − ṗ) + a²(p_d − p).
 
     (G. Oriolo, A. De Luca and M. Vendittelli, "WMR control via dynamic feedback linearization: design, implementation,
-    and experimental validation", IEEE Transactions on Control Systems Technology 10(6), 2002.) Exactly linear while
-    ξ ≠ 0, but blind to the heading: a robot that looks back ends on the path driving backward.
+    and experimental validation", IEEE Transactions on Control Systems Technology 10(6), 2002.) Exactly linear while ξ ≠
+    0, but blind to the heading: a robot that faces backward ends on the path driving backward.
 
     Where the reference rests, v and ω are proportional to e₁ and e₃, and ξ is set to the reference's speed until that
-    has left rest; ω is divided by no less than that little speed.
+    has left rest; the divisor of ω is at least that low speed.
 
     Attributes:
         a_radps: Natural frequency.
         damping: ζ.
         slow_mps: Speed of the reference, and of ξ, that counts as nearly at rest.
-        step_s: Between two calls.
+        step_s: Time between two calls.
     """
 
     a_radps: float

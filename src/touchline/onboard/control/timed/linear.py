@@ -1,4 +1,4 @@
-"""The linear tracker of a published study: poles placed for a constant reference, divided by its speed."""
+"""Linear tracker of a published study: poles placed for a constant reference, divided by its speed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from touchline.onboard.control.timed.tracking_law import Floats, TrackingErrors,
 
 
 class LinearLaw(NamedTuple):
-    """u₁ = −k₁e₁, u₂ = −k₂e₂ − k₃e₃ with k₁ = k₃ = 2ζa and k₂ = (a² − ω_d²)/v_d.
+    """Gains of u₁ = −k₁e₁, u₂ = −k₂e₂ − k₃e₃ with k₁ = k₃ = 2ζa and k₂ = (a² − ω_d²)/v_d.
 
     For constant v_d and ω_d the linearised errors have the characteristic polynomial (λ + 2ζa)(λ² + 2ζaλ + a²)
-    (Siciliano et al., see `tracking_law`, sec. 11.6.1). The study's faults are kept, for it is a baseline: k₂ grows
-    beyond all bounds where the reference comes to rest. Only exactly there, where it does not exist, it is 0.
+    (Siciliano et al., see `tracking_law`, sec. 11.6.1). The study's faults are kept, because it is a baseline: k₂ grows
+    without bound where the reference comes to rest. Only exactly there, where it does not exist, it is 0.
 
     Attributes:
         a_radps: Natural frequency.

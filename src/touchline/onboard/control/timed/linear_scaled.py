@@ -1,4 +1,4 @@
-"""The linear tracker with gains that are scaled by the reference's motion."""
+"""Linear tracker with gains that are scaled by the reference's motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from touchline.onboard.control.timed.tracking_law import Floats, TrackingErrors,
 
 
 class ScaledLinearLaw(NamedTuple):
-    """As `LinearLaw` with a² = ω_d² + b·v_d²: k₁ = k₃ = 2ζ√(ω_d² + b·v_d²), k₂ = b·v_d.
+    """Gains of `LinearLaw` with a² = ω_d² + b·v_d²: k₁ = k₃ = 2ζ√(ω_d² + b·v_d²), k₂ = b·v_d.
 
     No gain is infinite, but all of them are 0 where the reference rests (C. Canudas de Wit, H. Khennouf, C. Samson and
     O. J. Sørdalen, "Nonlinear control design for mobile robots", in: Recent Trends in Mobile Robots, 1993).

@@ -1,4 +1,4 @@
-"""The nonlinear tracker with a Lyapunov function."""
+"""Nonlinear tracker with a Lyapunov function."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from touchline.onboard.control.timed.tracking_law import Floats, TrackingErrors,
 
 
 class NonlinearLaw(NamedTuple):
-    """u₁ = −k₁e₁, u₂ = −b·v_d·(sin e₃/e₃)·e₂ − k₃e₃ with k₁ = k₃ = 2ζ√(ω_d² + b·v_d²).
+    """Gains of u₁ = −k₁e₁, u₂ = −b·v_d·(sin e₃/e₃)·e₂ − k₃e₃ with k₁ = k₃ = 2ζ√(ω_d² + b·v_d²).
 
     V = ½b(e₁² + e₂²) + ½e₃² never rises: V̇ = −b·k₁e₁² − k₃e₃², for any motion of the reference, and the errors vanish
     while it keeps moving (Y. Kanayama, Y. Kimura, F. Miyazaki and T. Noguchi, ICRA 1990; C. Samson, IEEE Transactions

@@ -1,4 +1,4 @@
-"""The nonlinear tracker with the linear one's gains, but for where the reference comes to rest."""
+"""Nonlinear tracker with the linear one's gains, except where the reference comes to rest."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from touchline.onboard.control.timed.tracking_law import Floats, TrackingErrors,
 
 
 class RegularisedLaw(NamedTuple):
-    """As `NonlinearLaw` with k₁ = k₃ = 2ζa and b = a²/(v_d² + v_ε²).
+    """Gains of `NonlinearLaw` with k₁ = k₃ = 2ζa and b = a²/(v_d² + v_ε²).
 
-    While the reference moves these are the gains of `LinearLaw`; standing it has none across, and those along and for
-    the heading stay. The gain b·v_d is at most a²/(2v_ε).
+    While the reference moves these are the gains of `LinearLaw`; while it stands the lateral gain is 0, and those along
+    the path and for the heading remain. The gain b·v_d is at most a²/(2v_ε).
 
     Attributes:
         a_radps: Natural frequency.
         damping: ζ.
-        slow_mps: v_ε, at which the gain across is at its largest.
+        slow_mps: v_ε, at which the lateral gain is largest.
     """
 
     a_radps: float

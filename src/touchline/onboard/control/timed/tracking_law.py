@@ -1,4 +1,4 @@
-"""What tracking laws have in common: the errors, the reference, and how kernels call a law.
+"""Common parts of the tracking laws: the errors, the reference, and the call of a law by kernels.
 
 A law is a named tuple of its gains; the class of that tuple has the kernel `steer`, so that code is compiled for the
 law at hand (`touchline.core.jit.kernel_of_class`).
@@ -25,11 +25,11 @@ LAW_MEMORY: Final = 1
 
 
 class TrackingErrors(NamedTuple):
-    """The reference against the robot, in the robot's frame.
+    """Errors of the robot against the reference, in the robot's frame.
 
     Attributes:
-        along_m: e₁, how far the reference is ahead.
-        across_m: e₂, how far it is to the left.
+        along_m: e₁, distance of the reference ahead.
+        across_m: e₂, distance to the left.
         turn_rad: e₃, its heading less the robot's, in (−π, π].
     """
 
@@ -39,7 +39,7 @@ class TrackingErrors(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """The reference's own motion.
+    """Motion of the reference.
 
     Attributes:
         speed_mps: v_d, negative when it is driven backward.
@@ -54,12 +54,12 @@ class Wanted(NamedTuple):
 
 @kernel_of_class
 def steer(law: Any, errors: TrackingErrors, wanted: Wanted, memory: Floats) -> tuple[float, float]:
-    """The twist by a tracking law.
+    """Compute the twist by a tracking law.
 
     Args:
-        law: Its gains.
-        errors: Of the moment.
-        wanted: The reference's motion.
+        law: Gains of the law.
+        errors: Present errors.
+        wanted: Motion of the reference.
         memory: (LAW_MEMORY,) updated.
 
     Returns:

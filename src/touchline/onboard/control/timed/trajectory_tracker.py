@@ -1,7 +1,7 @@
-"""The follower that steers by a tracking law.
+"""Follower that steers by a tracking law.
 
-A law knows of no actuators. So the reference's motion is taken as far ahead as they lag; and the heading that the robot
-is to have is turned into a curve by as much as its tyres drift out of it.
+A law does not model actuators. So the reference's motion is taken ahead by their lag, and the wanted heading is turned
+into a curve by the drift angle of the tyres.
 """
 
 from __future__ import annotations
@@ -22,18 +22,24 @@ from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.vehicles import Vehicle
 
 LawOf = Callable[[TrackingGains], Any]
-"""A law with these gains, for `tracking_law.steer`."""
+"""Function that makes a law with these gains, for `tracking_law.steer`."""
 
 
 class TrajectoryTracker:
-    """See the module."""
+    """Timed follower by one of the tracking laws."""
 
     can_fail = False
     timed = True
     problem = ""
 
     def __init__(self, name: str, law_of: LawOf, vehicle: Vehicle) -> None:
-        """A follower at rest, with the default gains."""
+        """Make a follower at rest, with the default gains.
+
+        Args:
+            name: Name of the follower.
+            law_of: Function that makes its law.
+            vehicle: The nominal robot.
+        """
         drive = drive_of(vehicle)
         self.name = name
         self._law_of, self._law = law_of, law_of(TrackingGains())
@@ -42,18 +48,18 @@ class TrajectoryTracker:
         self._code: Callable[..., None] | None = None  # `track_by_law` for the types of its arguments
         self.ahead_rows = self.fine_rows = self._lead + 1
         self.fallbacks = 0
-        """Always 0: there is nothing simpler to fall back on."""
+        """Always 0: there is no simpler method to fall back on."""
 
     def configure(self, config: OnboardConfig) -> None:
-        """As `ConfiguredFollower.configure`."""
+        """See `ConfiguredFollower.configure`."""
         self._law = self._law_of(config.tracking)
 
     def reset(self) -> None:
-        """Forget what the law remembers of the motion."""
+        """Clear the memory of the law."""
         self._memory[:] = 0.0
 
     def step(self, now: Floats, ahead: Floats) -> BodyTwist:
-        """As `Follower.step`."""
+        """See `Follower.step`."""
         arguments = (now, ahead, (self._lead, self._side_slip), self._law, self._memory, self._twist)
         if self._code is None:
             self._code = track_by_law.for_types_of(arguments)
@@ -64,15 +70,15 @@ class TrajectoryTracker:
 
 @kernel
 def track_by_law(now: Floats, ahead: Floats, robot: tuple[int, float], law: Any, memory: Floats, twist: Floats) -> None:
-    """The twist for the coming tick.
+    """Compute the twist for the coming tick.
 
     Args:
         now: (NOW,) of `tracking_state`, of a timed reference.
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, a tick apart.
-        robot: By how many ticks the reference's motion is taken ahead, `lead`, and the slip angle of the tyres per
-            acceleration across [rad/(m/s²)].
-        law: For `tracking_law.steer`.
-        memory: (LAW_MEMORY,) of the law, updated.
+        robot: Ticks by which the reference's motion is taken ahead, `lead`, and the slip angle of the tyres per lateral
+            acceleration [rad/(m/s²)].
+        law: Law for `tracking_law.steer`.
+        memory: (LAW_MEMORY,) memory of the law, updated.
         twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
     lead, side_slip = robot

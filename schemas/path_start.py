@@ -13,7 +13,7 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 
 KEEP_S: Final = 2.0
-"""Wall clock: for so long the drive under way is kept, while the new way is planned and sent."""
+"""Wall-clock time for which the present path is kept while the new one is planned and sent."""
 _NOT_WHILE: Final = {
     TraversalStatus.PAUSED: "paused; resume or abort it first",
     TraversalStatus.ESTOPPED: "emergency-stopped; reset it first",
@@ -21,19 +21,19 @@ _NOT_WHILE: Final = {
 
 
 def hindrance(state: int) -> str:
-    """Reason and remedy if a robot takes no goals in this state of its traversal; "" if it does."""
+    """Return reason and remedy if a robot accepts no goals in this state of its traversal; "" if it does."""
     return _NOT_WHILE.get(state, "")
 
 
 @dataclass(frozen=True)
-class WayStart:
-    """A robot as far as a way from it is concerned.
+class PathStart:
+    """State of a robot that determines where a path from it begins.
 
     Attributes:
-        state: Of its traversal, as in `TraversalStatus`.
-        pose: (3,) x (m), y (m) and heading (rad) in the map frame, as it believes.
-        trajectory: That it drives, if it does.
-        arc_length_m: To which it has come on that.
+        state: State of its traversal, as in `TraversalStatus`.
+        pose: (3,) estimated x (m), y (m) and heading (rad) in the map frame.
+        trajectory: Trajectory that it drives, if any.
+        arc_length_m: Arc length that it has reached on that.
         pace: Sim time per wall time.
     """
 
@@ -45,17 +45,17 @@ class WayStart:
 
     @property
     def under_way(self) -> bool:
-        """Whether the way begins amid a drive, else at rest."""
+        """True if the path begins on a path that is being driven, else at rest."""
         return self.state == TraversalStatus.RUNNING
 
     def request(self, goal: PoseGoal, options: PlanOptions, vehicle_json: str, request_id: str) -> PlanRequest:
-        """The request for the way to a goal: from where the robot stands, or leaving the drive that it is on.
+        """Make the request for the path to a goal: from where the robot stands, or leaving the path that it drives.
 
         Args:
-            goal: Where to.
+            goal: Goal pose.
             options: Limits; without a start.
             vehicle_json: The robot's vehicle as text; "" is the planner's own.
-            request_id: Of the request.
+            request_id: Id of the request.
         """
         leaving: tuple[LeavingTrajectory, ...] = ()
         if self.under_way:

@@ -1,4 +1,4 @@
-"""The way that a plan has for the tool."""
+"""Planned path of the tool."""
 
 from __future__ import annotations
 
@@ -19,8 +19,12 @@ _SAME_PLACE_M: Final = 1e-3
 Floats = NDArray[np.float64]
 
 
-def planned_way(trajectory: Trajectory, vehicle: Vehicle) -> list[PaintStroke]:
-    """The tool's way along a path, in stretches of one direction of travel; chords for arcs.
+def planned_tool_path(trajectory: Trajectory, vehicle: Vehicle) -> list[PaintStroke]:
+    """Return the tool's path along a trajectory, in stretches of one direction of travel; chords for arcs.
+
+    Args:
+        trajectory: The trajectory.
+        vehicle: Vehicle with the tool.
 
     Raises:
         ValueError: A segment is neither a line nor an arc.
@@ -41,14 +45,19 @@ def planned_way(trajectory: Trajectory, vehicle: Vehicle) -> list[PaintStroke]:
     return [PaintStroke(np.concatenate(parts), vehicle.tool.width_m) for parts in stretches]
 
 
-def off_the_way_m(strokes: list[PaintStroke], way: list[PaintStroke]) -> Floats:
-    """(n,) distances of points of strokes from the nearest part of a way; none without a way."""
+def off_path_m(strokes: list[PaintStroke], path: list[PaintStroke]) -> Floats:
+    """Compute (n,) distances of the points of strokes from the nearest part of a path; empty without a path.
+
+    Args:
+        strokes: Strokes of the tool.
+        path: The path.
+    """
     import shapely
 
     points = np.concatenate([np.zeros((0, 2)), *(stroke.points for stroke in strokes)])
-    if not way or not len(points):
+    if not path or not len(points):
         return np.zeros(0)
-    chords = [np.stack((stretch.points[:-1], stretch.points[1:]), axis=1) for stretch in way]
+    chords = [np.stack((stretch.points[:-1], stretch.points[1:]), axis=1) for stretch in path]
     tree = shapely.STRtree(np.asarray(shapely.linestrings(np.concatenate(chords))))
     _, distance = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
     return np.asarray(distance)
