@@ -457,5 +457,5 @@ def _in_words(report: RecordingReport, continues: Sequence[Path], parts: Sequenc
     if report.lost:
         text += f"; {report.lost} were lost on the way"
     if report.rejected:
-        text += f"; {report.rejected} payloads did not fit their topic and are left out"
+        text += f"; {report.rejected} payloads did not fit their topic or were damaged on the way, and are left out"
     return text

@@ -42,7 +42,7 @@ class SessionInbox(Protocol):
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """Number of payloads that did not fit their topic, by its name."""
+        """Number of payloads that did not fit their topic or were damaged on the way, by its name."""
 
     @property
     def cut(self) -> Collection[str]:
@@ -112,7 +112,7 @@ class RecordingSession:
 
     @property
     def rejected(self) -> int:
-        """Number of payloads kept from the recording because they did not fit their topic."""
+        """Number of payloads kept from the recording because they did not fit their topic or were damaged."""
         return sum(self._rejected().values())
 
     def _rejected(self) -> dict[tuple[str, str], int]:

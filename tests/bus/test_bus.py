@@ -15,12 +15,12 @@ import pytest
 import zenoh
 
 from tests.meeting import caught_up, eventually
-from touchline.bus import Bus, BusConfig, CallError, HealthReporter, calls
+from touchline.bus import Bus, BusConfig, CallError, HealthReporter, attachment, calls
 from touchline.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 from touchline.schemas import topics
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
+from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, Imu, String, Time, Vector3
 
 
 @pytest.fixture
@@ -280,6 +280,31 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
     publisher.send(Event(text="still here"))
     assert [sample.decode().text for sample in inbox.wait(60.0)] == ["still here"]
     assert bridge.counters.lost == 0
+
+
+def test_what_a_cut_off_damaged_is_dropped_and_counted_as_lost(pair, outsider):
+    """Its end is another message's, as Zenoh leaves it: most would pass for numbers that were measured."""
+    robot, bridge = pair
+    inbox, publisher = bridge.inbox([topics.IMU, topics.CLOCK]), robot.publisher(topics.IMU)
+    caught_up(robot, bridge)
+    key, clock_key = robot.key(topics.IMU.name), robot.key(topics.CLOCK.name)
+    honest = [encode(Imu(angular_velocity=Vector3(z=number))) for number in range(4)]
+    samples = []
+
+    def put(where: str, sequence: int, payload: bytes, sealed: bytes) -> None:
+        numbered = attachment.pack(sequence, time.time_ns(), publisher.id)
+        outsider.put(where, payload, attachment=attachment.seal(numbered, attachment.checksum_of_key(key), sealed))
+
+    assert eventually(lambda: publisher.send_bytes(honest[0]) or samples.extend(inbox.drain()) or samples)
+    put(key, publisher.sequence + 1, honest[1][:-150] + honest[2][:150], honest[1])
+    put(clock_key, publisher.sequence + 1, encode(Clock()), encode(Clock()))  # under another key than it was sent
+    assert eventually(lambda: samples.extend(inbox.drain()) or inbox.rejected == {"imu/data_raw": 1, "clock": 1})
+    publisher.sequence += 1
+    publisher.send_bytes(honest[3])
+    assert eventually(lambda: samples.extend(inbox.drain()) or samples[-1].payload == honest[3])
+    assert {sample.payload for sample in samples} == {honest[0], honest[3]}
+    assert samples[-1].missed == inbox.lost == 1
+    assert "damaged on the way" in bridge.counters.last_rejection
 
 
 def test_a_killed_process_is_missed_at_once(bus_config):

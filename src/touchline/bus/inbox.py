@@ -70,7 +70,7 @@ class Inbox:
     Attributes:
         namespace: Namespace of the robot.
         lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
-        rejected: By topic name, payloads that did not fit their topic, from any sender.
+        rejected: By topic name, payloads that did not fit their topic or were damaged on the way, from any sender.
         cut: Topics of which the last `drain` took its most, so that more may wait.
     """
 
@@ -89,6 +89,7 @@ class Inbox:
         self._subscribers = [
             (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, topic)) for topic in topics
         ]
+        self._key_sums = {topic.name: attachment.checksum_of_key(self._key(topic)) for topic in topics}
         self._next: list[_Subscriber] = []
         self.lost = 0
         self._early: list[Sample] = []
@@ -121,8 +122,11 @@ class Inbox:
         ]
         self._next = []
 
+    def _key(self, topic: Topic) -> str:
+        return f"{self.namespace}/{topic.name}"
+
     def _declare(self, session: zenoh.Session, topic: Topic) -> "_Subscriber":
-        key = f"{self.namespace}/{topic.name}"
+        key = self._key(topic)
         channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
         if self._keep == "all":
             channel = handlers.FifoChannel(MOST_WAITING)
@@ -184,11 +188,13 @@ class Inbox:
         return samples
 
     def _accept(self, topic: Topic, form: Wellformed, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
-        numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
+        attached = raw.attachment.to_bytes() if raw.attachment is not None else b""
+        numbered = attachment.unpack(attached)
         payload = b""
         if numbered is None or not self._looked_lately(topic, numbered.publisher):
             payload = raw.payload.to_bytes()
-            if problem := form.problem(payload):
+            intact = attachment.is_intact(attached, self._key_sums[topic.name], payload)
+            if problem := form.problem(payload) if intact else "damaged on the way":
                 self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
                 self._counters.reject(f"{topic.name}: {problem}")
                 return None

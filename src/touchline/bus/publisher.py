@@ -30,7 +30,7 @@ class Publisher:
         self.topic = topic
         self.sequence = 0
         self._counters = counters
-        self._key = key
+        self._key, self._key_sum = key, attachment.checksum_of_key(key)
         self.id = publisher_id or uuid.uuid4().bytes
         self.declare(session)
 
@@ -73,5 +73,6 @@ class Publisher:
     def send_numbered(self, payload: bytes, sequence: int) -> None:
         """Publish CDR under the caller's sequence number, which must be larger than the last one."""
         self.sequence = sequence
-        self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self.id))
+        numbered = attachment.pack(sequence, time.time_ns(), self.id)
+        self._put(payload, attachment=attachment.seal(numbered, self._key_sum, payload))
         self._counters.published += 1

@@ -53,7 +53,7 @@ class RecordingReport:
         bytes: Size of the file.
         lost: Messages that were published but never reached the recorder, from gaps in the sequence numbers.
         per_topic: Messages by ROS topic name.
-        rejected: Payloads that did not fit their topic, and so are not in the file.
+        rejected: Payloads that did not fit their topic or were damaged, and so are not in the file.
         problem: Why the recording is incomplete; empty if it is complete.
     """
 
