@@ -4,6 +4,7 @@ import gc
 import math
 import os
 import resource
+import struct
 import subprocess
 import sys
 import time
@@ -400,3 +401,42 @@ def test_a_function_for_some_types_takes_what_is_the_same_object_for_unchanged()
     for others in (rows.astype(np.float32), rows.T, rows[0], rows[:, ::2]):
         scaled = Scaled(1.0, others)
         assert total.for_types_of((scaled, 0.0))(scaled, 0.0) == others.sum()
+
+
+class Found(NamedTuple):
+    count: int
+    where: tuple[float, bool, None]
+
+
+def test_calls_give_back_what_they_were_given_whatever_comes_of_them() -> None:
+    @kernel
+    def found(scaled: Scaled, many: int) -> Found:
+        if many < 0:
+            raise ValueError("too few")
+        return Found(many, (scaled.scale + scaled.rows[0], many > 2, None))
+
+    scaled, fixed = Scaled(0.5, np.arange(3.0)), Scaled(0.5, np.arange(3.0))
+    fixed.rows.flags.writeable = False
+    code = found.for_types_of((scaled, 1))
+    counted = [scaled, fixed, scaled.rows, fixed.rows, Found, ValueError]
+    before = [sys.getrefcount(each) for each in counted]
+    for _ in range(100):
+        for call in (found, code):
+            assert call(scaled, 3) == call(fixed, 3) == Found(3, (0.5, True, None))
+            with pytest.raises(ValueError, match="too few"):
+                call(scaled, -1)
+            with pytest.raises((OverflowError, struct.error)):
+                call(scaled, 2**70)
+            with pytest.raises(TypeError):
+                call(scaled)
+    assert [sys.getrefcount(each) for each in counted] == before
+
+
+def test_a_call_for_other_types_goes_to_their_code() -> None:
+    @kernel
+    def halved(x: Any) -> float:
+        return x / 2
+
+    values: list[Any] = [3, 3.0, True, np.float64(3.0), np.int64(3), 3 + 0j]
+    for _ in range(2):
+        assert [halved(value) for value in values] == [1.5, 1.5, 0.5, 1.5, 1.5, 1.5]

@@ -30,6 +30,7 @@ from numba.np.numpy_support import as_dtype, from_dtype
 from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, UnsupportedArgumentError, width
 from touchline.core.kernel_code import target_machine
 from touchline.core.kernel_function import ClassFunction, KernelFunction
+from touchline.core.native_call import native_name, native_text
 
 # So many new objects between two collections: compiling makes a great many, hardly any of which are garbage then.
 _OBJECTS = 100_000
@@ -314,7 +315,8 @@ def compile_code(kernel: KernelFunction, arguments: Sequence[Tree], name: str) -
         try:
             result = _result(dispatcher_of(kernel).part(tuple(map(_type, arguments))).signature.return_type)
             entry = KernelFunction(_entry(kernel, arguments, result))
-            return _emitted(dispatcher_of(entry).part((types.voidptr,)), name), result
+            text = native_text(name, arguments, result) if kernel.locked else ""
+            return _emitted(dispatcher_of(entry).part((types.voidptr,)), name, text), result
         finally:
             gc.set_threshold(*often)
 
@@ -434,16 +436,18 @@ def _entry(kernel: KernelFunction, arguments: Sequence[Tree], result: Tree) -> C
     return entry
 
 
-def _emitted(entry: Any, name: str) -> bytes:
-    """The machine code of an entry function, called `name` in it.
+def _emitted(entry: Any, name: str, native: str) -> bytes:
+    """The machine code of an entry function, called `name` in it, with the text of its native call, if there is one.
 
     Numba's functions return a code, 0 and −2 if all is well, and store where their exception is described.
     """
     entry.library.finalize()
     module = llvm.parse_assembly(entry.library.get_llvm_str())
     module.link_in(llvm.parse_assembly(_RUNTIME + _CALL.format(name=name, inner=entry.fndesc.llvm_func_name)))
+    if native:
+        module.link_in(llvm.parse_assembly(f'declare ptr @"{name}"(ptr)\n{native}'))
     for function in module.functions:
-        if not function.is_declaration and function.name != name:
+        if not function.is_declaration and function.name not in (name, native_name(name)):
             function.linkage = "internal"
     for variable in module.global_variables:
         if not variable.is_declaration:

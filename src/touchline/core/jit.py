@@ -16,13 +16,14 @@ from typing import Any
 
 from touchline.core import kernel_store
 from touchline.core.compilations import compiling
-from touchline.core.kernel_arguments import Tree, UnsupportedArgumentError, makeup, tree_of
+from touchline.core.kernel_arguments import Tree, UnsupportedArgumentError, makeup, tree_of, writeable
 from touchline.core.kernel_calls import MISS, Run, made_call
-from touchline.core.kernel_code import load
+from touchline.core.kernel_code import address_of, load, runner
 from touchline.core.kernel_function import ClassFunction, KernelFunction
+from touchline.core.native_call import native_call, native_name
 
 _unnamed = count()
-_Code = tuple[Run, list[Tree], Tree]
+_Code = tuple[Run, list[Tree], Tree, int]
 
 
 class Preparing:
@@ -98,18 +99,22 @@ class Kernel(KernelFunction):
         the same layout in memory.
         """
         try:
-            run, trees, result = self._code(makeup(arguments), arguments)
+            code = self._code(makeup(arguments), arguments)
         except UnsupportedArgumentError:
             return self._by_numba()
-        return made_call(run, trees, result)
+        run, trees, result, native = code
+        packed = made_call(run, trees, result)
+        return native_call(native, trees, result, packed) if native else packed
 
     def _prepared(self, key: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
         """The function for arguments of this makeup, which looks at their types."""
         try:
-            run, trees, result = self._code(key, arguments)
+            run, trees, result, native = self._code(key, arguments)
         except UnsupportedArgumentError:
             by_numba = self._by_numba()
             return lambda *given: by_numba(*given) if makeup(given) == key else MISS
+        if native and writeable(key):
+            return native_call(native, trees, result, lambda *_: MISS, key[1:])
         return made_call(run, trees, result, key[1:])
 
     def _code(self, key: Any, arguments: tuple[Any, ...]) -> _Code:
@@ -126,7 +131,8 @@ class Kernel(KernelFunction):
             code, result = self._compiled(trees, name)
         else:
             code, result = kernel_store.find(name) or self._compiled_and_kept(trees, name)
-        return load(code, name, locked=self.locked), trees, result
+        load(code, name)
+        return runner(name, locked=self.locked), trees, result, address_of(native_name(name))
 
     def _compiled_and_kept(self, trees: list[Tree], name: str) -> tuple[bytes, Tree]:
         with kernel_store.compiling_alone(name):

@@ -73,6 +73,13 @@ def makeup(value: Any) -> Any:
     return kind
 
 
+def writeable(key: Any) -> bool:
+    """Return whether all arrays of this makeup are aligned, in C order and may be written."""
+    if not isinstance(key, tuple):
+        return True
+    return key[2] is True if isinstance(key[0], int) else all(map(writeable, key[1:] if key[0] is not np.void else ()))
+
+
 def tree_of(value: Any) -> Tree:
     """The type of a value.
 

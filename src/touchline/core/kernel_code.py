@@ -41,25 +41,32 @@ def _engine() -> Any:
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine())
 
 
-def load(code: bytes, name: str, *, locked: bool) -> Callable[[int], int | None]:
-    """Link an object file, and return the function of that name.
+def load(code: bytes, name: str) -> None:
+    """Link an object file of this name into the process."""
+    with _LOCK:
+        if name not in _linked:
+            _engine().add_object_file(llvm.ObjectFileRef.from_data(code))
+            _engine().finalize_object()
+            _linked.add(name)
 
-    It takes the address of a block, and returns None or the address for `failure`.
+
+def address_of(name: str) -> int:
+    """Return the address of a function in what was loaded; 0 if there is none of that name."""
+    with _LOCK:
+        return int(_engine().get_function_address(name))
+
+
+def runner(name: str, *, locked: bool) -> Callable[[int], int | None]:
+    """Return a function in what was loaded, which takes the address of a block.
+
+    It returns None or the address for `failure`.
 
     Args:
-        code: The object file.
-        name: Of the function.
+        name: Name of it.
         locked: Whether other threads of Python wait while it runs.
     """
-    with _LOCK:
-        engine = _engine()
-        if name not in _linked:
-            engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-            engine.finalize_object()
-            _linked.add(name)
-        address = engine.get_function_address(name)
     kind = ctypes.PYFUNCTYPE if locked else ctypes.CFUNCTYPE
-    function: Callable[[int], int | None] = kind(ctypes.c_void_p, ctypes.c_void_p)(address)
+    function: Callable[[int], int | None] = kind(ctypes.c_void_p, ctypes.c_void_p)(address_of(name))
     return function
 
 

@@ -27,7 +27,7 @@ from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleTy
 from touchline.core.kernel_code import target
 
 #: Changes whenever files of the same name mean something else.
-_FORMAT: Final = 1
+_FORMAT: Final = 2
 _SHIPPED: Final = Path(__file__).with_name("compiled")
 #: Code that nobody has used for so long is removed, and the oldest beyond so many bytes.
 _UNUSED_S: Final = 30 * 24 * 3600.0
