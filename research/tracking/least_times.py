@@ -1,7 +1,6 @@
 """Minimum times to goals within the studied robot's limits: the study's curves, chosen ones, and others."""
 
 import math
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -29,8 +28,6 @@ TIGHTEST_1PM: Final = CURVATURE_SHARE * WAFFLE.limits.curvature_max_1pm
 VERY_FINE, PER_PIECE = 20_000, 33
 # Targets: the median, its ratio to the median of k = 10 (25.0 s in the source of those figures), the mean of ratios.
 MEDIAN_S, OF_MEDIAN, RATIO = 16.2, 16.2 / 25.0, 0.61
-
-SecondsTo = Callable[[PathPose], float]
 
 
 def least_times(count: int) -> TargetTable:

@@ -37,7 +37,6 @@ class StrokeTransition:
         arrive_m: End of the path on the second stroke.
         begin_m: Beginning of the driven part of the second stroke; less than `arrive_m` after driving back.
         seconds: Time for the end zones and the path.
-        gained_m2: Area that nothing else covers.
     """
 
     leave_m: float
@@ -46,7 +45,6 @@ class StrokeTransition:
     arrive_m: float
     begin_m: float
     seconds: float
-    gained_m2: float
 
 
 class TransitionFinder:
@@ -149,7 +147,7 @@ class TransitionFinder:
         best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, PATIENCE)
         if not math.isfinite(best[0]):
             return None
-        _, seconds, gained, i, j, direction, kind, first_rad = best.tolist()
+        _, seconds, _, i, j, direction, kind, first_rad = best.tolist()
         leave_m, behind_m, side, off_on = leave[int(i)].tolist()
         arrive_m, begin_m, onto, onto_on = join[int(j)].tolist()
         off, on = _sideways(slides[2 * int(off_on)], side), _sideways(slides[1 + 2 * int(onto_on)], onto)
@@ -165,7 +163,7 @@ class TransitionFinder:
         path = PiecePath(behind.start, (*behind.pieces, *word, *on))
         if self.space.touched(path):
             return None
-        return StrokeTransition(leave_m, leave_m - behind_m, path, arrive_m, begin_m, seconds, gained)
+        return StrokeTransition(leave_m, leave_m - behind_m, path, arrive_m, begin_m, seconds)
 
     def _word(
         self, ends: tuple[PathPose, PathPose], direction: int, letters: str, first_rad: float
