@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from touchline.checking.recorded_session import TICK_NS, NotRebuilt
 from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.computer_state import ReceivedFix
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import FrameSeries
-from touchline.onboard.estimation.received import FIX_FIXED
 from touchline.onboard.interface import ANGLES, MAG, SAMPLED, AuxiliarySample
 from touchline.recordings.message_table import MessageTable
 from touchline.schemas import topics

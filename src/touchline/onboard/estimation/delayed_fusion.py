@@ -8,7 +8,6 @@ the oldest tick of the ring, which nothing changes any more, and each tick keeps
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -18,37 +17,15 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, FilterState
 from touchline.onboard.drives import onboard_drive
+from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise, forward_acceleration
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
-from touchline.onboard.estimation.measurements import (
-    Scratch,
-    TickEstimate,
-    add_shaking_noise,
-    fix_rows,
-    heading_row,
-    measure,
-    use_fix,
-)
+from touchline.onboard.estimation.measurements import accept_fix, measure, use_fix
 from touchline.onboard.estimation.prediction import add_scale_error, predict
-from touchline.onboard.estimation.standing import settle_dispute
-from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, likelihood_of_one
-from touchline.onboard.estimation.updates import apply_rows, nis_of_two, passes_gate
-from touchline.onboard.filter_model import (
-    ACCEL_BIAS,
-    EAST,
-    GATE_1_DOF,
-    MOST_UPDATES,
-    NORTH,
-    RING,
-    SPEED,
-    STATES,
-    FilterCounters,
-    FixInTick,
-)
+from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
+from touchline.onboard.estimation.updates import apply_rows, passes_gate
+from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, STATES
 
 Floats = NDArray[np.float64]
-
-_RECENT = 0.1  # weight of the newest fix in the running NIS
-_NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
@@ -65,14 +42,7 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch
     x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
     x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
     onboard_drive.smooth(drive, before, z)
-    disputed = settle_dispute(x, P, before, z, c)
-    accel = z.accel_mps2
-    if math.isnan(accel):
-        accel = x[ACCEL_BIAS]
-        P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
-    elif disputed:
-        accel = x[ACCEL_BIAS]
-    predict(x, P, accel, z, c)
+    predict(x, P, forward_acceleration(x, P, before, z, c), z, c)
     if c.scale_var > 0.0:
         add_scale_error(xs[last], x, P, c.scale_var, ring.learned)
     # Readings that are rejected again and again are counted: the drive may have an explanation.
@@ -122,19 +92,6 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
 
 
 @kernel
-def _share_of_both(share: float, at: TickEstimate, fix: FixInTick, row: Floats, n: FilterCounters) -> float:
-    """Share of honest poses that err at least as much in position or heading, at most (Bonferroni); counts headings."""
-    turn, variance = heading_row(at, fix, row)
-    nis = turn * turn / variance
-    n.headings += 1
-    n.heading_nis_sum += nis
-    if nis > GATE_1_DOF:
-        n.headings_rejected += 1
-    both: float = min(2.0 * min(share, likelihood_of_one(nis)), 1.0)
-    return both
-
-
-@kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
 
@@ -163,21 +120,8 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         n.fixes_duplicate += 1
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
-    y = fix_rows(valid, fix, c, h)
-    nis = nis_of_two(valid.P, h, y, fix.variance_m2)
-    weighed = bounded(nis, c.fix_dof)
-    share = likelihood(nis, c.fix_dof)
-    if not math.isnan(fix.heading_rad):
-        share = _share_of_both(share, valid, fix, h[0], n)
-    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
-    n.fix_doubt = doubt(n.fix_doubt, share)
-    n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
-    if n.fix_doubt >= CONTRADICTED:
-        n.fixes_rejected += 1
+    if not accept_fix(valid, fix, c, n, (h, g)):
         return False
-    n.fixes += 1
-    n.fix_nis_sum += weighed
-    n.fix_nis_recent += _RECENT * (weighed - n.fix_nis_recent)
     for later in range(at + 1, tick + 1):
         if fixes[later % RING].used:
             n.fixes_out_of_order += 1

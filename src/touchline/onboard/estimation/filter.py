@@ -18,13 +18,15 @@ from touchline.core.angles import nearest_turn
 from touchline.core.jit import kernel
 from touchline.core.records import RecordArray
 from touchline.onboard import filter_model as m
-from touchline.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
+from touchline.onboard.computer_state import Computer, ComputerState, FilterTimes, ReceivedFix
 from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.aiding.encoder_aiding import STILL_TICKS
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, FIX_NONE, enter_fix
 from touchline.onboard.estimation.calibration import start_learning
 from touchline.onboard.estimation.delayed_fusion import advance, take_fix, take_row
 from touchline.onboard.estimation.noise import noise_figures
-from touchline.onboard.estimation.received import FIX_FIXED, received
-from touchline.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
+from touchline.onboard.estimation.received import received
+from touchline.onboard.estimation.sample_buffer import take_samples
 from touchline.onboard.estimation.standing import JOLT_MPS2
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import (
@@ -38,17 +40,11 @@ from touchline.schemas.vehicles import ODOMETRY, Vehicle
 
 Floats = NDArray[np.float64]
 
-FIX_NONE: Final = 0
-FIX_FLOAT: Final = 2
-
 _START_TICKS = 25  # at standstill before the biases are worth starting from
 _GATHERED_TICKS = 1000  # of which a jolt is told from the rest
 _MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
 _GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
-_LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
-_SINGLE_FIX_FLOOR_M2 = 1.0
-_FLOAT_FIX_FLOOR_M2 = 0.04
 _LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
@@ -85,7 +81,7 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
         finite = math.isfinite(fix.stamp_s + fix.east_m + fix.north_m + fix.variance_m2)
         if fix.fix == FIX_NONE or not finite:
             continue
-        used = take_fix(ring, drive, tick, times.first_tick, _enter_fix(fix, ring))
+        used = take_fix(ring, drive, tick, times.first_tick, enter_fix(fix, ring))
         if used and fix.fix == FIX_FIXED:
             times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
 
@@ -101,25 +97,6 @@ def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
         newest.variance_m2, newest.correction_age_s = fix.variance_m2, fix.correction_age_s
         newest.fix, newest.satellites = fix.fix, fix.satellites
         newest.heading_rad, newest.heading_variance_rad2 = fix.heading_rad, fix.heading_variance_rad2
-
-
-@kernel
-def _enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
-    """Put a fix into `ring.arrived`; returns the tick in which it is valid."""
-    c, entered = ring.figures, ring.arrived
-    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
-    entered.east_m, entered.north_m = fix.east_m, fix.north_m
-    entered.after_s = fix.stamp_s - tick * TICK_S
-    entered.heading_rad = fix.heading_rad
-    entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
-    if fix.fix == FIX_FIXED:
-        # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
-        entered.variance_m2 = c.r_gnss + max(excess, 0.0)
-    else:
-        floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
-        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
-    return tick
 
 
 @kernel
