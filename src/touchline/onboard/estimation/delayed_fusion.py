@@ -1,9 +1,9 @@
 """Delayed-measurement fusion: late samples and fixes are fused at the time at which they were measured.
 
-A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
-was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
-that arrive out of order therefore end in the same estimate as in order. What is learned beside the states comes from
-the oldest tick of the ring, which nothing changes any more, and each tick keeps what it was run with.
+A fix is valid some 110 ms before it arrives. The ring holds posterior and measurements of each of the last `RING`
+ticks. A late measurement is entered in its own tick, and the ticks since are run again, so that fixes and samples that
+arrive out of order end in the same estimate as in order. Calibration uses the oldest tick of the ring, which nothing
+changes any more, and each tick keeps the learned figures that it was run with.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 
 @kernel
 def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
-    """Predict and update: the posterior of `slot` from that of the slot before."""
+    """Predict and update: compute the posterior of `slot` from that of the slot before."""
     xs, Ps, c = ring.states, ring.covariances, ring.figures
     last = (slot - 1) % RING
     x, P, z, before = xs[slot], Ps[slot], ring.inputs[slot], ring.inputs[last]
@@ -72,11 +72,11 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     """Advance the filter by one tick, and first run it again from the `oldest` tick that has a new measurement.
 
     Args:
-        ring: Updated; the inputs of the tick are filled in already.
+        ring: State of the filter, updated; the inputs of the tick are filled in already.
         drive: Figures of the drive.
         tick: This tick.
-        oldest: At most `tick`, later than the tick in which the filter was started.
-        live: The tick whose measurements are new and count in the statistics.
+        oldest: Oldest tick to be run: at most `tick`, later than the tick in which the filter was started.
+        live: Tick whose measurements are new and count in the statistics.
     """
     xs, inputs, fixes = ring.states, ring.inputs, ring.fixes
     c, learned = ring.figures, ring.learned
@@ -98,11 +98,11 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     Fixes from before the filter was started are used in the tick in which it was.
 
     Args:
-        ring: Updated from the tick of the fix on.
+        ring: State of the filter with the fix in `arrived`, updated from the tick of the fix on.
         drive: Figures of the drive.
         tick: This tick, in which the fix has arrived.
-        first_tick: In which the filter was started.
-        fix_tick: The tick at whose time, or less than a tick after it, the fix was measured.
+        first_tick: Tick in which the filter was started.
+        fix_tick: Tick at whose time, or less than a tick after it, the fix was measured.
 
     Returns:
         Whether it is used.
@@ -138,13 +138,13 @@ def take_row(computer: Computer, drive: Any, at: int, row: Floats) -> bool:
     """Use a scalar measurement of an auxiliary sensor in the tick in which it is valid, and run the ticks since again.
 
     Args:
-        computer: (1,) whose filter is updated from that tick on.
+        computer: (1,) state, whose filter is updated from that tick on.
         drive: Figures of the drive.
-        at: The tick in which it is valid: one of the last RING − 2, and not before the filter was started.
+        at: Tick in which it is valid: one of the last RING − 2, and not before the filter was started.
         row: (UPDATE_COLUMNS,) Jacobian, value and variance.
 
     Returns:
-        Whether it is used: it lies within its gate, and there is room.
+        Whether it is used: it is if it lies within its gate, and there is room.
     """
     ring, tick, slot = computer[0].filter, computer[0].times.tick, at % RING
     x, P, count = ring.states[slot], ring.covariances[slot], ring.update_counts[slot]
