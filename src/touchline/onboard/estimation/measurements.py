@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing
 from touchline.onboard.estimation.aiding.camera_aiding import share_of_poses, use_heading
 from touchline.onboard.estimation.aiding.encoder_aiding import use_encoders
 from touchline.onboard.estimation.aiding.gnss_aiding import passes_doubt, position_fit, use_position
@@ -19,7 +19,7 @@ from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
 from touchline.onboard.filter_model import FilterCounters, FilterFigures, FixInTick
 
 
-@kernel
+@borrowing
 def measure(at: TickEstimate, c: FilterFigures, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update the prediction of a tick with the measurements of gyro, encoders and magnetometer.
 
@@ -36,7 +36,7 @@ def measure(at: TickEstimate, c: FilterFigures, drive: Any, n: FilterCounters, l
     use_magnetometer(at, c, n, live, scratch)
 
 
-@kernel
+@borrowing
 def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCounters, scratch: Scratch) -> bool:
     """Return whether a fix is to be used, by its position and, of a camera's pose, its heading.
 
@@ -55,7 +55,7 @@ def accept_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCoun
     return accepted
 
 
-@kernel
+@borrowing
 def use_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch) -> None:
     """Update the tick in which a fix is valid with its position and, of a camera's pose, its heading.
 

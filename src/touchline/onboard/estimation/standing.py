@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.filter_model import ACCEL_BIAS, GATE_1_DOF, FilterFigures, TickInputs
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ def contradicts(mps2: float, variance: float) -> bool:
     return mps2 * mps2 > JOLT_MPS2 * JOLT_MPS2 + GATE_1_DOF * variance
 
 
-@kernel
+@borrowing
 def settle_dispute(x: Floats, P: Floats, before: TickInputs, z: TickInputs, c: FilterFigures) -> bool:
     """Return whether the acceleration of a tick is not to be used because the wheels stand; count such ticks in a row.
 

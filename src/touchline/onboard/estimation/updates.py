@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE
 
 Floats = NDArray[np.float64]
 
 
-@kernel
+@borrowing
 def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
     """Update with one number: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
 
@@ -43,7 +43,7 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
             P[k, i] = P[i, k]
 
 
-@kernel
+@borrowing
 def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
     """Return the part H P Hᵀ of the covariance of two measured numbers that comes from the state.
 
@@ -67,7 +67,7 @@ def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
     return s00, s01, s11
 
 
-@kernel
+@borrowing
 def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
     """Return the normalised innovation squared (NIS) of two numbers measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.angles import wrapped
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing
 from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, POSITION_FLOOR_M
 from touchline.onboard.estimation.tail import likelihood_of_one
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -46,7 +46,7 @@ def fix_of(pose: CameraSample) -> tuple[float, ...]:
     return *position, FIX_FIXED, 0, 0.0, pose.heading_rad, pose.sigma_rad**2
 
 
-@kernel
+@borrowing
 def heading_row(at: TickEstimate, fix: FixInTick, row: Floats) -> tuple[float, float]:
     """Return innovation and variance, and fill in the Jacobian, of the heading of a pose.
 
@@ -67,7 +67,7 @@ def heading_row(at: TickEstimate, fix: FixInTick, row: Floats) -> tuple[float, f
     return wrapped(fix.heading_rad - x[HEADING] - x[YAW_RATE] * after), known + fix.heading_variance_rad2
 
 
-@kernel
+@borrowing
 def share_of_poses(share: float, at: TickEstimate, fix: FixInTick, n: FilterCounters, row: Floats) -> float:
     """Return an upper bound (Bonferroni) of the share of honest poses that err as much in position or heading.
 
@@ -88,7 +88,7 @@ def share_of_poses(share: float, at: TickEstimate, fix: FixInTick, n: FilterCoun
     return both
 
 
-@kernel
+@borrowing
 def use_heading(at: TickEstimate, fix: FixInTick, weighed_m2: float, scratch: Scratch) -> None:
     """Update the tick in which a pose is valid with its heading, behind a gate.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import OnboardDrive
@@ -91,7 +91,7 @@ def take_encoders(drive: Any, c: ComputerState) -> bool:
     return True
 
 
-@kernel
+@borrowing
 def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the encoders: no speed and no yaw rate at standstill, else the odometry of the drive.
 
@@ -119,7 +119,7 @@ def use_encoders(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, sc
         _use_odometry(at, drive, n, live, scratch)
 
 
-@kernel
+@borrowing
 def _use_odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the drive's odometry, behind one gate for both of its numbers."""
     x, P, z = at

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.onboard.computer_state import FilterState, ReceivedFix
 from touchline.onboard.estimation.gauss_markov import one_term
@@ -97,7 +97,7 @@ def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
     return tick
 
 
-@kernel
+@borrowing
 def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> tuple[float, float]:
     """Return innovations and fill in the Jacobian of a fix: place of the antenna, whose mast leans with the ground.
 
@@ -130,7 +130,7 @@ def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> t
     )
 
 
-@kernel
+@borrowing
 def position_fit(
     at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCounters, h: Floats
 ) -> tuple[float, float]:
@@ -174,7 +174,7 @@ def passes_doubt(n: FilterCounters, nis: float, share: float) -> bool:
     return True
 
 
-@kernel
+@borrowing
 def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch) -> float:
     """Update the tick in which a fix is valid with its position.
 

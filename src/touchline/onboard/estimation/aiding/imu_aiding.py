@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.estimation.standing import settle_dispute
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -113,7 +113,7 @@ def take_imu(c: ComputerState) -> bool:
     return True
 
 
-@kernel
+@borrowing
 def forward_acceleration(x: Floats, P: Floats, before: TickInputs, z: TickInputs, c: FilterFigures) -> float:
     """Return the acceleration with which a tick is predicted [m/s²], as the accelerometer reads it.
 
@@ -136,7 +136,7 @@ def forward_acceleration(x: Floats, P: Floats, before: TickInputs, z: TickInputs
     return accel
 
 
-@kernel
+@borrowing
 def add_shaking_noise(P: Floats, before: TickInputs, z: TickInputs) -> None:
     """Add process noise to the speed while the accelerometer shakes.
 
@@ -158,7 +158,7 @@ def add_shaking_noise(P: Floats, before: TickInputs, z: TickInputs) -> None:
         P[SPEED, SPEED] += 2.0 * z.rough * TICK_S * TICK_S
 
 
-@kernel
+@borrowing
 def _gyro_disputed(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool) -> bool:
     """Return whether the gyro says that the standing robot turns: it is broken, or somebody turns the robot.
 
@@ -177,7 +177,7 @@ def _gyro_disputed(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: 
     return True
 
 
-@kernel
+@borrowing
 def use_gyro(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the gyro: yaw rate plus bias.
 

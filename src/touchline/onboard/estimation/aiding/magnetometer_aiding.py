@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 from touchline.core.angles import wrapped
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.estimation.gauss_markov import one_term
 from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
@@ -59,7 +59,7 @@ def take_magnetometer(c: ComputerState) -> bool:
     return True
 
 
-@kernel
+@borrowing
 def use_magnetometer(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the magnetic heading: heading plus the magnetometer's error, behind a gate.
 
