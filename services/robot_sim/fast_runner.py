@@ -136,7 +136,7 @@ class TickAccounts(NamedTuple):
 
 @kernel
 def _arrived_in_time(fixes: int, tick: int, transport: Sequence[Transport]) -> bool:
-    for sensor in range(3):
+    for sensor in range(len(transport[0].measured_tick)):
         if transport[0].measured_tick[sensor] != tick:
             return False
     if fixes == 0:

@@ -25,7 +25,7 @@ from touchline.schemas.errors import SpecError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth, UnderWay
-from touchline.services.robot_sim.sensors.receiver import FIXED
+from touchline.services.robot_sim.sensors.gnss_truth import FIXED
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.sensors.transport import HISTORY, PENDING
 from touchline.services.robot_sim.world.world import World
@@ -34,6 +34,7 @@ Arrays = dict[str, NDArray[Any]]
 
 COMPUTER: Final = "computer"
 _TRANSPORT: Final = "transport"
+_SAMPLED: Final = "fast"  # the 100 Hz sensors are one record in recordings
 _MADE_OF_SETUP: Final = frozenset(
     (
         *(
@@ -92,17 +93,17 @@ class RobotParts(NamedTuple):
     def fields(self) -> Arrays:
         """Return the fields of all records that are kept, by their paths: views, to be read and set."""
         world, sensing = self.world, self.sensors.sensing
-        records: dict[str, Any] = {
-            "body": world.state.array,
-            "drive": world.drive.array,
-            "fast": sensing.fast,
-            "receiver": sensing.receiver,
-            "camera": sensing.camera,
-            _TRANSPORT: sensing.transport,
-        }
+        records: list[tuple[str, Any]] = [
+            ("body", world.state.array),
+            ("drive", world.drive.array),
+            *((_SAMPLED, record) for record in (sensing.imu, sensing.magnetometer, sensing.encoders)),
+            ("receiver", sensing.gnss),
+            ("camera", sensing.camera),
+            (_TRANSPORT, sensing.transport),
+        ]
         if isinstance(self.onboard, Onboard):
-            records[COMPUTER] = self.onboard.computer
-        found = {path: field for name, array in records.items() for path, field in _leaves(name, array)}
+            records.append((COMPUTER, self.onboard.computer))
+        found = {path: field for name, array in records for path, field in _leaves(name, array)}
         return {path: field for path, field in found.items() if not _is_made(path)} | {"trace": world.trace}
 
 

@@ -15,7 +15,7 @@ from touchline.schemas.topics import Topic
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
-from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
 

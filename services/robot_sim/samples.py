@@ -26,8 +26,7 @@ from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.odometry_packer import NO_STAMP, STAMP, OdometryPacker, stamps
 from touchline.services.robot_sim.packing import Payload, battery, camera_pose, gnss, stamp
-from touchline.services.robot_sim.sensors import camera
-from touchline.services.robot_sim.sensors.gnss import unpack
+from touchline.services.robot_sim.sensors import camera_truth, gnss_truth
 from touchline.services.robot_sim.tick_log import Rows, period
 
 Floats = NDArray[np.float64]
@@ -149,7 +148,7 @@ class Samples:
 
     def _position(self, report: list[float]) -> list[Payload]:
         """Pack a row of `position_report`."""
-        return [camera_pose(camera.unpack(report))] if self._seen else gnss(unpack(report)[0])
+        return [camera_pose(camera_truth.unpack(report))] if self._seen else gnss(gnss_truth.unpack(report)[0])
 
     def _rates(self, encoders: Rows) -> Floats:
         """Compute rates (n, actuators) [rad/s] as the encoders' driver derives them: by the reading of the tick before.

@@ -11,7 +11,7 @@ from typing import Final
 
 from touchline.onboard.interface import TICKS_PER_S
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 from touchline.services.robot_sim.world.world import TruePose
 
 AWAKE_TICKS: Final = 2 * TICKS_PER_S

@@ -17,8 +17,8 @@ from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.physics import HeldCommand
 
 TICK: Final = 0
-MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
-ESTIMATE: Final = 4  # east, north, heading, speed, yaw rate
+MEASURED: Final = 1  # tick in which the newest sample of each of `SAMPLED` was measured; −1: none arrived
+ESTIMATE: Final = MEASURED + len(interface.SAMPLED)  # east, north, heading, speed, yaw rate
 SPEED: Final = ESTIMATE + 3
 COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row

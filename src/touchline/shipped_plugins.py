@@ -14,6 +14,7 @@ from touchline.schemas.plugins import (
     TOOLS,
     KindParts,
 )
+from touchline.schemas.sensor_names import CAMERA, ENCODER, GNSS, IMU, MAGNETOMETER
 
 _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
@@ -62,11 +63,11 @@ TOOLS.register(
     KindParts(f"{_VEHICLES}:RollerTool", world=f"{_WORLD}.tools.rolling:RollerInWorld"),
 )
 # Their numbers are those that kernels know them by: what is new comes last.
-SENSORS.register("gnss", "positions of the GNSS receiver", None)
-SENSORS.register("imu", "rates and accelerations", None)
-SENSORS.register("magnetometer", "the magnetic field", None)
-SENSORS.register("encoder", "angles of the drive's actuators", None)
-SENSORS.register("camera", "poses by the camera overhead", None)
+SENSORS.register(GNSS, "positions of the GNSS receiver", None)
+SENSORS.register(IMU, "rates and accelerations", None)
+SENSORS.register(MAGNETOMETER, "the magnetic field", None)
+SENSORS.register(ENCODER, "angles of the drive's actuators", None)
+SENSORS.register(CAMERA, "poses by the camera overhead", None)
 # Kind, line for people, class of its fields; the function that applies it has the kind's name.
 for _kind, _summary, _fields, _module in (
     ("gnss-outage", "the GNSS receiver has no position", "GnssOutage", "gnss_faults"),

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from touchline.onboard.estimation.measurements import add_shaking_noise
+from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise
 from touchline.onboard.filter_model import SPEED, STATES, TickInputs
 
 TICK_S = 0.01

@@ -16,7 +16,7 @@ from touchline.onboard import filter_model as m
 from touchline.onboard.estimation import tail
 from touchline.onboard.estimation.filter import Estimator
 from touchline.schemas.scenario import Scenario
-from touchline.services.robot_sim.sensors.receiver import white
+from touchline.services.robot_sim.sensors.gnss_truth import white
 
 SCENARIO = Scenario()
 VARIANCE_M2 = SCENARIO.gnss.white_m**2

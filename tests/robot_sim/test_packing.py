@@ -5,7 +5,7 @@ import pytest
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
 from touchline.services.robot_sim.packing import battery, gnss
-from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 
 
 def said(fix, variance_m2=4e-4):

@@ -11,10 +11,11 @@ from touchline.onboard.interface import Command
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.sensors.gnss_truth import white
+from touchline.services.robot_sim.sensors.magnetometer_truth import FIELD_HORIZONTAL_T
 from touchline.services.robot_sim.sensors.moment import Moment
-from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.sampling import stand_by
-from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
+from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()

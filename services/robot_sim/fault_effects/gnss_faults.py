@@ -6,7 +6,7 @@ import math
 
 from touchline.schemas import faults as f
 from touchline.services.robot_sim.fault_effects.acting import Acting
-from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
+from touchline.services.robot_sim.sensors.gnss_truth import FIX_NAMES
 from touchline.services.robot_sim.world.effects import Effects
 
 

@@ -1,1 +1,1 @@
-"""What is measured: honest sensors that see the world and add their own errors."""
+"""Emulated sensors, one module each: they see the true world and add errors of their own."""

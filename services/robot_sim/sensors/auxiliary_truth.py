@@ -1,4 +1,4 @@
-"""Auxiliary sensors in the emulated world: each kind brings what it measures and how it errs."""
+"""Emulated auxiliary sensors: base class for their kinds, and the sensors of a vehicle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Draw(NamedTuple):
     Attributes:
         seed: Seed of the scenario.
         sensor: Number made of the sensor's name.
-        silent: Whether the scenario wants no noise.
+        silent: True in a scenario without noise.
     """
 
     seed: int
@@ -45,14 +45,14 @@ class Draw(NamedTuple):
 
 
 class WorldSensor:
-    """Base of the emulated auxiliary sensors; one is made for each sensor of the vehicle.
+    """Base class of emulated auxiliary sensors; one object is made for each sensor of the vehicle.
 
-    It keeps nothing from one measurement to the next: what it gives follows from its arguments and what it draws, so
-    that a session can be gone on with or repeated from any tick.
+    It keeps no state from one measurement to the next: a measurement follows from the arguments and the random numbers,
+    so that a session can be continued or repeated from any tick.
 
     Args:
         spec: Data sheet.
-        truth: How it really is, and what there is for it to measure.
+        truth: Errors, and objects to measure.
         draw: Random numbers.
     """
 
@@ -60,12 +60,12 @@ class WorldSensor:
         self.spec, self.truth, self.draw = spec, truth, draw
 
     def measure(self, tick: int, body: BodyState, effects: Effects) -> tuple[float, ...] | None:
-        """Return what is measured at the end of a tick; None if nothing is.
+        """Return the values measured at the end of a tick; None for no measurement.
 
         Args:
             tick: Tick that ends.
-            body: What is true about the body.
-            effects: What faults do.
+            body: True state of the body.
+            effects: Effects of faults.
         """
         raise NotImplementedError
 
@@ -77,15 +77,15 @@ class UnderWay(NamedTuple):
     sample: AuxiliarySample
 
     def as_json(self) -> list[Any]:
-        """Return values as in JSON, for `from_json`."""
+        """Return its values for JSON; `from_json` reads them."""
         return [self.arrival_tick, self.sample.sensor, self.sample.stamp_s, list(self.sample.values)]
 
     @classmethod
     def from_json(cls, values: list[Any]) -> UnderWay:
-        """Return the measurement of which these are the values.
+        """Return the measurement with the values of `as_json`.
 
         Raises:
-            ValueError, TypeError: They are none.
+            ValueError, TypeError: The values are not those of a measurement.
         """
         tick, sensor, stamp_s, numbers = values
         return cls(int(tick), AuxiliarySample(str(sensor), float(stamp_s), tuple(map(float, numbers))))
@@ -96,19 +96,19 @@ class _Mounted(NamedTuple):
     period_ticks: int
     latency_ticks: int
     number: int
-    """Place of its kind in `SENSORS`."""
+    """Number of its kind in `SENSORS`."""
 
 
 class AuxiliaryTruth:
-    """The vehicle's auxiliary sensors in the world, and what they have under way.
+    """Emulated auxiliary sensors of a vehicle, and their measurements under way.
 
     Attributes:
-        next_tick: The next tick at whose end something is measured or arrives.
+        next_tick: Next tick at whose end a sensor measures or a measurement arrives.
         kinds: Kind of each sensor, by its name.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """Mount the vehicle's sensors in the world of a scenario."""
+        """Mount the sensors of a vehicle in the world of a scenario."""
         truths = {truth.kind: truth for truth in scenario.sensors}
         self._mounted = tuple(_mounted(spec, truths.get(spec.kind), scenario) for spec in vehicle.sensors)
         self.kinds = {spec.name: spec.kind for spec in vehicle.sensors}
@@ -123,17 +123,17 @@ class AuxiliaryTruth:
         self._plan(0)
 
     def _plan(self, tick: int) -> None:
-        """Find the next tick after this one in which there is something to do."""
+        """Set `next_tick` to the next tick after this one in which there is something to do."""
         due = [(tick // each.period_ticks + 1) * each.period_ticks for each in self._mounted]
         self.next_tick = min([*due, *(each.arrival_tick for each in self._under_way)], default=_NEVER)
 
     def step(self, tick: int, body: BodyState, effects: Effects) -> tuple[AuxiliarySample, ...]:
-        """Measure at the end of a tick, and return what arrives in it, in the order of measurement.
+        """Measure at the end of a tick, and return the measurements that arrive in it, in the order of measurement.
 
         Args:
-            tick: Tick that ends; ticks must not go back.
-            body: What is true about the body.
-            effects: What faults do.
+            tick: Tick that ends; it must not lie before the last one.
+            body: True state of the body.
+            effects: Effects of faults.
         """
         if tick < self.next_tick:
             return ()
@@ -146,7 +146,7 @@ class AuxiliaryTruth:
         return arrived
 
     def _send(self, mounted: _Mounted, values: tuple[float, ...], moment: Moment) -> None:
-        """Put what was measured at a moment under way, as faults of its kind's messages have it."""
+        """Put a measurement under way; faults may delay, repeat or lose it."""
         assert self._delays is not None
         sample = AuxiliarySample(mounted.sensor.spec.name, moment.tick / TICKS_PER_S, tuple(map(float, values)))
         for delay in self._delays(moment, mounted.number):
@@ -159,7 +159,12 @@ class AuxiliaryTruth:
         return tuple(self._under_way)
 
     def restore(self, under_way: Iterable[UnderWay], tick: int) -> None:
-        """Have these measurements under way, and no others, at the end of a tick."""
+        """Replace the measurements under way.
+
+        Args:
+            under_way: Measurements; those of sensors that the vehicle does not have are left out.
+            tick: Tick that has ended; measurements that arrived by then are left out.
+        """
         self._under_way = [each for each in under_way if each.arrival_tick > tick and each.sample.sensor in self.kinds]
         self._plan(tick)
 

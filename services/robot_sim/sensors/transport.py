@@ -1,12 +1,13 @@
 """Sensor transport model: delay, duplication, reordering and loss.
 
-A 100 Hz sensor's newest arrival replaces what the computer had of it, even if it is older: that is what a driver
-without a look at the stamps does, and why frames say how old a sample is. Positions, of a receiver or a camera, are all
-handed over.
+The newest arrival of a 100 Hz sensor replaces the reading that the computer had, even if it was measured earlier: a
+driver that does not look at stamps does the same, so frames say how old a sample is. Position reports, of a GNSS
+receiver or a camera, are all handed over.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Final
 
@@ -17,12 +18,13 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_TRANSPORT, uniform
 from touchline.core.records import Record
-from touchline.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.onboard.interface import FIRST_READINGS, READINGS, SAMPLED, TICKS_PER_S
 from touchline.schemas.plugins import SENSORS
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.position_report import COLUMNS
 
 LONGEST_TICKS: Final = 2000
+"""Longest delay by faults."""
 HISTORY: Final = 2048
 """Ticks of 100 Hz samples kept; more than the longest delay."""
 PENDING: Final = 1024
@@ -30,44 +32,43 @@ PENDING: Final = 1024
 ARRIVALS: Final = 64
 """Position reports that can arrive in one tick; more wait for the next."""
 
-_FIRST_FAST: Final = SENSORS.number("imu")
-"""Number of the first 100 Hz sensor; magnetometer and encoders are the next."""
-_FIRST: Final = (GYRO, MAG, ANGLES)  # of each 100 Hz sensor's readings, up to the next one's
+_NUMBERS: Final = tuple(map(SENSORS.number, SAMPLED))
+_SENSORS: Final = len(SAMPLED)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
 class Transport(Record):
-    """What is under way from the sensors to the computer, and what has arrived.
+    """Messages under way from the sensors to the computer, and the readings that have arrived.
 
-    An array of three has IMU, magnetometer, encoders.
+    Arrays by sensor are in the order of `interface.SAMPLED`.
     """
 
     history: Annotated[Floats, HISTORY, READINGS]
-    """What the 100 Hz sensors measured, by tick, laid out as in `interface`."""
-    schedule: Annotated[Integers, 3, HISTORY]
-    """The tick of the sample that arrives in a tick, or −1."""
+    """Readings of the 100 Hz sensors by the tick of measurement, laid out as in `interface`."""
+    schedule: Annotated[Integers, _SENSORS, HISTORY]
+    """Tick of the sample that arrives in a tick, or −1, by sensor."""
     pending: Annotated[Floats, PENDING, 1 + COLUMNS]
-    """Position reports, each after the tick in which it arrives."""
+    """Position reports under way: tick of arrival, then columns of `position_report`."""
     pending_count: int
     readings: Annotated[Floats, READINGS]
-    """What the computer has of the 100 Hz sensors."""
-    measured_tick: Annotated[Integers, 3]
-    """When that was measured."""
-    arrived: Annotated[Integers, 3]
-    """Whether something of that sensor arrived in the last tick."""
+    """Readings of the 100 Hz sensors that the computer has."""
+    measured_tick: Annotated[Integers, _SENSORS]
+    """Tick in which those were measured, by sensor."""
+    arrived: Annotated[Integers, _SENSORS]
+    """1 for a sensor of which a sample arrived in the last tick, else 0."""
     arrivals: Annotated[Floats, ARRIVALS, COLUMNS]
-    """Reports that arrived in it."""
+    """Position reports that arrived in the last tick."""
 
 
 @kernel
 def latency_ticks(moment: Moment, sensor: int) -> tuple[int, int]:
-    """Ticks after the moment's in which the message of a sensor arrives and arrives again; −1 for never.
+    """Return by how many ticks faults delay a message of a sensor, and by how many it arrives again; −1 for never.
 
     Args:
-        moment: When it is sent.
-        sensor: Number of it in `SENSORS`.
+        moment: End of the tick in which it is sent.
+        sensor: Number of the sensor in `SENSORS`.
     """
     seed, tick, effects = moment.seed, moment.tick, moment.effects[0].messages
     lost, spread, again = effects.lost_share[sensor], effects.spread_ticks[sensor], effects.again_share[sensor]
@@ -84,15 +85,15 @@ def latency_ticks(moment: Moment, sensor: int) -> tuple[int, int]:
 
 @kernel
 def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
-    """Send the moment's sample of a 100 Hz sensor off and take in what arrives.
+    """Send a sample of a 100 Hz sensor, and receive the one that arrives.
 
     Args:
-        moment: The end of this tick.
-        sensor: 0 IMU, 1 magnetometer, 2 encoders.
-        transport: (1,) with the sample in its `history`; all else of that sensor is updated.
+        moment: End of the tick.
+        sensor: Place of the sensor in `interface.SAMPLED`.
+        transport: (1,) state with the sample in its `history`; all else of that sensor is updated.
     """
     t, tick = transport[0], moment.tick
-    delay, again = latency_ticks(moment, _FIRST_FAST + sensor)
+    delay, again = latency_ticks(moment, _NUMBERS[sensor])
     if delay >= 0:
         t.schedule[sensor, (tick + delay) % HISTORY] = tick
     if again >= 0:
@@ -103,20 +104,46 @@ def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
         return
     t.schedule[sensor, tick % HISTORY] = -1
     t.measured_tick[sensor] = sample
-    end = _FIRST[sensor + 1] if sensor + 1 < len(_FIRST) else len(t.readings)
-    for column in range(_FIRST[sensor], end):
+    end = FIRST_READINGS[sensor + 1] if sensor + 1 < _SENSORS else len(t.readings)
+    for column in range(FIRST_READINGS[sensor], end):
         t.readings[column] = t.history[sample % HISTORY, column]
 
 
 @kernel
-def post(transport: Sequence[Transport], report: Floats, arrival_tick: int) -> None:
-    """Put a position report under way; it is lost if there are far too many.
+def usual_arrival(tick: int, latency_s: float, jitter_s: float, drawn: float) -> int:
+    """Return the tick in which a report arrives without faults; the latency is rounded up, and jitter is whole ticks.
 
     Args:
-        transport: (1,) its `pending` are appended to.
-        report: (COLUMNS,) of `position_report`.
-        arrival_tick: In which it arrives.
+        tick: Tick in which it is sent.
+        latency_s: Latency [s].
+        jitter_s: Most that is added to it [s].
+        drawn: Share of the jitter, 0…1.
     """
+    arrival: int = tick + math.ceil(latency_s * TICKS_PER_S - 1e-7) + int((jitter_s * TICKS_PER_S + 1.0) * drawn)
+    return arrival
+
+
+@kernel
+def send(moment: Moment, sensor: int, report: Floats, usual_tick: int, transport: Sequence[Transport]) -> None:
+    """Send a position report.
+
+    Args:
+        moment: End of the tick in which it is sent.
+        sensor: Number of the sensor in `SENSORS`.
+        report: (COLUMNS,) numbers of `position_report`.
+        usual_tick: Tick in which it arrives without faults.
+        transport: (1,) state; `pending` is updated.
+    """
+    delay, again = latency_ticks(moment, sensor)
+    if delay >= 0:
+        _post(transport, report, usual_tick + delay)
+    if again >= 0:
+        _post(transport, report, usual_tick + again)
+
+
+@kernel
+def _post(transport: Sequence[Transport], report: Floats, arrival_tick: int) -> None:
+    """Append a report to `pending`; it is lost if there is no room."""
     t = transport[0]
     if t.pending_count >= PENDING:
         return
@@ -128,11 +155,14 @@ def post(transport: Sequence[Transport], report: Floats, arrival_tick: int) -> N
 
 @kernel
 def collect(transport: Sequence[Transport], tick: int) -> int:
-    """Move the reports that are due from `pending` into `arrivals`, oldest sent first; returns their number.
+    """Move the position reports that are due from `pending` into `arrivals`, in the order in which they were sent.
 
     Args:
-        transport: (1,) updated.
-        tick: In which they arrive.
+        transport: (1,) state, updated.
+        tick: Tick of arrival.
+
+    Returns:
+        Number of reports that arrived.
     """
     t, arrived, kept = transport[0], 0, 0
     for index in range(t.pending_count):

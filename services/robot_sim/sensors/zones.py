@@ -1,4 +1,4 @@
-"""Distances to outlines: polygons and points of the scenario, as records for kernels."""
+"""Places of a scenario, polygons and points, as records for kernels, and the distance from them."""
 
 from __future__ import annotations
 
@@ -16,46 +16,32 @@ Floats = NDArray[np.float64]
 
 
 class PlaceOutline(Record):
-    """Of a place: which vertices of its `Zones` it has, and their mean."""
+    """Outline of a place: its vertices among those of its `Zones`, and their mean."""
 
     first: int
+    """Index of its first vertex."""
     count: int
+    """Number of its vertices."""
     centre_x_m: float
     centre_y_m: float
-
-
-class SteelPlace(Record):
-    """Something magnetic."""
-
-    outline: PlaceOutline
-    field_t: float
-    """At its outline."""
-    reach_m: float
-    """Over which that falls."""
-
-
-class SkyPlace(Record):
-    """Something that hides the sky."""
-
-    outline: PlaceOutline
-    best_fix: float
-    """Inside of it, as of `receiver`."""
-    margin_m: float
-    """Around it, in which noise grows by up to:"""
-    noise_factor: float
 
 
 class Zones(NamedTuple):
     """Places of one kind."""
 
     places: Sequence[Any]
-    """(n,) structured array of the kind's records."""
+    """(n,) records of the kind, whose first field is the outline."""
     vertices: Floats
-    """(m, 2) of all their outlines, map frame [m]."""
+    """(m, 2) vertices of all outlines, map frame [m]."""
 
 
 def make_zones(kind: type[Record], places: Iterable[tuple[Sequence[tuple[float, float]], tuple[float, ...]]]) -> Zones:
-    """Places of a kind, from (outline, values) pairs, the values in the kind's order."""
+    """Make the places of a kind.
+
+    Args:
+        kind: Record with a `PlaceOutline`, and numbers after it.
+        places: Outline of each place, its vertices in the map frame [m], and those numbers in their order.
+    """
     rows: list[tuple[Any, ...]] = []
     vertices: list[tuple[float, float]] = []
     for outline, values in places:
@@ -69,13 +55,13 @@ def make_zones(kind: type[Record], places: Iterable[tuple[Sequence[tuple[float, 
 
 @kernel
 def distance(outline: PlaceOutline, vertices: Floats, x: float, y: float) -> float:
-    """Distance of (x, y) from an outline [m]; 0 inside of it.
+    """Return the distance of a point from an outline [m]; 0 inside of it.
 
-    Whether it is inside: by the crossings of a ray to the east with the outline (even-odd rule).
+    A point is inside if a ray from it to the east crosses the outline an odd number of times (even-odd rule).
 
     Args:
-        outline: Of a place of `Zones`.
-        vertices: (m, 2) of `Zones`, map frame [m].
+        outline: Outline of a place of `Zones`.
+        vertices: (m, 2) vertices of `Zones`, map frame [m].
         x: East, map frame [m].
         y: North, map frame [m].
     """

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from touchline.checking.recorded_session import TICK_NS, NotRebuilt
 from touchline.core.geodesy import local_frame, to_local
 from touchline.onboard.computer_state import ReceivedFix
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import FrameSeries
-from touchline.onboard.estimation.received import FIX_FIXED
-from touchline.onboard.interface import ANGLES, MAG, AuxiliarySample
+from touchline.onboard.interface import ANGLES, MAG, SAMPLED, AuxiliarySample
 from touchline.recordings.message_table import MessageTable
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -62,7 +62,7 @@ def sensor_frames(setup: Setup, came: OfTopic, last_tick: int, initial: InitialS
     ticks = np.arange(first_tick, first_tick + n)
     joints = tuple(each.joint for each in setup.vehicle.drive.actuators)
     readings: Floats = np.zeros((n, ANGLES + len(joints)))
-    measured: Integers = np.zeros((n, 3), np.int64)
+    measured: Integers = np.zeros((n, len(SAMPLED)), np.int64)
     if initial is not None:
         readings[:], measured[:] = initial.arrived
     vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}

@@ -77,7 +77,7 @@ def run_steps(steps: Iterable[Step], report: Callable[[str], object]) -> None:
     Args:
         steps: Name and function of each step.
         report: Called before each kernel that has to be compiled, with a line such as "compiling 3 of 6 (sensors):
-            fast.measure", and at the end; not at all if nothing has to be compiled.
+            sampling.sense", and at the end; not at all if nothing has to be compiled.
     """
     steps, begun_s, doing = list(steps), time.perf_counter(), ""
     with Compilations(lambda name: report(f"compiling {doing}: {name}")) as compiled:

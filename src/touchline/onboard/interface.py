@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.core.records import OpenLength
+from touchline.schemas.sensor_names import ENCODER, IMU, MAGNETOMETER
 
 TICKS_PER_S: Final = 100
 """Rate of the onboard computer: one `SensorFrame` in, one `Command` out."""
@@ -29,6 +30,10 @@ ANGLES: Final = 9  # of the drive's actuators [rad]
 ACTUATORS: Final = OpenLength()
 """Number of the drive's actuators: the length of arrays in records, which are made by `Record.sized` of that number."""
 READINGS: Final = ANGLES + ACTUATORS
+SAMPLED: Final = (IMU, MAGNETOMETER, ENCODER)
+"""Sensors that are sampled in every tick, in the order of arrays that have one place for each of them."""
+FIRST_READINGS: Final = (GYRO, MAG, ANGLES)
+"""First reading of each of them; its last one is before the next sensor's."""
 
 
 class GnssSample(NamedTuple):

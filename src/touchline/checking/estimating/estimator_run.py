@@ -15,8 +15,8 @@ from touchline.checking.estimator_ticks import EstimatedTicks, EstimatorTicks
 from touchline.checking.recorded_session import TICK_NS, NotRebuilt, tick_of
 from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.core.geodesy import local_frame, to_local
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 from touchline.onboard.estimation.frame_series import SIGMAS, FrameSeries
-from touchline.onboard.estimation.received import FIX_FIXED
 from touchline.onboard.estimation.report import report
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.filter_model import FIX_DOF, FilterCounters

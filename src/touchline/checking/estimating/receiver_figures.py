@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.checking.estimating.estimator_run import EstimatorRun
-from touchline.onboard.estimation.received import FIX_FIXED
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED
 
 Floats = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.packing import Payload, gnss, stamp, stamp_of
-from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 
 IMPORTED: Final = "touchline_imported"
 """Name of the metadata record with a session's sources."""

@@ -1,1 +1,1 @@
-"""State estimation: a 12-state EKF over IMU, wheel encoders, magnetometer and delayed RTK-GNSS."""
+"""State estimation: a 12-state EKF on IMU, wheel encoders, magnetometer and delayed positions of GNSS or a camera."""

@@ -1,4 +1,4 @@
-"""Auxiliary sensors in the estimator: each kind brings its measurement model, with Jacobian and noise."""
+"""Auxiliary sensors in the estimator: base class of their measurement models, with Jacobian and noise."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _LONGEST = 200
 
 
 class ScalarUpdate(NamedTuple):
-    """A measured number against the state: z = h(x) + v.
+    """Comparison of one measured number with the state: z = h(x) + v.
 
     Attributes:
         innovation: z − h(x).
-        jacobian: (STATES,) of h at x; states are those of `filter_model`.
-        variance: Of v.
+        jacobian: (STATES,) Jacobian of h at x; states are those of `filter_model`.
+        variance: Variance of v.
     """
 
     innovation: float
@@ -38,36 +38,36 @@ class ScalarUpdate(NamedTuple):
 
 
 class OnboardSensor:
-    """Base of the measurement models of auxiliary sensors; one is made for each sensor of the vehicle.
+    """Base class of the measurement models of auxiliary sensors; one object is made for each sensor of the vehicle.
 
     Args:
         spec: Data sheet.
-        vehicle: That carries it.
+        vehicle: Vehicle that carries the sensor.
     """
 
     def __init__(self, spec: SensorSpec, vehicle: Vehicle) -> None:
         self.spec, self.vehicle = spec, vehicle
 
     def updates(self, values: tuple[float, ...], state: Floats) -> Sequence[ScalarUpdate]:
-        """Return what a measurement tells about the state; nothing if it tells nothing.
+        """Return the updates of the state by a measurement; none if it says nothing about the state.
 
         Args:
-            values: As the emulated sensor of this kind gives them.
-            state: (STATES,) in the tick in which they were measured.
+            values: Measured values, as the emulated sensor of this kind gives them.
+            state: (STATES,) state in the tick in which they were measured.
         """
         raise NotImplementedError
 
 
 class AuxiliarySensors:
-    """Measurement models of a vehicle's auxiliary sensors; one that fails is not asked again.
+    """Measurement models of a vehicle's auxiliary sensors; a model that fails is not asked again.
 
     Attributes:
         used: Number of measured numbers that were used, by the sensor's name.
-        rejected: Number of those that lay outside their gate, came too late, or were too many.
+        rejected: Number of those that lay outside their gate, came too late, or were too many, by the sensor's name.
     """
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator) -> None:
-        """Make the models of the vehicle's sensors that its computer uses, for its estimator."""
+        """Make the models of those sensors of a vehicle that its computer uses."""
         self._estimator = estimator
         self._models: dict[str, OnboardSensor] = {}
         for spec in vehicle.sensors:
@@ -82,8 +82,11 @@ class AuxiliarySensors:
     def take(self, samples: Sequence[AuxiliarySample]) -> list[str]:
         """Use measurements that have arrived, in the order of their arrival.
 
+        Args:
+            samples: Measurements.
+
         Returns:
-            What is wrong with models that failed.
+            Errors of models that failed.
         """
         flaws = []
         for sample in samples:
@@ -113,10 +116,10 @@ class AuxiliarySensors:
 
 
 def _row(update: ScalarUpdate, state: Floats) -> Floats:
-    """Return a measurement as the ring keeps it, (UPDATE_COLUMNS,), linearised at this state.
+    """Return the row of the ring for an update, (UPDATE_COLUMNS,), linearised at this state.
 
     Raises:
-        ValueError: It is not of finite numbers, or its variance is not positive.
+        ValueError: Its numbers are not finite, or its variance is not positive.
     """
     row: Floats = np.empty(UPDATE_COLUMNS)
     row[:STATES] = update.jacobian

@@ -1,11 +1,11 @@
 """Calibration: figures that change too slowly to be states of the filter and are learned beside it.
 
-**Slope.** Less what the curve asks for, the accelerometer's left axis feels its own bias and gravity's part across:
-a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two come apart: a small Kalman filter of three
-states, (b, g·rise_e, g·rise_n), which needs neither speed nor position to be precise.
+**Slope.** Less the acceleration in the curve, the accelerometer's left axis reads its own bias and the component of
+gravity across: a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two can be told apart. A small
+Kalman filter of three states, (b, g·rise_e, g·rise_n), does that; it needs neither speed nor position to be precise.
 
-**Mean slip.** The filter's slips waver about a mean that comes from rolling resistance and the tyres' radii. Each fix
-is a sample of it.
+**Mean slip.** The filter's slips vary about a mean that comes from rolling resistance and the tyres' radii. Each fix
+is a sample of that mean.
 
 Both learn from the oldest tick of the ring, in which nothing will change any more, so that late and reordered messages
 lead to the same figures.
@@ -36,7 +36,7 @@ from touchline.onboard.interface import TICK_S
 Floats = NDArray[np.float64]
 
 LEARN_TICKS: Final = 8
-"""Between two samples of the slope; a divisor of the ring's length. Nearer ones say nothing new."""
+"""Ticks between two samples of the slope; a divisor of the ring's length. Nearer ones say nothing new."""
 _CURVE_SHARE = 0.05  # of the curve's acceleration that may be wrong: slip, and the tyres' settling
 _CLIP = 3.0  # σ: a bump or a skid may not teach more than that
 _MOVING_MPS = 0.2
@@ -44,7 +44,12 @@ _MEAN_SLIP_WALK = 4e-9  # per fix: about a minute is remembered
 
 
 def start_learning(c: FilterFigures, learned: LearnedFigures) -> None:
-    """Reset what is learned to level ground and no slip, with the uncertainty of knowing nothing yet."""
+    """Reset the learned figures to level ground and no slip, with their uncertainty at the start.
+
+    Args:
+        c: Figures of the filter.
+        learned: Learned figures, updated.
+    """
     learned.reset(bias_var=c.side_bias_var, east_var=c.rise_var, north_var=c.rise_var, mean_var=c.mean_slip_var)
 
 
@@ -53,8 +58,8 @@ def store_learned(learned: LearnedFigures, z: TickInputs) -> None:
     """Store in a tick's inputs the learned figures that the tick is run with.
 
     Args:
-        learned: What is learned beside the states.
-        z: Of the tick, updated.
+        learned: Learned figures.
+        z: Inputs of the tick, updated.
     """
     z.rise_east_mps2, z.rise_north_mps2 = learned.rise_east_mps2, learned.rise_north_mps2
     z.rise_var = learned.east_var + learned.north_var
@@ -66,12 +71,12 @@ def learn(slot: int, x: Floats, z: TickInputs, fix: FixInTick, c: FilterFigures,
     """Learn from the oldest tick of the ring, which no late message changes any more.
 
     Args:
-        slot: Of the ring.
-        x: (STATES,) the posterior of the tick.
-        z: Its measurements; their rise is not a number if the filter was not yet running.
-        fix: The fix that is valid in it, if any.
-        c: Constants.
-        learned: Updated.
+        slot: Place of the tick in the ring.
+        x: (STATES,) posterior state of the tick.
+        z: Inputs of the tick; their rise is not a number if the filter was not yet running.
+        fix: Fix that is valid in the tick, if any.
+        c: Figures of the filter.
+        learned: Learned figures, updated.
     """
     if math.isnan(z.rise_east_mps2):
         return
@@ -88,7 +93,7 @@ def learn(slot: int, x: Floats, z: TickInputs, fix: FixInTick, c: FilterFigures,
 
 @kernel
 def _learn_slope(x: Floats, z: TickInputs, c: FilterFigures, learned: LearnedFigures) -> None:
-    """Kalman update of (bias, rise east, rise north) by what the left axis feels beyond the curve."""
+    """Update (bias, rise east, rise north) with the reading of the left axis beyond the curve (Kalman filter)."""
     learned.bias_var += c.q_side_bias * LEARN_TICKS
     grown = c.q_rise * abs(x[SPEED]) * TICK_S * LEARN_TICKS
     learned.east_var += grown

@@ -1,14 +1,13 @@
 """Delayed-measurement fusion: late samples and fixes are fused at the time at which they were measured.
 
-A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
-was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
-that arrive out of order therefore end in the same estimate as in order. What is learned beside the states comes from
-the oldest tick of the ring, which nothing changes any more, and each tick keeps what it was run with.
+A fix is valid some 110 ms before it arrives. The ring holds posterior and measurements of each of the last `RING`
+ticks. A late measurement is entered in its own tick, and the ticks since are run again, so that fixes and samples that
+arrive out of order end in the same estimate as in order. Calibration uses the oldest tick of the ring, which nothing
+changes any more, and each tick keeps the learned figures that it was run with.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -18,42 +17,20 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel
 from touchline.onboard.computer_state import Computer, FilterState
 from touchline.onboard.drives import onboard_drive
+from touchline.onboard.estimation.aiding.imu_aiding import add_shaking_noise, forward_acceleration
 from touchline.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
-from touchline.onboard.estimation.measurements import (
-    Scratch,
-    TickEstimate,
-    add_shaking_noise,
-    fix_rows,
-    heading_row,
-    measure,
-    use_fix,
-)
+from touchline.onboard.estimation.measurements import accept_fix, measure, use_fix
 from touchline.onboard.estimation.prediction import add_scale_error, predict
-from touchline.onboard.estimation.standing import settle_dispute
-from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, likelihood_of_one
-from touchline.onboard.estimation.updates import apply_rows, nis_of_two, passes_gate
-from touchline.onboard.filter_model import (
-    ACCEL_BIAS,
-    EAST,
-    GATE_1_DOF,
-    MOST_UPDATES,
-    NORTH,
-    RING,
-    SPEED,
-    STATES,
-    FilterCounters,
-    FixInTick,
-)
+from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
+from touchline.onboard.estimation.updates import apply_rows, passes_gate
+from touchline.onboard.filter_model import EAST, MOST_UPDATES, NORTH, RING, STATES
 
 Floats = NDArray[np.float64]
-
-_RECENT = 0.1  # weight of the newest fix in the running NIS
-_NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
 def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
-    """Predict and update: the posterior of `slot` from that of the slot before."""
+    """Predict and update: compute the posterior of `slot` from that of the slot before."""
     xs, Ps, c = ring.states, ring.covariances, ring.figures
     last = (slot - 1) % RING
     x, P, z, before = xs[slot], Ps[slot], ring.inputs[slot], ring.inputs[last]
@@ -65,14 +42,7 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch
     x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
     x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
     onboard_drive.smooth(drive, before, z)
-    disputed = settle_dispute(x, P, before, z, c)
-    accel = z.accel_mps2
-    if math.isnan(accel):
-        accel = x[ACCEL_BIAS]
-        P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
-    elif disputed:
-        accel = x[ACCEL_BIAS]
-    predict(x, P, accel, z, c)
+    predict(x, P, forward_acceleration(x, P, before, z, c), z, c)
     if c.scale_var > 0.0:
         add_scale_error(xs[last], x, P, c.scale_var, ring.learned)
     # Readings that are rejected again and again are counted: the drive may have an explanation.
@@ -102,11 +72,11 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     """Advance the filter by one tick, and first run it again from the `oldest` tick that has a new measurement.
 
     Args:
-        ring: Updated; the inputs of the tick are filled in already.
+        ring: State of the filter, updated; the inputs of the tick are filled in already.
         drive: Figures of the drive.
         tick: This tick.
-        oldest: At most `tick`, later than the tick in which the filter was started.
-        live: The tick whose measurements are new and count in the statistics.
+        oldest: Oldest tick to be run: at most `tick`, later than the tick in which the filter was started.
+        live: Tick whose measurements are new and count in the statistics.
     """
     xs, inputs, fixes = ring.states, ring.inputs, ring.fixes
     c, learned = ring.figures, ring.learned
@@ -122,30 +92,17 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
 
 
 @kernel
-def _share_of_both(share: float, at: TickEstimate, fix: FixInTick, row: Floats, n: FilterCounters) -> float:
-    """Share of honest poses that err at least as much in position or heading, at most (Bonferroni); counts headings."""
-    turn, variance = heading_row(at, fix, row)
-    nis = turn * turn / variance
-    n.headings += 1
-    n.heading_nis_sum += nis
-    if nis > GATE_1_DOF:
-        n.headings_rejected += 1
-    both: float = min(2.0 * min(share, likelihood_of_one(nis)), 1.0)
-    return both
-
-
-@kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
 
     Fixes from before the filter was started are used in the tick in which it was.
 
     Args:
-        ring: Updated from the tick of the fix on.
+        ring: State of the filter with the fix in `arrived`, updated from the tick of the fix on.
         drive: Figures of the drive.
         tick: This tick, in which the fix has arrived.
-        first_tick: In which the filter was started.
-        fix_tick: The tick at whose time, or less than a tick after it, the fix was measured.
+        first_tick: Tick in which the filter was started.
+        fix_tick: Tick at whose time, or less than a tick after it, the fix was measured.
 
     Returns:
         Whether it is used.
@@ -163,21 +120,8 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         n.fixes_duplicate += 1
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
-    y = fix_rows(valid, fix, c, h)
-    nis = nis_of_two(valid.P, h, y, fix.variance_m2)
-    weighed = bounded(nis, c.fix_dof)
-    share = likelihood(nis, c.fix_dof)
-    if not math.isnan(fix.heading_rad):
-        share = _share_of_both(share, valid, fix, h[0], n)
-    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
-    n.fix_doubt = doubt(n.fix_doubt, share)
-    n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
-    if n.fix_doubt >= CONTRADICTED:
-        n.fixes_rejected += 1
+    if not accept_fix(valid, fix, c, n, (h, g)):
         return False
-    n.fixes += 1
-    n.fix_nis_sum += weighed
-    n.fix_nis_recent += _RECENT * (weighed - n.fix_nis_recent)
     for later in range(at + 1, tick + 1):
         if fixes[later % RING].used:
             n.fixes_out_of_order += 1
@@ -194,13 +138,13 @@ def take_row(computer: Computer, drive: Any, at: int, row: Floats) -> bool:
     """Use a scalar measurement of an auxiliary sensor in the tick in which it is valid, and run the ticks since again.
 
     Args:
-        computer: (1,) whose filter is updated from that tick on.
+        computer: (1,) state, whose filter is updated from that tick on.
         drive: Figures of the drive.
-        at: The tick in which it is valid: one of the last RING − 2, and not before the filter was started.
+        at: Tick in which it is valid: one of the last RING − 2, and not before the filter was started.
         row: (UPDATE_COLUMNS,) Jacobian, value and variance.
 
     Returns:
-        Whether it is used: it lies within its gate, and there is room.
+        Whether it is used: it is if it lies within its gate, and there is room.
     """
     ring, tick, slot = computer[0].filter, computer[0].times.tick, at % RING
     x, P, count = ring.states[slot], ring.covariances[slot], ring.update_counts[slot]

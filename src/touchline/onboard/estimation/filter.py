@@ -1,4 +1,4 @@
-"""The estimator: starts itself at standstill, then runs the filter's kernel every tick.
+"""Estimator: starts itself at standstill, then runs the filter's kernel every tick.
 
 It is an extended Kalman filter (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking
 and Navigation, Wiley 2001, section 10.3), whose states are in `filter_model`; innovations pass χ² gates (section 5.4).
@@ -18,13 +18,15 @@ from touchline.core.angles import nearest_turn
 from touchline.core.jit import kernel
 from touchline.core.records import RecordArray
 from touchline.onboard import filter_model as m
-from touchline.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
+from touchline.onboard.computer_state import Computer, ComputerState, FilterTimes, ReceivedFix
 from touchline.onboard.drives.onboard_drive import drive_of
+from touchline.onboard.estimation.aiding.encoder_aiding import STILL_TICKS
+from touchline.onboard.estimation.aiding.gnss_aiding import FIX_FIXED, FIX_NONE, enter_fix
 from touchline.onboard.estimation.calibration import start_learning
 from touchline.onboard.estimation.delayed_fusion import advance, take_fix, take_row
 from touchline.onboard.estimation.noise import noise_figures
-from touchline.onboard.estimation.received import FIX_FIXED, received
-from touchline.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
+from touchline.onboard.estimation.received import received
+from touchline.onboard.estimation.sample_buffer import take_samples
 from touchline.onboard.estimation.standing import JOLT_MPS2
 from touchline.onboard.estimation.tail import CONTRADICTED
 from touchline.onboard.interface import (
@@ -38,22 +40,16 @@ from touchline.schemas.vehicles import ODOMETRY, Vehicle
 
 Floats = NDArray[np.float64]
 
-FIX_NONE: Final = 0
-FIX_FLOAT: Final = 2
-
 _START_TICKS = 25  # at standstill before the biases are worth starting from
 _GATHERED_TICKS = 1000  # of which a jolt is told from the rest
 _MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
 _GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
-_LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
-_SINGLE_FIX_FLOOR_M2 = 1.0
-_FLOAT_FIX_FLOOR_M2 = 0.04
 _LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
-"""Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
+"""Number of outlying fixes in a row (1.5 s) from which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
@@ -62,14 +58,14 @@ _TWIST = np.ix_((m.SPEED, m.YAW_RATE), (m.SPEED, m.YAW_RATE))
 
 @kernel
 def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, computer: Computer) -> None:
-    """Take in a tick's measurements: samples, then the filter's step, then each fix.
+    """Process the measurements of a tick: samples, then the filter's step, then each fix.
 
     Args:
         tick: This tick; none is left out.
-        fixes: (n,) that arrived in it, whenever they were measured.
-        count: How many of them count.
+        fixes: (n,) fixes and poses that arrived in it, whenever they were measured.
+        count: Number of them that are valid entries.
         drive: Figures of the drive.
-        computer: (1,) with the frame; sample buffer and filter are updated, the filter once it has been started.
+        computer: (1,) state with the frame; sample buffer and filter are updated, the filter once it has been started.
     """
     c = computer[0]
     ring, times = c.filter, c.times
@@ -85,14 +81,14 @@ def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, 
         finite = math.isfinite(fix.stamp_s + fix.east_m + fix.north_m + fix.variance_m2)
         if fix.fix == FIX_NONE or not finite:
             continue
-        used = take_fix(ring, drive, tick, times.first_tick, _enter_fix(fix, ring))
+        used = take_fix(ring, drive, tick, times.first_tick, enter_fix(fix, ring))
         if used and fix.fix == FIX_FIXED:
             times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
 
 
 @kernel
 def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
-    """Remember a fix if it is the newest, and not from the future."""
+    """Note a fix if it is the newest, and not from the future."""
     newest = times.fix
     newer = not times.has_fix or fix.stamp_s > newest.stamp_s
     if newer and fix.stamp_s <= tick / TICKS_PER_S + _LEAD_S:
@@ -104,27 +100,14 @@ def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
 
 
 @kernel
-def _enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
-    """Put a fix into `ring.arrived`; returns the tick in which it is valid."""
-    c, entered = ring.figures, ring.arrived
-    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
-    entered.east_m, entered.north_m = fix.east_m, fix.north_m
-    entered.after_s = fix.stamp_s - tick * TICK_S
-    entered.heading_rad = fix.heading_rad
-    entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
-    if fix.fix == FIX_FIXED:
-        # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
-        entered.variance_m2 = c.r_gnss + max(excess, 0.0)
-    else:
-        floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
-        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
-    return tick
-
-
-@kernel
 def speed_now_mps(computer: Computer) -> float:
-    """Speed at the end of the tick [m/s]: the state is the tick's mean, the accelerometer gives the other half."""
+    """Return the speed at the end of the tick [m/s].
+
+    The state is the mean of the tick; the accelerometer gives the change over its second half.
+
+    Args:
+        computer: (1,) state.
+    """
     c = computer[0]
     slot = c.times.tick % m.RING
     x, z = c.filter.states[slot], c.filter.inputs[slot]
@@ -140,18 +123,22 @@ def speed_now_mps(computer: Computer) -> float:
 
 @kernel
 def position_sigma(P: Floats) -> float:
-    """Larger standard deviation of the two horizontal axes [m], slow GNSS error included; `P` (STATES, STATES)."""
+    """Return the larger standard deviation of the two horizontal axes [m], slow GNSS error included.
+
+    Args:
+        P: (STATES, STATES) covariance.
+    """
     return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
 
 
 class Gathered(NamedTuple):
-    """What an estimator has gathered at standstill before it starts.
+    """Readings that an estimator has gathered at standstill before it starts.
 
     Attributes:
-        sums: Of gyro z [rad/s], accelerometer x [m/s²], magnetometer x and y [T].
-        ticks: In which these were summed up.
+        sums: Sums of gyro z [rad/s], accelerometer x [m/s²], magnetometer x and y [T].
+        ticks: Number of ticks of these sums.
         accels: The newest readings of the accelerometer [m/s²].
-        told: Where odometry alone starts from: east [m], north [m], heading [rad]; None if nobody has told.
+        told: Pose from which odometry alone starts: east [m], north [m], heading [rad]; None if none was given.
     """
 
     sums: tuple[float, ...]
@@ -161,10 +148,10 @@ class Gathered(NamedTuple):
 
     @classmethod
     def from_json(cls, values: Sequence[Any]) -> Self:
-        """Of the values that a tuple becomes in JSON.
+        """Return the readings with the values that this tuple has in JSON.
 
         Raises:
-            ValueError, TypeError: They are none.
+            ValueError, TypeError: The values are not such.
         """
         sums, ticks, accels, told = values
         pose = None if told is None else (float(told[0]), float(told[1]), float(told[2]))
@@ -172,15 +159,20 @@ class Gathered(NamedTuple):
 
 
 class Estimator:
-    """A 12-state EKF that sees nothing but `SensorFrame`s; its states are in `filter_model`, its noise in `noise`.
+    """12-state EKF on `SensorFrame`s alone; its states are in `filter_model`, its noise figures in `noise`.
 
     It starts in the tick in which the first RTK-fixed position arrives after a quarter of a second at standstill:
     gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix. A camera's pose
     has a heading, too. With odometry alone it starts by itself, from the pose that it is given.
+
+    Args:
+        vehicle: Vehicle.
+        config: Configuration, which has the data sheets.
+        computer: State that the estimator's state is a part of; None: a new one.
     """
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, computer: ComputerState | None = None) -> None:
-        """A filter that has seen nothing yet; its state is a part of `computer`, if that is given."""
+        """Create a filter without any measurement."""
         self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
         self._computer = computer or ComputerState.sized(len(vehicle.drive.actuators))()
@@ -198,7 +190,7 @@ class Estimator:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere.
 
         Args:
-            told: Where to, as far as people know: east [m], north [m], heading [rad]; odometry alone has nothing else.
+            told: Pose by people's knowledge: east [m], north [m], heading [rad]; odometry alone has nothing else.
         """
         self._told_pose = told
         self.times.reset()
@@ -211,7 +203,7 @@ class Estimator:
 
     @property
     def gathered(self) -> Gathered | None:
-        """What it has gathered to start from; None if it has started."""
+        """Readings gathered so far to start from; None if it has started."""
         if self.started:
             return None
         return Gathered(tuple(self._sums.tolist()), self._sum_ticks, tuple(self._accels), self._told_pose)
@@ -230,36 +222,36 @@ class Estimator:
 
     @property
     def last_fix(self) -> ReceivedFix | None:
-        """The newest fix that arrived, used or not; by its stamp, and not from the future."""
+        """Newest fix that arrived, used or not; by its stamp, and not from the future."""
         return self.times.fix if self.times.has_fix else None
 
     @property
     def started(self) -> bool:
-        """Whether there is an estimate."""
+        """True if there is an estimate."""
         return self.times.first_tick >= 0
 
     @property
     def aligned(self) -> bool:
-        """Whether the filter has settled enough at standstill to drive off.
+        """True if the filter has settled enough at standstill to drive off.
 
-        The last fix has to agree with those before: should the first one have been far off, it is outweighed only then.
+        The last fix has to agree with those before: only then a first one that was far off is outweighed.
         """
         settled = self.counters.fixes >= _ALIGNED_FIXES and self.counters.fix_doubt == 0.0
         return self.started and (settled or self._told is not None) and not self.disputed
 
     @property
     def contradicted(self) -> bool:
-        """Whether the last fixes are rejected: it is too unlikely that an honest receiver's are all so far off."""
+        """True if the last fixes are rejected, because it is too unlikely that honest ones are all so far off."""
         return self.counters.fix_doubt >= CONTRADICTED
 
     @property
     def disputed(self) -> bool:
-        """Whether the accelerometer contradicts wheels that stand, and is not believed."""
+        """True if the accelerometer contradicts wheels that stand, and is not used."""
         return self.ring.inputs[self._slot].disputed_ticks > 0
 
     @property
     def wheels_stand(self) -> bool:
-        """Whether the wheels have stood for a while, whatever the other sensors say."""
+        """True if the wheels have stood for a while, whatever the other sensors say."""
         return self.buffer.still_ticks >= STILL_TICKS
 
     @property
@@ -268,32 +260,32 @@ class Estimator:
 
     @property
     def state(self) -> Floats:
-        """(STATES,) the current state; a view."""
+        """Current state, (STATES,); a view."""
         row: Floats = self.ring.states[self._slot]
         return row
 
     @property
     def covariance(self) -> Floats:
-        """(STATES, STATES) its covariance; a view."""
+        """Covariance of the current state, (STATES, STATES); a view."""
         matrix: Floats = self.ring.covariances[self._slot]
         return matrix
 
     @property
     def position_sigma_m(self) -> float:
-        """Larger standard deviation of the two horizontal axes, slow GNSS error included."""
+        """Larger standard deviation of the two horizontal axes [m], slow GNSS error included."""
         return float(position_sigma(self.covariance)) if self.started else math.inf
 
     @property
     def heading_sigma_rad(self) -> float:
-        """Standard deviation of the heading."""
+        """Standard deviation of the heading [rad]."""
         return math.sqrt(self.covariance[m.HEADING, m.HEADING]) if self.started else math.inf
 
     def speed_now_mps(self) -> float:
-        """Speed at the end of the tick [m/s]."""
+        """Return the speed at the end of the tick [m/s]."""
         return float(speed_now_mps(self._computer.array))
 
     def estimate(self) -> Estimate:
-        """Pose, twist and their covariances of the axle centre at the tick's time."""
+        """Return pose and twist of the axle centre, with their covariances, at the end of the tick."""
         if not self.started:
             return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE, _NO_TWIST_COVARIANCE)
         x, p = self.state.tolist(), self.covariance
@@ -308,7 +300,11 @@ class Estimator:
         )
 
     def step(self, frame: SensorFrame) -> None:
-        """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
+        """Process the measurements of a tick.
+
+        Args:
+            frame: Frame of the tick. Frames come in order, one per tick; the measurements in them may come late.
+        """
         self._computer.frame.fill(frame)
         fixes, started = received(frame), self.started
         take_frame(frame.tick, fixes.array, len(fixes), self.drive, self._computer.array)
@@ -316,18 +312,23 @@ class Estimator:
             self._gather(frame, fixes)
 
     def prepare_rows(self) -> None:
-        """Have `take_row` compiled before the robot would have to wait for it."""
+        """Compile `take_row`, before the robot would have to wait for it."""
         self._take_row = take_row.for_types_of((self._computer.array, self.drive, 0, np.zeros(m.UPDATE_COLUMNS)))
 
     def take_row(self, at: int, row: Floats) -> bool:
-        """Use a scalar measurement of an auxiliary sensor; see `delayed_fusion.take_row`."""
+        """Use a scalar measurement of an auxiliary sensor; see `delayed_fusion.take_row`.
+
+        Args:
+            at: Tick in which it is valid.
+            row: (UPDATE_COLUMNS,) Jacobian, value and variance.
+        """
         return bool(self._take_row(self._computer.array, self.drive, at, row))
 
     def accept_lasting_jump(self) -> float:
-        """Accept that the receiver has jumped, if the configuration says that nobody has to be asked.
+        """Accept a jump of the receiver, if the configuration allows that without the operator.
 
         Returns:
-            By how much [m]; 0 if it has not jumped, or an operator is to be asked.
+            Distance of the jump [m]; 0 if there is none, or the operator is to be asked.
         """
         counters, fix = self.counters, self.last_fix
         if self._jump_fixes is None or counters.fixes_outlying_run < self._jump_fixes:
@@ -340,16 +341,16 @@ class Estimator:
 
     @property
     def jump_m(self) -> float:
-        """The distance by which the receiver has lastingly jumped away from the estimate; 0 if it has not."""
+        """Distance by which the receiver has lastingly jumped away from the estimate [m]; 0 if it has not."""
         if self.counters.fixes_outlying_run < JUMP_RUN:
             return 0.0
         return math.hypot(self.counters.innovation_east_m, self.counters.innovation_north_m)
 
     def accept_jump(self) -> None:
-        """Believe the receiver, as the operator wants it: the robot stands where its last fix says.
+        """Set the robot to the place of its last fix, as the operator wants it.
 
-        The position and its slow error start anew there; heading, biases and slips stay, but for the heading that a
-        camera tells.
+        The position and its slow error start anew there. Heading, biases and slips stay, unless a camera gives the
+        heading.
         """
         fix = self.last_fix
         assert fix is not None, "there is no jump without a fix"
@@ -365,7 +366,7 @@ class Estimator:
         counters.recoveries += 1
 
     def _face(self, x: Floats, p: Floats, heading_rad: float, variance_rad2: float) -> None:
-        """Set the heading in a state and its covariance, whatever was known of it."""
+        """Set the heading in a state and its covariance, without regard to what was known of it."""
         x[m.HEADING] = nearest_turn(heading_rad, x[m.HEADING])
         p[m.HEADING, :] = p[:, m.HEADING] = 0.0
         p[m.HEADING, m.HEADING] = max(variance_rad2, self.ring.figures.r_heading)
@@ -437,7 +438,7 @@ class Estimator:
         z.error_mean[:], z.smooth[:] = 0.0, 0.0
 
     def _believed(self) -> ReceivedFix | None:
-        """The pose that odometry alone starts from, as a fix that is always there; None if it was told none."""
+        """Return the pose that odometry alone starts from, as a fix that is always there; None if it has none."""
         sheet, pose = self._told, self._told_pose
         if sheet is None or pose is None:
             return None
@@ -458,7 +459,7 @@ class Estimator:
         self._accels.clear()
 
     def _without_jolts(self, mean_mps2: float) -> float:
-        """The mean of the accelerometer's readings at standstill, of which those far from the median are left out."""
+        """Return the mean of the accelerometer's readings at standstill without those far from the median [m/s²]."""
         gathered = np.array(self._accels)
         middle = np.sort(gathered)[len(gathered) // 2]
         calm = np.abs(gathered - middle) <= JOLT_MPS2

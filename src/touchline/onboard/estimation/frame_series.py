@@ -1,6 +1,6 @@
-"""The estimator alone on the sensor frames of many ticks, which are all known beforehand.
+"""Estimator alone on the sensor frames of many ticks, which are all known beforehand.
 
-It is `Estimator.step` tick by tick, in one kernel: the bits are the same.
+One kernel does what `Estimator.step` does tick by tick, with the same bits.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ COVARIANCE: Final = 5
 TWIST_COVARIANCE: Final = COVARIANCE + 9
 SIGMAS: Final = TWIST_COVARIANCE + 4
 COLUMNS: Final = SIGMAS + 2
-"""Of an estimate: the fields of `interface.Estimate`, the covariances row by row, then σ of position and heading."""
+"""Columns of an estimate: fields of `interface.Estimate`, covariances row by row, then σ of position and heading."""
 
 
 class FrameSeries(NamedTuple):
-    """What the sensors gave in n ticks, one after the other.
+    """Sensor frames of n ticks, one after the other.
 
     Attributes:
-        first_tick: Of the n.
+        first_tick: First of the n ticks.
         readings: (n, READINGS) newest samples, as in `interface`.
-        measured: (n, 3) ticks in which those of IMU, magnetometer and encoders were measured.
-        fixes: (k,) that arrived, in their order.
-        arrived: (n + 1,) those of tick i are `fixes[arrived[i]:arrived[i + 1]]`.
+        measured: (n, 3) ticks in which those of each of `interface.SAMPLED` were measured.
+        fixes: (k,) fixes and poses, in the order of their arrival.
+        arrived: (n + 1,) indices: those of the i-th tick are `fixes[arrived[i]:arrived[i + 1]]`.
     """
 
     first_tick: int
@@ -47,11 +47,11 @@ class FrameSeries(NamedTuple):
 
 
 class EstimateSeries(NamedTuple):
-    """What the estimator believes after each of n ticks.
+    """Results of the estimator after each of n ticks.
 
     Attributes:
-        rows: (n, COLUMNS).
-        counters: (n,).
+        rows: (n, COLUMNS) estimates.
+        counters: (n,) counters of the filter.
     """
 
     rows: Floats
@@ -65,12 +65,12 @@ def estimate_series(
     """Run ticks of an estimator that has been started.
 
     Args:
-        begin: The first row of `frames` to be run.
-        end: Behind the last one.
-        frames: That arrived.
+        begin: First row of `frames` to be run.
+        end: Row behind the last one.
+        frames: Sensor frames.
         drive: Figures of the drive.
-        computer: (1,) updated.
-        out: Filled in the same rows.
+        computer: (1,) state, updated.
+        out: Results, filled in the same rows.
     """
     for i in range(begin, end):
         tick = frames.first_tick + i
@@ -85,7 +85,12 @@ def estimate_series(
 
 @kernel
 def note_estimate(computer: Computer, row: Floats) -> None:
-    """Fill in (COLUMNS,) what a started estimator believes."""
+    """Note the estimate of an estimator that has been started.
+
+    Args:
+        computer: (1,) state.
+        row: (COLUMNS,) filled in.
+    """
     slot = computer[0].times.tick % m.RING
     x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
     row[0], row[1], row[2] = x[m.EAST], x[m.NORTH], x[m.HEADING]

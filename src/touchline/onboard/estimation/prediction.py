@@ -1,4 +1,4 @@
-"""The filter's prediction step."""
+"""Prediction step of the filter."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, o
 
 @kernel
 def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures) -> None:
-    """One tick ahead: x ← f(x, u), P ← F P Fᵀ + Q, with F the Jacobian of f.
+    """Predict one tick ahead: x ← f(x, u), P ← F P Fᵀ + Q, with F the Jacobian of f.
 
     Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
-    what makes the robot drift, and as the robot turns it comes into the forward accelerometer's bias.
+    the drift of the robot, and as the robot turns it comes into the forward accelerometer's bias.
 
     Args:
-        x: (STATES,) updated; states, units and noise are those of `filter_model`.
+        x: (STATES,) state, updated; states, units and noise are those of `filter_model`.
         P: (STATES, STATES) its covariance, updated.
         accel: Forward acceleration that the accelerometer reads [m/s²].
-        z: Of the tick.
-        c: Constants.
+        z: Inputs of the tick.
+        c: Figures of the filter.
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * TICK_S
     turn = x[YAW_RATE] * TICK_S
@@ -106,18 +106,18 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
 
 @kernel
 def add_scale_error(before: Floats, x: Floats, P: Floats, scale_var: float, learned: LearnedFigures) -> None:
-    """Keep in P that all ways may be longer or shorter than the wheels count, by one share that nothing ever tells.
+    """Add to P the scale error of odometry alone: one share ε that no sensor measures.
 
     A constant that cannot be observed is no state, but is considered (S. F. Schmidt, "Application of State-Space
     Methods to Navigation Problems", Advances in Control Systems 3, 1966): a share ε moves the position by ε·d, with d
-    the way from the start as the crow flies, since it stretches the path about its start. So P has ε²·d·dᵀ in it.
+    the straight line from the start, since it stretches the path about its start. So P contains ε²·d·dᵀ.
 
     Args:
-        before: (STATES,) of the tick before.
-        x: (STATES,) predicted.
+        before: (STATES,) state of the tick before.
+        x: (STATES,) predicted state.
         P: (STATES, STATES) its covariance, updated.
         scale_var: Variance of ε.
-        learned: Has the start.
+        learned: Learned figures, which have the start.
     """
     e0, n0 = before[EAST] - learned.start_east_m, before[NORTH] - learned.start_north_m
     e1, n1 = x[EAST] - learned.start_east_m, x[NORTH] - learned.start_north_m

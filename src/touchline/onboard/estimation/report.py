@@ -1,4 +1,4 @@
-"""The consistency report of the filter."""
+"""Consistency report of the filter."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Floats = NDArray[np.float64]
 
 @kernel
 def enter_report(n: FilterCounters, position_sigma_m: float, heading_sigma_rad: float, values: Floats) -> None:
-    """Enter what the counters of the filter's kernels say, and the estimate's own σ.
+    """Enter the counters of the filter's kernels, and the standard deviations of the estimate.
 
     Args:
-        n: The counters, an element of their array.
-        position_sigma_m: Of the estimate.
-        heading_sigma_rad: Of the estimate.
-        values: Filled in, in the order of `Consistency`.
+        n: Counters, an element of their array.
+        position_sigma_m: Standard deviation of the position [m].
+        heading_sigma_rad: Standard deviation of the heading [rad].
+        values: (fields of `Consistency`,) filled in, in their order.
     """
     values[0], values[1] = n.innovation_east_m, n.innovation_north_m
     values[2], values[3] = n.fix_nis_last, n.fix_nis_recent
@@ -36,7 +36,7 @@ def enter_report(n: FilterCounters, position_sigma_m: float, heading_sigma_rad: 
 
 
 def report(counters: FilterCounters, position_sigma_m: float = 0.0, heading_sigma_rad: float = 0.0) -> Consistency:
-    """As `enter_report`."""
+    """Return the report; arguments are those of `enter_report`."""
     values = np.zeros(len(Consistency._fields))
     enter_report(counters.array[0], position_sigma_m, heading_sigma_rad, values)
     figures = values.tolist()

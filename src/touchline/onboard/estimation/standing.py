@@ -1,8 +1,8 @@
-"""Standstill: wheels that stand are believed over the accelerometer.
+"""Standstill: wheels that stand outweigh the accelerometer.
 
-A robot that has come to rest is held by its brakes. When its accelerometer then says that it speeds up, something has
-knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot went anywhere. Believed, a jolt
-of 10 m/s² for 50 ms is a speed of half a metre per second.
+A robot that has come to rest is held by its brakes. When its accelerometer then reads an acceleration, something has
+knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot moved. If it were used, a jolt
+of 10 m/s² for 50 ms would become a speed of half a metre per second.
 """
 
 from __future__ import annotations
@@ -13,43 +13,43 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.filter_model import ACCEL_BIAS, GATE_1_DOF, FilterFigures, TickInputs
 
 Floats = NDArray[np.float64]
 
 JOLT_MPS2: Final = 0.5
-"""The robot leaning by 3° feels as much, and its data sheet's noise is thirty times less. A wheel that stands turns by
-less than 1e-4 rad in a tick: it speeds up by less than 0.1 m/s²."""
+"""Reading beyond the expected one that is a jolt: that of a lean by 3°, and thirty times the noise by the data sheet. A
+wheel that stands turns by less than 1e-4 rad in a tick: its acceleration is below 0.1 m/s²."""
 LASTING_TICKS: Final = 500
-"""After so long it is no jolt: the robot has been tilted, or the bias has jumped, and is learned anew."""
+"""Ticks after which it is no jolt: the robot has been tilted, or the bias has jumped, and is learned anew."""
 _STEADY = 0.3**2  # (m/s²)², mean square step from tick to tick: more is shaking, which no bias explains
 
 
 @kernel
 def contradicts(mps2: float, variance: float) -> bool:
-    """Whether an accelerometer's axis disagrees with wheels that stand.
+    """Return whether an axis of the accelerometer contradicts wheels that stand.
 
     Args:
-        mps2: What it feels beyond its expected reading at rest.
-        variance: Of that expectation, without the sensor's own noise.
+        mps2: Reading beyond the one expected at rest [m/s²].
+        variance: Variance of the expected one, without the sensor's own noise [(m/s²)²].
     """
     return mps2 * mps2 > JOLT_MPS2 * JOLT_MPS2 + GATE_1_DOF * variance
 
 
-@kernel
+@borrowing
 def settle_dispute(x: Floats, P: Floats, before: TickInputs, z: TickInputs, c: FilterFigures) -> bool:
-    """Whether to ignore a tick's acceleration because the wheels stand; such ticks in a row are counted.
+    """Return whether the acceleration of a tick is not to be used because the wheels stand; count such ticks in a row.
 
-    A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill
+    A constant contradiction that lasts is learned as a bias at once, by a larger variance of the bias: at standstill
     the speed is known, so neither it nor the position moves.
 
     Args:
-        x: (STATES,) of the tick before.
+        x: (STATES,) state of the tick before.
         P: (STATES, STATES) its covariance, updated.
-        before: Of the tick before.
-        z: Of this tick, updated.
-        c: Constants.
+        before: Inputs of the tick before.
+        z: Inputs of this tick, updated.
+        c: Figures of the filter.
     """
     so_far, z.disputed_ticks = before.disputed_ticks, 0
     if not z.still:

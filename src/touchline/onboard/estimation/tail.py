@@ -20,17 +20,18 @@ from touchline.onboard.estimation.updates import spread
 Floats = NDArray[np.float64]
 
 OUTLYING: Final = 0.05
-"""A fix that errs so much that only this share of honest ones does goes on with a run of outlying ones."""
+"""Share of honest fixes that err more than a fix that is not outlying."""
 _LEAST_LIKELY = 1e-4
 CONTRADICTED: Final = 27.6
-"""−ln of the likelihood at which a run of outlying fixes is no chance: 1e-12. Three fixes that are 8 cm or more off are
-as unlikely, or five that are 3 cm off. Of 40 million honest fixes, drawn as the emulator does, none ends such a run."""
+"""Limit of −ln of the likelihood, 1e-12, at which a run of outlying fixes is no chance. Three fixes that are 8 cm or
+more off are as unlikely, or five that are 3 cm off. Of 40 million honest fixes, drawn as the emulator does, none ends
+such a run."""
 _ROUNDS = 8
 
 
 @kernel
 def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: float, dof: float) -> float:
-    """The variance r/λ with which to use a fix [m²], the same for both axes.
+    """Return the variance r/λ with which to use a fix [m²], the same for both axes.
 
     λ = (ν + 2) / (ν + (ȳᵀȳ + tr H P⁺ Hᵀ) / r), with the residual ȳ and the covariance P⁺ after the update with r/λ, by
     fixed-point iteration: the variational solution of Agamennoni, Nieto and Nebot ("Approximate inference in
@@ -38,13 +39,13 @@ def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: flo
     Hartikainen ("Recursive outlier-robust filtering and smoothing for nonlinear systems using the multivariate
     Student-t distribution", MLSP 2012). The best fixes count (ν + 2)/ν times as one with r, one that is y off, far
     beyond √r, about (ν + 2) r / y² times. Where the state is as uncertain as the fix is far off, as after an outage,
-    the fix is believed.
+    the fix has its full weight.
 
     Args:
         P: (STATES, STATES) covariance before the update; it has the slow error, which is not weighed down.
         h: (2, STATES) rows of the fix.
         y: Innovations to the east and to the north [m].
-        variance: Of the white error along an axis, its tail included [m²]; that of a t is ν/(ν − 2) times r.
+        variance: Variance of the white error along an axis, its tail included [m²]; that of a t is ν/(ν − 2) times r.
         dof: ν, the degrees of freedom of the error's distribution, more than 2.
     """
     y0, y1 = y
@@ -62,12 +63,13 @@ def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: flo
 
 @kernel
 def bounded(nis: float, dof: float) -> float:
-    """A normalised innovation squared, bounded as the fix's weight bounds its effect: mean 2 as before, at most ν + 2.
+    """Bound a normalised innovation squared (NIS) as the fix's weight bounds its effect: mean 2 still, at most ν + 2.
 
-    (ν + 2) / (ν + m) · m with m = NIS · ν/(ν − 2), the squared innovation against the scale of a bivariate t.
+    The result is (ν + 2) / (ν + m) · m with m = NIS · ν/(ν − 2), the squared innovation against the scale of a
+    bivariate t.
 
     Args:
-        nis: Of both axes.
+        nis: NIS of both axes.
         dof: ν.
     """
     return (dof + 2.0) * nis / (dof - 2.0 + nis)
@@ -75,10 +77,10 @@ def bounded(nis: float, dof: float) -> float:
 
 @kernel
 def likelihood(nis: float, dof: float) -> float:
-    """Share of an honest receiver's fixes that err at least as much: (1 + m/ν)^(−ν/2) of a bivariate t.
+    """Return the share of an honest receiver's fixes that err at least as much: (1 + m/ν)^(−ν/2) of a bivariate t.
 
     Args:
-        nis: Of both axes; m is what it is in `bounded`.
+        nis: NIS of both axes; m is that of `bounded`.
         dof: ν.
     """
     share: float = (1.0 + nis / (dof - 2.0)) ** (-0.5 * dof)
@@ -87,21 +89,21 @@ def likelihood(nis: float, dof: float) -> float:
 
 @kernel
 def likelihood_of_one(nis: float) -> float:
-    """Share of the normally distributed numbers that err at least as much: erfc √(NIS/2)."""
+    """Return the share of normally distributed numbers that err at least as much: erfc √(NIS/2)."""
     share: float = math.erfc(math.sqrt(0.5 * nis))
     return share
 
 
 @kernel
 def doubt(so_far: float, share: float) -> float:
-    """Add a fix to a run of outlying ones; returns −ln of the likelihood of the run.
+    """Return −ln of the likelihood of a run of outlying fixes to which a fix is added.
 
     That likelihood is the product of those of its fixes, of which none counts as less likely than 1 in 10,000: one wild
     fix alone contradicts nothing. A fix that is not outlying ends the run.
 
     Args:
         so_far: −ln of the likelihood of the run before; 0 if there is none.
-        share: Of an honest receiver's fixes that err at least as much as the new one (`likelihood`).
+        share: Share of an honest receiver's fixes that err at least as much as the new one (`likelihood`).
     """
     if share > OUTLYING:
         return 0.0

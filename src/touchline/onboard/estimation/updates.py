@@ -9,23 +9,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.jit import kernel
+from touchline.core.jit import borrowing, kernel
 from touchline.onboard.filter_model import GATE_1_DOF, STATES, UPDATE_VALUE, UPDATE_VARIANCE
 
 Floats = NDArray[np.float64]
 
 
-@kernel
+@borrowing
 def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
-    """Scalar update: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
+    """Update with one number: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
 
     Args:
-        x: (STATES,) updated.
+        x: (STATES,) state, updated.
         P: (STATES, STATES) its covariance, updated.
-        h: (STATES,) row of the measurement, of which most is zero.
+        h: (STATES,) row of the measurement, mostly zeros.
         innovation: y, measured less expected.
-        variance: r, of the measurement.
-        g: (STATES,) scratch.
+        variance: r, variance of the measurement.
+        g: (STATES,) overwritten.
     """
     s = variance
     for i in range(STATES):
@@ -43,9 +43,9 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
             P[k, i] = P[i, k]
 
 
-@kernel
+@borrowing
 def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
-    """The covariance H P Hᵀ of two measured numbers that comes from the state's.
+    """Return the part H P Hᵀ of the covariance of two measured numbers that comes from the state.
 
     Args:
         P: (STATES, STATES) covariance of the state.
@@ -67,9 +67,9 @@ def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
     return s00, s01, s11
 
 
-@kernel
+@borrowing
 def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
-    """Normalised innovation squared (NIS) of two numbers that are measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
+    """Return the normalised innovation squared (NIS) of two numbers measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
 
     Args:
         P: (STATES, STATES) covariance of the state.
@@ -89,12 +89,12 @@ def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float,
     """Update with two numbers that are measured at once, one by one: the first update corrects the second innovation.
 
     Args:
-        x: (STATES,) updated.
+        x: (STATES,) state, updated.
         P: (STATES, STATES) its covariance, updated.
         h: (2, STATES) rows of the measurement.
         y: Innovations of the first and the second.
         r: Variance of each.
-        g: (STATES,) scratch.
+        g: (STATES,) overwritten.
     """
     y0, y1 = y
     before = np.zeros(STATES)
@@ -129,11 +129,11 @@ def apply_rows(x: Floats, P: Floats, rows: Floats, count: int, g: Floats) -> Non
     """Update with scalar measurements z = h x + v, one by one.
 
     Args:
-        x: (STATES,) updated.
+        x: (STATES,) state, updated.
         P: (STATES, STATES) its covariance, updated.
         rows: (n, UPDATE_COLUMNS) Jacobian h, value z and variance of v of each.
-        count: How many of them there are.
-        g: (STATES,) scratch.
+        count: Number of rows that are used.
+        g: (STATES,) overwritten.
     """
     for index in range(count):
         row = rows[index]

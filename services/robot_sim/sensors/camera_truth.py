@@ -1,4 +1,4 @@
-"""The camera overhead: it sees the whole robot, pose by pose, and now and then does not find it."""
+"""Emulated overhead camera: poses of the whole robot, with white noise, and pictures in which it is not found."""
 
 from __future__ import annotations
 
@@ -18,15 +18,17 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.robot_sim.sensors import position_report as r
 from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.transport import usual_arrival
 from touchline.services.robot_sim.world import effects as e
 
 LEAST_CLAIMED_M: Final = 0.001
-"""A camera never claims better than this, nor than:"""
+"""Smallest standard deviation of a position that a camera reports."""
 LEAST_CLAIMED_RAD: Final = 0.001
+"""Smallest standard deviation of a heading that it reports."""
 
-# What is drawn in STREAM_CAMERA.
+# Channels of STREAM_CAMERA.
 _MISSED: Final = 0
-LATE: Final = 1
+_LATE: Final = 1
 _EAST: Final = 2
 _NORTH: Final = 3
 _HEADING: Final = 4
@@ -35,34 +37,35 @@ Floats = NDArray[np.float64]
 
 
 class CameraFigures(Record):
-    """Of one camera in one scenario."""
+    """Rate, latency and noise of one camera in one scenario."""
 
     rate_hz: int
-    """0: the robot is not seen by any."""
+    """Pictures per second; 0: no camera sees the robot."""
     latency_s: float
     jitter_s: float
     white_m: float
-    """1 σ along an axis, as of the heading:"""
+    """Standard deviation of the position along an axis."""
     white_rad: float
+    """Standard deviation of the heading."""
     dropout_share: float
-    """Of the pictures, in which it does not find the robot."""
+    """Share of the pictures in which the robot is not found."""
 
 
-class Camera(Record):
-    """Its state."""
+class CameraState(Record):
+    """State of the camera."""
 
     figures: CameraFigures
     report: Annotated[Floats, r.COLUMNS]
-    """The last one made."""
+    """Last report, columns of `position_report`."""
 
 
 @kernel
-def due(tick: int, camera: Sequence[Camera]) -> bool:
-    """Whether a picture is taken at the end of a tick: as many in a second as the rate says, as evenly as ticks allow.
+def due(tick: int, camera: Sequence[CameraState]) -> bool:
+    """Return whether a picture is taken at the end of a tick: at the camera's rate, as evenly as ticks allow.
 
     Args:
-        tick: Of the onboard computer.
-        camera: (1,) it.
+        tick: Tick of the onboard computer.
+        camera: (1,) state.
     """
     rate_hz = camera[0].figures.rate_hz
     taken: bool = rate_hz > 0 and tick * rate_hz % TICKS_PER_S < rate_hz
@@ -70,15 +73,15 @@ def due(tick: int, camera: Sequence[Camera]) -> bool:
 
 
 @kernel
-def find(moment: Moment, camera: Sequence[Camera]) -> bool:
+def measure(moment: Moment, camera: Sequence[CameraState]) -> bool:
     """Find the robot in the picture that is taken now: its pose with white noise, the same along every axis.
 
     Args:
-        moment: At which the picture is taken.
-        camera: (1,) its state; `report` is filled.
+        moment: End of the tick in which the picture is taken.
+        camera: (1,) state; `report` is filled in.
 
     Returns:
-        Whether it is found.
+        Whether the robot is found.
     """
     seed, tick, state, f = moment.seed, moment.tick, moment.state[0], camera[0].figures
     if moment.effects[0].camera_out or uniform(seed, STREAM_CAMERA, tick, _MISSED) < f.dropout_share:
@@ -95,8 +98,25 @@ def find(moment: Moment, camera: Sequence[Camera]) -> bool:
     return True
 
 
+@kernel
+def arrival_tick(moment: Moment, camera: Sequence[CameraState]) -> int:
+    """Return the tick in which a report of this moment arrives, but for faults of its messages.
+
+    Args:
+        moment: End of the tick in which the picture is taken.
+        camera: (1,) state.
+    """
+    tick, f = moment.tick, camera[0].figures
+    arrival: int = usual_arrival(tick, f.latency_s, f.jitter_s, uniform(moment.seed, STREAM_CAMERA, tick, _LATE))
+    return arrival
+
+
 def unpack(row: list[float]) -> CameraSample:
-    """The pose in a row of `position_report`."""
+    """Return the pose in a report.
+
+    Args:
+        row: (COLUMNS,) numbers of `position_report`.
+    """
     return CameraSample(
         row[r.STAMP_S],
         row[r.EAST],
@@ -107,9 +127,14 @@ def unpack(row: list[float]) -> CameraSample:
     )
 
 
-def make_camera(vehicle: Vehicle, scenario: Scenario) -> Camera:
-    """One with the figures of this scenario, which must be effective; none if the vehicle is positioned otherwise."""
-    noise, made = scenario.camera, Camera()
+def make_camera(vehicle: Vehicle, scenario: Scenario) -> CameraState:
+    """Make the camera of a scenario; it takes no pictures if the vehicle is positioned otherwise.
+
+    Args:
+        vehicle: Vehicle, with its kind of positioning.
+        scenario: Effective scenario, which has the noise.
+    """
+    noise, made = scenario.camera, CameraState()
     made.figures.reset(
         rate_hz=noise.rate_hz if vehicle.positioning == OVERHEAD_CAMERA else 0,
         latency_s=noise.latency_s,

@@ -1,8 +1,8 @@
-"""The RTK-GNSS receiver: its solution, its error and what it reports about it move together.
+"""Emulated RTK-GNSS receiver: its solution, the error of that, and the variance that it reports.
 
-A fix is held as long as corrections and the sky allow; when they do not, the solution falls at once to the best that is
+A fix is held as long as corrections and the sky allow. When they do not, the solution falls at once to the best that is
 left, and climbs again step by step: first position, float, fix. Each solution has errors of its own, all of them
-stationary processes that run whether or not they are heard, so that a fault changes when they are heard and nothing
+stationary processes that go on whether or not they are in use, so that a fault changes when they are used and nothing
 else. The position is reported as latitude, longitude and height, and converted back from there for the computer.
 """
 
@@ -10,17 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Final
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.core.geodesy import FRAME_SIZE, to_geodetic, to_local
+from touchline.core.geodesy import FRAME_SIZE, local_frame, to_geodetic, to_local
 from touchline.core.jit import kernel
 from touchline.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOOSE_FIX, STREAM_RECEIVER, normal, uniform
 from touchline.core.records import Record
-from touchline.onboard.interface import TICK_S, TICKS_PER_S
-from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.onboard.interface import TICK_S, TICKS_PER_S, GnssSample
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicles import GNSS, Vehicle
+from touchline.services.robot_sim.sensors.moment import TURN_ON_TICK, Moment
 from touchline.services.robot_sim.sensors.position_report import (
     ALTITUDE,
     COLUMNS,
@@ -38,7 +40,8 @@ from touchline.services.robot_sim.sensors.position_report import (
     VARIANCE,
     VERTICAL_VARIANCE,
 )
-from touchline.services.robot_sim.sensors.zones import Zones, distance
+from touchline.services.robot_sim.sensors.transport import usual_arrival
+from touchline.services.robot_sim.sensors.zones import PlaceOutline, Zones, distance, make_zones
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.physics import leaning
@@ -47,18 +50,20 @@ NONE: Final = 0.0
 SINGLE: Final = 1.0
 FLOAT: Final = 2.0
 FIXED: Final = e.FIXED
+FIX_NAMES: Final = {"none": NONE, "single": SINGLE, "float": FLOAT, "fixed": FIXED}
+"""Solutions by the names that scenarios and faults have for them."""
 
 MIN_REPORTED_VARIANCE_M2: Final = 1e-6
-"""A receiver never claims better than a millimetre."""
+"""Smallest variance per axis that a receiver reports: that of a millimetre."""
 UNKNOWN_VARIANCE_M2: Final = 1e4
-"""Reported with no position."""
+"""Variance that it reports without a position."""
 VERTICAL_FACTOR: Final = 2.0
-"""Vertical errors against horizontal ones."""
+"""Ratio of vertical errors to horizontal ones."""
 _FALLING_TAU_S = 5.0  # how fast a float solution leaves the fix that it was
 _HELD_ADMITTED = 0.5  # share of the drift of a held fix that the reported variance knows
 
-_TURN_ON = -1
 _CHANNELS = 3  # of an axis in STREAM_GNSS: white and the two Gauss-Markov terms
+_JITTER: Final = 3  # channel of STREAM_RECEIVER
 _SATELLITES = (4.0, 9.0, 14.0, 24.0)  # by solution
 
 # The white part of a fixed error: the share of the fixes of each of three kinds, and their standard deviation against
@@ -74,69 +79,102 @@ _KIND_CHANNEL = 3 * _CHANNELS
 Floats = NDArray[np.float64]
 
 
-class ReceiverFigures(Record):
-    """Of one receiver in one scenario; an array of four has Gauss-Markov 1, Gauss-Markov 2, float, single."""
+class SkyPlace(Record):
+    """Obstruction of the sky in the scenario."""
+
+    outline: PlaceOutline
+    best_fix: float
+    """Best solution inside of it, NONE … FIXED."""
+    margin_m: float
+    """Width of the border around it in which the noise grows."""
+    noise_factor: float
+    """Factor on the white noise at its outline."""
+
+
+class GnssFigures(Record):
+    """Figures of one receiver in one scenario; arrays of four: Gauss-Markov 1, Gauss-Markov 2, float, single."""
 
     period_ticks: int
-    """Between two positions; 0: the robot has no receiver."""
+    """Ticks between two positions; 0: the robot has no receiver."""
     latency_s: float
     jitter_s: float
     white_m: float
+    """Standard deviation of the white error of a fix, per axis."""
     sigma_m: Annotated[Floats, 4]
+    """Standard deviations of the slow errors, per axis."""
     decay: Annotated[Floats, 4]
-    """Per period."""
+    """Shares of the slow errors that are left after a period."""
     overconfident_share: float
-    """Of the float spells."""
+    """Share of the float solutions that are over-confident."""
     claimed_m: float
-    """In those."""
+    """Standard deviation that those report."""
     hold_s: float
+    """Time for which a fix is held without corrections."""
     hold_drift_mps: float
+    """Drift of such a fix."""
     wait_ticks: Annotated[Floats, 2]
-    """Before a first position, before float."""
+    """Ticks from no position to single, and from single to float."""
     converge_min_ticks: float
-    """From float to a fix, and at most:"""
+    """Ticks from float to fixed at least."""
     converge_max_ticks: float
+    """Ticks from float to fixed at most."""
     antenna_m: Annotated[Floats, 3]
-    """x, y, z in the body."""
+    """Place of the antenna, body frame x, y, z."""
     frame: Annotated[Floats, FRAME_SIZE]
-    """The map's tangent plane, of `geodesy.local_frame`."""
+    """Tangent plane of the map, of `geodesy.local_frame`."""
 
 
-class Receiver(Record):
-    """Its state."""
+class GnssState(Record):
+    """State of the receiver."""
 
-    figures: ReceiverFigures
+    figures: GnssFigures
     fix: float
-    """The present solution, NONE … FIXED."""
+    """Present solution, NONE … FIXED."""
     ready_tick: float
-    """When the next better one is there; −1: nothing better can be had."""
+    """Tick in which the next better solution is ready; −1: none can be had."""
     since_tick: int
-    """When the present one began."""
+    """Tick in which the present solution began."""
     fell: bool
-    """Whether it is what was left of a better one."""
+    """True if the present solution is what is left of a better one."""
     claims: bool
-    """Whether this float spell is over-confident."""
+    """True if this float solution is over-confident."""
     held_ticks: int
-    """Without corrections."""
+    """Ticks without corrections."""
     drift: Annotated[Floats, 2]
-    """Of a held fix: direction east, north, unit vector."""
+    """Direction in which a held fix drifts: unit vector east, north."""
     wander_m: Annotated[Floats, 3, 4]
-    """By axis east, north, up: the four processes."""
+    """Slow errors by axis east, north, up."""
     last_m: Annotated[Floats, 3]
-    """Reported east, north, up with the last position."""
+    """Position that was reported last: east, north, up."""
     report: Annotated[Floats, COLUMNS]
-    """The last one taken."""
+    """Last report, columns of `position_report`."""
+
+
+class GnssReport(NamedTuple):
+    """Position as the receiver reports it."""
+
+    stamp_s: float
+    """Time of validity by the receiver's clock."""
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    variance_m2: float
+    """Variance per horizontal axis."""
+    vertical_variance_m2: float
+    fix: int
+    satellites: int
+    correction_age_s: float
 
 
 @kernel
 def white(seed: int, tick: int, axis: int) -> float:
     """Draw the white part of a fixed position's error, with standard deviation 1; a fix is as bad along each axis.
 
-    A mixture of three normal distributions; where it comes from is said at `KIND_SIGMAS`.
+    Mixture of three normal distributions; see `KIND_SIGMAS` for its source.
 
     Args:
-        seed: Of the scenario.
-        tick: Of validity.
+        seed: Seed of the scenario.
+        tick: Tick of validity.
         axis: 0 east, 1 north, 2 up.
     """
     kind = uniform(seed, STREAM_GNSS, tick, _KIND_CHANNEL)
@@ -155,23 +193,23 @@ def _wander_draw(seed: int, tick: int, axis: int, process: int) -> float:
 
 
 @kernel
-def switch_on(receiver: Sequence[Receiver], seed: int) -> None:
-    """Make it a receiver that has had its fix for long.
+def switch_on(gnss: Sequence[GnssState], seed: int) -> None:
+    """Put the receiver into the state of one that has had its fix for long.
 
     Args:
-        receiver: (1,) with its figures; the rest is filled in.
-        seed: Of the scenario.
+        gnss: (1,) state with its figures; the rest is filled in.
+        seed: Seed of the scenario.
     """
-    g = receiver[0]
+    g = gnss[0]
     g.fix, g.ready_tick = FIXED, -1.0
     for axis in range(3):
         for process in range(4):
-            g.wander_m[axis, process] = g.figures.sigma_m[process] * _wander_draw(seed, _TURN_ON, axis, process)
+            g.wander_m[axis, process] = g.figures.sigma_m[process] * _wander_draw(seed, TURN_ON_TICK, axis, process)
 
 
 @kernel
-def _wander(receiver: Sequence[Receiver], seed: int, tick: int) -> None:
-    g = receiver[0]
+def _wander(gnss: Sequence[GnssState], seed: int, tick: int) -> None:
+    g = gnss[0]
     for axis in range(3):
         for process in range(4):
             sigma, decay = g.figures.sigma_m[process], g.figures.decay[process]
@@ -184,7 +222,7 @@ def _wander(receiver: Sequence[Receiver], seed: int, tick: int) -> None:
 
 @kernel
 def _look_up(sky: Zones, x: float, y: float) -> tuple[float, float]:
-    """The best solution that the sky allows at (x, y), and the factor on the white noise."""
+    """Best solution that the sky allows at (x, y), and the factor on the white noise."""
     best, factor = FIXED, 1.0
     for index in range(len(sky.places)):
         place = sky.places[index]
@@ -198,9 +236,9 @@ def _look_up(sky: Zones, x: float, y: float) -> tuple[float, float]:
 
 
 @kernel
-def _solve(receiver: Sequence[Receiver], best: float, seed: int, tick: int) -> None:
+def _solve(gnss: Sequence[GnssState], best: float, seed: int, tick: int) -> None:
     """Fall to the best solution that can be had at once, or climb a step towards it when it is time."""
-    g, f = receiver[0], receiver[0].figures
+    g, f = gnss[0], gnss[0].figures
     fix = g.fix
     if best == fix:
         g.ready_tick = -1.0
@@ -223,8 +261,8 @@ def _solve(receiver: Sequence[Receiver], best: float, seed: int, tick: int) -> N
 
 
 @kernel
-def _corrections(receiver: Sequence[Receiver], lost: bool, seed: int, tick: int) -> None:
-    g = receiver[0]
+def _corrections(gnss: Sequence[GnssState], lost: bool, seed: int, tick: int) -> None:
+    g = gnss[0]
     if not lost:
         g.held_ticks = 0
         return
@@ -235,10 +273,10 @@ def _corrections(receiver: Sequence[Receiver], lost: bool, seed: int, tick: int)
 
 
 @kernel
-def _error(moment: Moment, receiver: Sequence[Receiver], axis: int, factor: float) -> float:
+def _error(moment: Moment, gnss: Sequence[GnssState], axis: int, factor: float) -> float:
     """Error of the present solution along one axis [m]."""
     seed, tick, effects = moment.seed, moment.tick, moment.effects[0]
-    g, f = receiver[0], receiver[0].figures
+    g, f = gnss[0], gnss[0].figures
     fix = g.fix
     error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1]
     if f.white_m > 0.0:
@@ -259,9 +297,9 @@ def _error(moment: Moment, receiver: Sequence[Receiver], axis: int, factor: floa
 
 
 @kernel
-def _reported_variance(effects: Effects, receiver: Sequence[Receiver], factor: float) -> float:
-    """What the receiver says of its horizontal error, per axis [m²]."""
-    g, f = receiver[0], receiver[0].figures
+def _reported_variance(effects: Effects, gnss: Sequence[GnssState], factor: float) -> float:
+    """Variance that the receiver reports of its horizontal error, per axis [m²]."""
+    g, f = gnss[0], gnss[0].figures
     fix = g.fix
     if fix == NONE:
         return UNKNOWN_VARIANCE_M2
@@ -282,45 +320,127 @@ def _reported_variance(effects: Effects, receiver: Sequence[Receiver], factor: f
 
 
 @kernel
-def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
+def due(tick: int, gnss: Sequence[GnssState]) -> bool:
+    """Return whether the receiver takes a position at the end of a tick.
+
+    Args:
+        tick: Tick of the onboard computer.
+        gnss: (1,) state.
+    """
+    period_ticks = gnss[0].figures.period_ticks
+    taken: bool = period_ticks > 0 and tick % period_ticks == 0
+    return taken
+
+
+@kernel
+def measure(moment: Moment, gnss: Sequence[GnssState], sky: Zones) -> None:
     """Take a position.
 
     The slow errors are first-order Gauss-Markov processes, x(t + T) = x(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w
-    (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2); the white one is at `white`.
+    (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2); see `white` for the white one.
 
     Args:
-        moment: Of validity.
-        receiver: (1,) its state, changed; `report` is filled.
-        sky: Obstructions, of `SkyPlace`.
+        moment: End of the tick of validity.
+        gnss: (1,) state, updated; `report` is filled in.
+        sky: Places of kind `SkyPlace`.
     """
     seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
-    g, f = receiver[0], receiver[0].figures
-    _wander(receiver, seed, tick)
+    g, f = gnss[0], gnss[0].figures
+    _wander(gnss, seed, tick)
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
     east = state.east_m + cos * x - sin * y
     north = state.north_m + sin * x + cos * y
     best, factor = _look_up(sky, east, north)
     best = min(best, effects.fix_cap)
-    _corrections(receiver, effects.corrections_lost, seed, tick)
+    _corrections(gnss, effects.corrections_lost, seed, tick)
     if g.held_ticks > 0:  # what there is can be held, but nothing better be had than a single position
         best = min(best, max(g.fix, SINGLE))
     if TICK_S * g.held_ticks > f.hold_s:
         best = min(best, SINGLE)
-    _solve(receiver, best, seed, tick)
+    _solve(gnss, best, seed, tick)
     if g.fix > NONE:
-        g.last_m[0] = east + _error(moment, receiver, 0, factor)
-        g.last_m[1] = north + _error(moment, receiver, 1, factor)
-        g.last_m[2] = state.height_m + z + VERTICAL_FACTOR * _error(moment, receiver, 2, factor)
+        g.last_m[0] = east + _error(moment, gnss, 0, factor)
+        g.last_m[1] = north + _error(moment, gnss, 1, factor)
+        g.last_m[2] = state.height_m + z + VERTICAL_FACTOR * _error(moment, gnss, 2, factor)
     latitude, longitude, altitude = to_geodetic(f.frame, g.last_m[0], g.last_m[1], g.last_m[2])
     time_s, report = tick / TICKS_PER_S, g.report
     report[TICK] = tick
     report[STAMP_S] = time_s + effects.clock_offset_s + effects.clock_drift * time_s
     report[LATITUDE], report[LONGITUDE], report[ALTITUDE] = latitude, longitude, altitude
-    report[VARIANCE] = _reported_variance(effects, receiver, factor)
+    report[VARIANCE] = _reported_variance(effects, gnss, factor)
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
     report[FIX] = g.fix
     report[SATELLITES] = math.floor(_SATELLITES[int(g.fix)] / math.sqrt(factor))
     report[CORRECTION_AGE] = (tick - g.held_ticks) % 100.0 / 100.0 + TICK_S * g.held_ticks
     report[EAST], report[NORTH], _ = to_local(f.frame, latitude, longitude, altitude)
     report[HEADING] = report[HEADING_VARIANCE] = math.nan
+
+
+@kernel
+def arrival_tick(moment: Moment, gnss: Sequence[GnssState]) -> int:
+    """Return the tick in which a report of this moment arrives, but for faults of its messages.
+
+    Args:
+        moment: End of the tick of validity.
+        gnss: (1,) state.
+    """
+    tick, f = moment.tick, gnss[0].figures
+    drawn = uniform(moment.seed, STREAM_RECEIVER, tick, _JITTER)
+    arrival: int = usual_arrival(tick, f.latency_s, f.jitter_s, drawn)
+    return arrival
+
+
+def unpack(row: list[float]) -> tuple[GnssReport, GnssSample]:
+    """Return the position in a report, and what the computer makes of it: the antenna's place in the map frame.
+
+    Args:
+        row: (COLUMNS,) numbers of `position_report`.
+    """
+    _, stamp_s, latitude, longitude, altitude, variance, vertical, fix, satellites, age, east, north, _, _ = row
+    return (
+        GnssReport(stamp_s, latitude, longitude, altitude, variance, vertical, int(fix), int(satellites), age),
+        GnssSample(stamp_s, east, north, variance, int(fix), int(satellites), age),
+    )
+
+
+def make_gnss(vehicle: Vehicle, scenario: Scenario) -> GnssState:
+    """Make a receiver that was switched on long ago; it takes no positions if the vehicle is positioned otherwise.
+
+    Args:
+        vehicle: Vehicle, with its kind of positioning and the place of the antenna.
+        scenario: Effective scenario, which has noise and origin.
+    """
+    noise, origin, made = scenario.gnss, scenario.origin, GnssState()
+    processes = (
+        (noise.gauss_markov_1_m, noise.gauss_markov_1_tau_s),
+        (noise.gauss_markov_2_m, noise.gauss_markov_2_tau_s),
+        (noise.float_m, noise.float_tau_s),
+        (noise.single_m, noise.single_tau_s),
+    )
+    antenna = (vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m, vehicle.body.gnss_antenna_z_m)
+    made.figures.reset(
+        period_ticks=TICKS_PER_S // noise.rate_hz if vehicle.positioning == GNSS else 0,
+        latency_s=noise.latency_s,
+        jitter_s=noise.latency_jitter_s,
+        white_m=noise.white_m,
+        sigma_m=[sigma for sigma, _ in processes],
+        decay=[math.exp(-1.0 / (noise.rate_hz * tau)) for _, tau in processes],
+        overconfident_share=noise.float_overconfident_share,
+        claimed_m=noise.float_claimed_m,
+        hold_s=noise.hold_s,
+        hold_drift_mps=noise.hold_drift_mps,
+        wait_ticks=[TICKS_PER_S * noise.reacquire_s, TICKS_PER_S * noise.float_after_s],
+        converge_min_ticks=TICKS_PER_S * noise.converge_min_s,
+        converge_max_ticks=TICKS_PER_S * noise.converge_max_s,
+        antenna_m=antenna,
+        frame=local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
+    )
+    switch_on(made.array, scenario.seed)
+    return made
+
+
+def sky_of(scenario: Scenario) -> Zones:
+    """Make the scenario's places of kind `SkyPlace`."""
+    places = ((each.outline, (FIX_NAMES[each.best_fix], each.margin_m, each.noise_factor)) for each in scenario.sky)
+    return make_zones(SkyPlace, places)

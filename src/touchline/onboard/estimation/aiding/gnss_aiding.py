@@ -1,0 +1,195 @@
+"""GNSS in the filter: position fixes of the antenna, with a slow error and a heavy-tailed white one.
+
+Positions of the overhead camera take the same way. It sees the body itself: arm, mast and slow error are zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.core.jit import borrowing, kernel
+from touchline.core.physical_constants import GRAVITY_MPS2
+from touchline.onboard.computer_state import FilterState, ReceivedFix
+from touchline.onboard.estimation.gauss_markov import one_term
+from touchline.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, weighed_variance
+from touchline.onboard.estimation.tick_estimate import Scratch, TickEstimate
+from touchline.onboard.estimation.updates import apply_two, nis_of_two
+from touchline.onboard.filter_model import (
+    EAST,
+    FIX_DOF,
+    GNSS_EAST,
+    GNSS_NORTH,
+    HEADING,
+    NORTH,
+    SPEED,
+    STATES,
+    YAW_RATE,
+    FilterCounters,
+    FilterFigures,
+    FixInTick,
+)
+from touchline.onboard.interface import TICK_S
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.vehicles import Vehicle
+
+FIX_NONE: Final = 0
+FIX_FLOAT: Final = 2
+FIX_FIXED: Final = 3
+POSITION_FLOOR_M: Final = 0.002
+"""Smallest standard deviation of a position that is believed."""
+_LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
+_SINGLE_FIX_FLOOR_M2 = 1.0
+_FLOAT_FIX_FLOOR_M2 = 0.04
+_RECENT = 0.1  # weight of the newest fix in the running NIS
+
+Floats = NDArray[np.float64]
+
+
+def gnss_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> None:
+    """Fill in the noise figures of the GNSS receiver, and the place of its antenna.
+
+    Args:
+        c: Figures of the filter, updated.
+        vehicle: Vehicle, which has the antenna.
+        config: Configuration, which has the data sheet.
+    """
+    gnss, body = config.gnss, vehicle.body
+    c.antenna_x_m, c.antenna_y_m = body.gnss_antenna_x_m, body.gnss_antenna_y_m
+    c.mast_s2 = body.gnss_antenna_z_m / GRAVITY_MPS2
+    c.gnss_var, tau = one_term(
+        (
+            (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
+            (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
+        )
+    )
+    c.gnss_decay = math.exp(-TICK_S / tau)
+    c.r_gnss, c.fix_dof = max(gnss.white_m, POSITION_FLOOR_M) ** 2, FIX_DOF
+
+
+@kernel
+def enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
+    """Enter a fix in `ring.arrived`, with the variance of its white part.
+
+    Args:
+        fix: Fix, or pose of a camera, that has arrived.
+        ring: State of the filter, updated.
+
+    Returns:
+        Tick in which the fix is valid, or less than a tick after which it is.
+    """
+    c, entered = ring.figures, ring.arrived
+    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
+    entered.east_m, entered.north_m = fix.east_m, fix.north_m
+    entered.after_s = fix.stamp_s - tick * TICK_S
+    entered.heading_rad = fix.heading_rad
+    entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
+    if fix.fix == FIX_FIXED:
+        # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
+        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
+        entered.variance_m2 = c.r_gnss + max(excess, 0.0)
+    else:
+        floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
+        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
+    return tick
+
+
+@borrowing
+def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> tuple[float, float]:
+    """Return innovations and fill in the Jacobian of a fix: place of the antenna, whose mast leans with the ground.
+
+    Args:
+        at: Tick in which the fix is valid, some time before its stamp.
+        fix: The fix.
+        c: Figures of the filter.
+        h: (2, STATES) filled in with the Jacobian of east and north.
+
+    Returns:
+        Innovations east and north [m].
+    """
+    x, _, z = at
+    after = fix.after_s
+    heading = x[HEADING] + x[YAW_RATE] * after
+    cos, sin = math.cos(heading), math.sin(heading)
+    arm_e = c.antenna_x_m * cos - c.antenna_y_m * sin
+    arm_n = c.antenna_x_m * sin + c.antenna_y_m * cos
+    ahead = x[SPEED] * after
+    for k in range(STATES):
+        h[0, k], h[1, k] = 0.0, 0.0
+    h[0, EAST], h[0, GNSS_EAST] = 1.0, 1.0
+    h[1, NORTH], h[1, GNSS_NORTH] = 1.0, 1.0
+    h[0, HEADING], h[1, HEADING] = -arm_n - ahead * sin, arm_e + ahead * cos
+    h[0, SPEED], h[1, SPEED] = after * cos, after * sin
+    h[0, YAW_RATE], h[1, YAW_RATE] = -arm_n * after, arm_e * after
+    return (
+        fix.east_m - (x[EAST] + ahead * cos + arm_e - c.mast_s2 * z.rise_east_mps2 + x[GNSS_EAST]),
+        fix.north_m - (x[NORTH] + ahead * sin + arm_n - c.mast_s2 * z.rise_north_mps2 + x[GNSS_NORTH]),
+    )
+
+
+@borrowing
+def position_fit(
+    at: TickEstimate, fix: FixInTick, c: FilterFigures, n: FilterCounters, h: Floats
+) -> tuple[float, float]:
+    """Compare a fix with the estimate.
+
+    Args:
+        at: Tick in which the fix is valid.
+        fix: The fix.
+        c: Figures of the filter.
+        n: Counters; the last innovation is noted.
+        h: (2, STATES) overwritten.
+
+    Returns:
+        Normalised innovation squared (NIS), bounded as in `tail.bounded`, and the share of an honest receiver's fixes
+        that err at least as much.
+    """
+    y = fix_rows(at, fix, c, h)
+    nis = nis_of_two(at.P, h, y, fix.variance_m2)
+    weighed = bounded(nis, c.fix_dof)
+    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
+    return weighed, likelihood(nis, c.fix_dof)
+
+
+@kernel
+def passes_doubt(n: FilterCounters, nis: float, share: float) -> bool:
+    """Return whether a fix is to be used; it is not if the run of outlying fixes that it ends is no chance.
+
+    Args:
+        n: Counters, updated.
+        nis: Bounded NIS of the fix.
+        share: Share of honest fixes that err at least as much.
+    """
+    n.fix_doubt = doubt(n.fix_doubt, share)
+    n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
+    if n.fix_doubt >= CONTRADICTED:
+        n.fixes_rejected += 1
+        return False
+    n.fixes += 1
+    n.fix_nis_sum += nis
+    n.fix_nis_recent += _RECENT * (nis - n.fix_nis_recent)
+    return True
+
+
+@borrowing
+def use_position(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch) -> float:
+    """Update the tick in which a fix is valid with its position.
+
+    Args:
+        at: Tick, whose state and covariance are updated.
+        fix: The fix.
+        c: Figures of the filter.
+        scratch: Overwritten.
+
+    Returns:
+        Variance with which the fix was weighed [m²], of `tail.weighed_variance`.
+    """
+    x, P, _ = at
+    h, g = scratch
+    y = fix_rows(at, fix, c, h)
+    weighed: float = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
+    apply_two(x, P, h, y, weighed, g)
+    return weighed
