@@ -139,7 +139,7 @@ class MessagesDuplicated(Fault):
 
 
 class MessagesReordered(Fault):
-    """Every message is delayed by a random time up to `spread_s`, so that messages overtake each other."""
+    """Messages are delayed by random times up to `spread_s`, and so overtake each other."""
 
     kind: Literal["messages-reordered"]
     sensor: Sensor

@@ -67,6 +67,7 @@ class Kernel(KernelFunction):
         update_wrapper(self, function)
         self.prepared: dict[Any, Callable[..., Any]] = {}
         self._recent: Callable[..., Any] = lambda *_: MISS
+        self._trusting: dict[Any, Callable[..., Any]] = {}
         self._codes: dict[Any, _Code] = {}
         self._parameters = function.__code__.co_argcount
 
@@ -98,13 +99,15 @@ class Kernel(KernelFunction):
         It does not look at types any more, which takes as long as a short kernel: give it nothing else, and arrays of
         the same layout in memory.
         """
-        try:
-            code = self._code(makeup(arguments), arguments)
-        except UnsupportedArgumentError:
-            return self._by_numba()
-        run, trees, result, native = code
-        packed = made_call(run, trees, result)
-        return native_call(native, trees, result, packed) if native else packed
+        key = makeup(arguments)
+        if key not in self._trusting:
+            try:
+                run, trees, result, native = self._code(key, arguments)
+            except UnsupportedArgumentError:
+                return self._by_numba()
+            packed = made_call(run, trees, result)
+            self._trusting[key] = native_call(native, trees, result, packed) if native else packed
+        return self._trusting[key]
 
     def _prepared(self, key: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
         """The function for arguments of this makeup, which looks at their types."""

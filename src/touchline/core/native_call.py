@@ -125,11 +125,10 @@ def native_call(
     """
     keys = makeups or [None] * len(arguments)
     expected = [kind for tree, key in zip(arguments, keys, strict=True) for kind in _expected(tree, key)]
-    method = _Method(b"kernel", address, _FASTCALL, None)
-    made = _new_function(ctypes.addressof(method), (otherwise, _fail, None, *expected, *_classes(result)), None)
-    _methods.append(method)  # as long as the function may be called
-    called: Callable[..., Any] = made
-    return called
+    method = _methods.setdefault(address, _Method(b"kernel", address, _FASTCALL, None))
+    items = (otherwise, _fail, None, *expected, *_classes(result))
+    made: Callable[..., Any] = _new_function(ctypes.addressof(method), items, None)
+    return made
 
 
 def _fail(address: int) -> None:
@@ -301,6 +300,7 @@ class _Method(ctypes.Structure):
     )
 
 
-_methods: list[_Method] = []
+_methods: dict[int, _Method] = {}
+"""By address; the functions made of them refer to them."""
 _new_function: Final = ctypes.pythonapi.PyCFunction_NewEx
 _new_function.restype, _new_function.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]

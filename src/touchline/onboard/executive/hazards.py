@@ -2,7 +2,7 @@
 
 A row is a class with the compiled condition of a hazard (`present`), its text for people (`words`) and the source that
 a pause names (`name`, `by`), and a line of the table with its code and its answer. To add a hazard, add such a class
-and such a line.
+and such a line; one that must last also needs a field of `SafetyFindings`, counted in `failsafe`.
 
 There are three answers: an EMERGENCY latches until a reset; a stop lasts until somebody says `resume`, and resume is
 refused as long as a cause that LASTS can still be seen; one that PASSES cannot be seen at standstill.
