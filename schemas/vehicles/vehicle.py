@@ -24,6 +24,8 @@ from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
+Drive = Annotated[SerializeAsAny[DriveSpec], WrapValidator(of_its_kind(DRIVES, usual="differential"))]
+Tool = Annotated[SerializeAsAny[ToolSpec], WrapValidator(of_its_kind(TOOLS, usual="sprayer"))]
 Sensor = Annotated[SerializeAsAny[SensorSpec], WrapValidator(of_its_kind(SENSORS))]
 
 
@@ -35,10 +37,8 @@ class Vehicle(GrownSpec):
     body: VehicleBody = VehicleBody()
     positioning: Positioning = GNSS
     """Source of the robot's position; recorded only if it is not GNSS."""
-    drive: Annotated[SerializeAsAny[DriveSpec], WrapValidator(of_its_kind(DRIVES))] = DifferentialDrive()
-    tool: Annotated[SerializeAsAny[ToolSpec], WrapValidator(of_its_kind(TOOLS))] = Field(
-        default=SprayerTool(), validate_default=True
-    )
+    drive: Drive = DifferentialDrive()
+    tool: Tool = Field(default=SprayerTool(), validate_default=True)
     sensors: Annotated[tuple[Sensor, ...], Field(max_length=20)] = ()
     """Auxiliary sensors, recorded only if there are any."""
 

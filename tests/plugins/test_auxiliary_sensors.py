@@ -196,6 +196,7 @@ def test_without_noise_nothing_is_drawn():
     ("sensors", "place"),
     [
         ([{"kind": "sonar"}], "sensors.0.kind"),
+        ([{"name": "radar"}], "sensors.0.kind"),
         ([RADAR, RADAR], "sensors.name"),
         ([{**RADAR, "sigma_mps": -1.0}], "sensors.0.sigma_mps"),
     ],
