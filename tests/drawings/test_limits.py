@@ -18,6 +18,11 @@ TALK = [f"&a{i};" * 10 for i in range(10)]
 LAUGHS = "".join(f'<!ENTITY a{i} "{TALK[i - 1]}">' for i in range(1, 10))
 
 
+def ending(text: str) -> str:
+    """The end of a text that may have a million characters."""
+    return text[-40:]
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -38,6 +43,7 @@ LAUGHS = "".join(f'<!ENTITY a{i} "{TALK[i - 1]}">' for i in range(1, 10))
         (f'{HEAD}<g transform="matrix(1e308 1e308 1e308 1e308 1e308 1e308)">{RECT}</g>', "has nothing to paint"),
         (f'{HEAD}<g transform="rotate(1e308)">{RECT}</g>', "has nothing to paint"),
     ],
+    ids=ending,
 )
 def test_an_svg_that_asks_for_too_much_is_refused(tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "bomb.svg"
