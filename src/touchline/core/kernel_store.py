@@ -1,8 +1,8 @@
 """Compiled kernels on disk: in the package, where a wheel brought them, or in `$XDG_CACHE_HOME/touchline/kernels`.
 
 A file holds the code of one kernel for one set of argument types. Its name has a digest of both, of the text of the
-kernel's module and all that this imports, of Numba's version and of the kind of processor: nothing stale is ever run,
-and an edit compiles again only what depends on it.
+kernel's module and all that this imports, of Numba's version and of the kinds of processor and Python: nothing stale is
+ever run, and an edit compiles again only what depends on it.
 """
 
 import fcntl
@@ -25,6 +25,7 @@ import numpy as np
 from touchline.core.import_closure import closure_digest
 from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, classes_of
 from touchline.core.kernel_code import target
+from touchline.core.native_call import LAYOUT
 
 #: Changes whenever files of the same name mean something else.
 _FORMAT: Final = 2
@@ -53,7 +54,7 @@ def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
     digests = sorted({closure_digest(file) for file in files if file})
     module = "" if function.__module__ == "__main__" else function.__module__
     what = [module, function.__qualname__, function.__code__.co_firstlineno, *map(str, arguments), *digests]
-    digest = hashlib.blake2b(repr((_FORMAT, _numba(), target(), what)).encode(), digest_size=12).hexdigest()
+    digest = hashlib.blake2b(repr((_FORMAT, LAYOUT, _numba(), target(), what)).encode(), digest_size=12).hexdigest()
     return f"{function.__name__}-{digest}"
 
 

@@ -15,13 +15,15 @@ import numpy as np
 from touchline.core.kernel_arguments import ArrayType, RecordType, Tree, TupleType, width
 from touchline.core.kernel_code import failure
 
-_TYPE, _TUPLE_SIZE, _TUPLE_ITEMS = 8, 16, 24
+_TYPE, _TUPLE_SIZE, _TUPLE_ITEMS = 8, 16, tuple.__basicsize__  # 24 bytes; from Python 3.14 on 32
 _ARRAY_DATA, _ARRAY_NDIM, _ARRAY_SHAPE, _ARRAY_DTYPE, _ARRAY_FLAGS = 16, 24, 32, 56, 64
 _RECORD_DATA, _RECORD_DTYPE = 24, 32
 _WRITEABLE_C: Final = 0x0501
 """Flags of an array in C order that is aligned and may be written."""
 _FASTCALL: Final = 0x0080
-_USABLE: Final = not sysconfig.get_config_var("Py_GIL_DISABLED") and ctypes.sizeof(ctypes.c_void_p) == 8
+_USABLE: Final = not sysconfig.get_config_var("Py_GIL_DISABLED") and object.__basicsize__ == 16
+LAYOUT: Final = _TUPLE_ITEMS if _USABLE else 0
+"""Code with such functions is for Pythons of the same layout."""
 _OTHERWISE, _FAIL, _NONE, _TYPES = range(4)
 """Places in the tuple that the function has as `self`; the last is the first of `_expected` and `_classes`."""
 
