@@ -130,7 +130,7 @@ def offset_m(origin: Origin, map_origin: Origin) -> Point:
 
 
 def same_place(first: Origin, second: Origin) -> bool:
-    """Whether two origins are within a millimetre on the ground."""
+    """Return whether two origins are within a millimetre on the ground."""
     return math.hypot(*offset_m(first, second)) <= SAME_ORIGIN_M
 
 

@@ -21,7 +21,7 @@ NAMESPACE_RULE = "use letters, digits, _ and single /, at most 64 in all"
 
 
 def is_namespace(text: str) -> bool:
-    """Whether a robot may be called so."""
+    """Return whether a robot may be called so."""
     return len(text) <= 64 and all(part.replace("_", "").isalnum() for part in text.split("/"))
 
 

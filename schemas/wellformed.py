@@ -74,7 +74,7 @@ class Wellformed:
 
 
 def _has_validators(kind: type[Message]) -> bool:
-    """Whether a field of the type, or of one in it, has a validator beyond its ROS 2 type."""
+    """Return whether a field of the type, or of a message in it, allows only some values of its ROS 2 type."""
     return any(
         any(isinstance(each, AfterValidator) for each in field.metadata)
         or any(_has_validators(inner) for inner in _messages_in(field.annotation))

@@ -211,14 +211,7 @@ class Emulator:
         earlier: EarlierWork | None = None,
         taking: Taking = Taking.CARRIED,
     ) -> float:
-        """Prepare and take a trajectory.
-
-        Args:
-            trajectory: Path, speeds and actuation.
-            template: Template to evaluate the work by; None: the trajectory itself.
-            resume: Checkpoint to continue at; None: the start.
-            earlier: Earlier work of the job that continues.
-            taking: Way to get to the start.
+        """Prepare and take a trajectory, with the arguments of `prepare`.
 
         Returns:
             Planned duration [s].

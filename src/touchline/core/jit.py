@@ -94,10 +94,9 @@ class Kernel(KernelFunction):
         return self._recent(*arguments)
 
     def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """A function for arguments of these types, to be called many times with the like.
+        """Return a function for arguments of these types, to be called many times with the like.
 
-        It does not look at types any more, which takes as long as a short kernel: give it nothing else, and arrays of
-        the same layout in memory.
+        It does not look at the types of numbers: give it nothing else, and arrays of the same layout in memory.
         """
         key = makeup(arguments)
         if key not in self._trusting:

@@ -209,7 +209,7 @@ class _Text:
 
 
 def _is_large(value: Any) -> bool:
-    """Whether something is an array of numbers that is too large to be held between calls."""
+    """Return whether something is an array of numbers that is too large to be held between calls."""
     return type(value) is np.ndarray and value.nbytes > _HELD_BYTES and not value.dtype.names
 
 

@@ -138,6 +138,7 @@ def _fail(address: int) -> None:
 
 
 def _takes(arguments: Sequence[Tree]) -> bool:
+    """Return whether arguments can be unpacked: all arrays are in C order, and the layout of objects is known."""
     return _USABLE and all(
         tree.layout == "C" if isinstance(tree, ArrayType) else not isinstance(tree, TupleType) or _takes(tree.parts)
         for tree in arguments
@@ -145,7 +146,7 @@ def _takes(arguments: Sequence[Tree]) -> bool:
 
 
 def _makes(result: Tree) -> bool:
-    """Whether a result is made of numbers."""
+    """Return whether a result has no arrays: numbers, None, and tuples of them."""
     return all(map(_makes, result.parts)) if isinstance(result, TupleType) else isinstance(result, str)
 
 

@@ -185,7 +185,7 @@ class Record:
 
 
 def _is_open(hint: Any) -> bool:
-    """Whether a field's length, or that of a field of a record that it holds, is open."""
+    """Return whether a field's length, or that of a field of a record that it holds, is open."""
     kind, *lengths = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if get_origin(kind) is RecordArray:
         (kind,) = get_args(kind)
