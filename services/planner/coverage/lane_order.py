@@ -11,7 +11,7 @@ import numpy as np
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_machine import CoverageMachine
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
-from touchline.services.planner.coverage.kernels.turn_pieces import Mover, spun_between, spun_s, words_s
+from touchline.services.planner.coverage.kernels.turn_pieces import spun_between, spun_s, words_s
 from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.stroke_transition import TransitionFinder
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
@@ -89,8 +89,10 @@ class LaneOrder:
 
     def entry_s(self, stroke: CoverStroke) -> float:
         """Seconds to a stroke from the nearest entry."""
-        begin = self._begin(stroke)
-        return min((word_s(pose, begin, self.finder.mover) for pose in self.entries), default=0.0)
+        if not self.entries:
+            return 0.0
+        begin = np.array([self._begin(stroke)])
+        return float(words_s(np.array(self.entries), begin, self.finder.mover).min())
 
     def _begin(self, stroke: CoverStroke) -> PathPose:
         return stroke.at(min(self.room.join_m, 0.5 * stroke.length_m))
@@ -162,8 +164,3 @@ class LaneOrder:
             if abs(ends[i][side].real - ends[j][side].real) < BESIDE_M
         ]
         return np.array(found, dtype=np.int64).reshape(-1, 3)
-
-
-def word_s(start: PathPose, goal: PathPose, mover: Mover) -> float:
-    """Seconds for the shortest word between two poses, regardless of obstacles."""
-    return float(words_s(np.array([start]), np.array([goal]), mover)[0, 0])

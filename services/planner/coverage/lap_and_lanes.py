@@ -22,7 +22,8 @@ from touchline.services.planner.coverage.coverage_raster import CoverageRaster
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, split_at_cusps
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room, word_s
+from touchline.services.planner.coverage.kernels.turn_pieces import words_s
+from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room
 from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
 from touchline.services.planner.coverage.setting_out import departures, set_out
@@ -221,6 +222,7 @@ class _Covering:
         while again:
             again = False
             for stroke in [*self.left_out]:
+                self.progress(JOINED)
                 options = dict.fromkeys((stroke, self._turned(stroke)))
                 if any(
                     chain.insert(k, option) for option in options for k in places(chain, option, 0.0, INSERTS_TRIED)
@@ -286,15 +288,16 @@ class _Covering:
 
     def _vias(self, stroke: CoverStroke, strokes: list[CoverStroke]) -> Iterator[CoverStroke]:
         """Short stretches of other strokes as via strokes, those with the shortest detour first."""
-        chain, mover = self.chain, self.finder.mover
-        end = chain.strokes[-1].at(chain.strokes[-1].length_m)
-        found = []
-        for other in strokes:
-            for s in np.arange(1.0, other.length_m - VIA_M, VIA_EVERY_M).tolist():
-                via = CoverStroke(DriveKind.TURN, "via", other.at(s), VIA_M)
-                around = word_s(end, via.start, mover) + word_s(via.start, stroke.start, mover)
-                found.append((around, s, via))
-        yield from (via for _, _, via in sorted(found, key=lambda f: f[:2])[:VIAS_TRIED])
+        mover, last = self.finder.mover, self.chain.strokes[-1]
+        at_m = [(other, np.arange(1.0, other.length_m - VIA_M, VIA_EVERY_M).tolist()) for other in strokes]
+        along = [(s, other.at(s)) for other, places_m in at_m for s in places_m]
+        if not along:
+            return
+        poses = np.array([pose for _, pose in along])
+        there = words_s(np.array([last.at(last.length_m)]), poses, mover)[0]
+        around = there + words_s(poses, np.array([stroke.start]), mover)[:, 0]
+        found = sorted(zip(around.tolist(), along, strict=True), key=lambda each: (each[0], each[1][0]))
+        yield from (CoverStroke(DriveKind.TURN, "via", pose, VIA_M) for _, (_, pose) in found[:VIAS_TRIED])
 
     def _improve(self, lane_s: float, *, lanes_back: bool = False, enough_m2: float = 0.0) -> None:
         """Search every transition again, now that all others are known, while more than `enough_m2` is missed."""

@@ -8,7 +8,7 @@ from scipy import ndimage
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.lane_order import word_s
+from touchline.services.planner.coverage.kernels.turn_pieces import words_s
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_transition import ZONE_M
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
@@ -83,12 +83,16 @@ def _strokes(
 
 def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float, most: int = PLACES_TRIED) -> list[int]:
     """Indices of strokes of a chain after which a stroke costs least, roughly; always with the last one."""
-    mover, found = chain.finder.mover, []
-    for k, join in enumerate(chain.transitions):
-        first, last = chain.strokes[k].at(join.depart_m), chain.strokes[k + 1].at(join.arrive_m)
-        around = word_s(first, stroke.at(lead_m), mover) + word_s(stroke.at(stroke.length_m), last, mover)
-        found.append((around - join.path.length_m / mover.speed_mps, k))
-    return [len(chain.transitions), *(k for _, k in sorted(found)[:most])]
+    last = len(chain.transitions)
+    if not last:
+        return [last]
+    mover, joins = chain.finder.mover, list(zip(chain.transitions, chain.strokes, chain.strokes[1:], strict=False))
+    leaves = np.array([before.at(join.depart_m) for join, before, _ in joins])
+    arrives = np.array([after.at(join.arrive_m) for join, _, after in joins])
+    there = words_s(leaves, np.array([stroke.at(lead_m)]), mover)[:, 0]
+    around = there + words_s(np.array([stroke.at(stroke.length_m)]), arrives, mover)[0]
+    driven = np.array([join.path.length_m for join in chain.transitions])
+    return [last, *np.argsort(around - driven / mover.speed_mps, kind="stable")[:most].tolist()]
 
 
 def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, report: Callable[[], None]) -> int:
