@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -165,7 +165,6 @@ class Telemetry:
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
-        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, _MOST_HELD)
         self._columns = tick_log.columns(len(emulator.vehicle.drive.actuators))
         self._log: Rows = np.zeros((_MOST_HELD, self._columns))
         self._held = 0
@@ -177,6 +176,12 @@ class Telemetry:
         self._steady: _Steady | None = None
         self.digest = SessionDigest()
         self.final: Reports | None = None
+
+    @cached_property
+    def _samples(self) -> Samples:
+        """Packer of samples, made when first used: a simulation that nobody records has none."""
+        emulator = self._emulator
+        return Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, _MOST_HELD)
 
     def setup(self) -> Payload:
         """Return the setup of the robot and its world, published once at its start: not part of a session's hash."""

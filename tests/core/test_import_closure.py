@@ -28,7 +28,7 @@ def _digest(file: Path) -> str:
         import_closure._files,
     ):
         remembered.cache_clear()
-    return import_closure.closure_digest(file)
+    return import_closure.closure_digest(str(file))
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,8 @@ def test_every_kind_of_import_is_followed(package: Path, statement: str) -> None
 def test_imports_of_this_package_are_followed_from_files_of_others(package: Path) -> None:
     file = package / "a.py"
     file.write_text("from touchline.core.angles import wrap\n")
-    names = {path.stem for path in import_closure._imported(file, import_closure._root(file))}
+    places = import_closure._imported(str(file), import_closure._root(str(file)))
+    names = {Path(place).stem for place in places}
     assert names == {"angles"}
 
 

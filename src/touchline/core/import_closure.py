@@ -5,10 +5,10 @@ reach it from are those that its module imports, those that they import, and so 
 """
 
 import hashlib
+import os
 import re
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
 _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+(?P<dots>\.*)(?P<origin>[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
@@ -17,13 +17,17 @@ _IMPORT = re.compile(
 )
 _NAME = re.compile(rb"[\w.]+")
 _COMMENT = re.compile(rb"#[^\n]*")
-_PACKAGE = Path(__file__).absolute().parents[1]
-_OURS = (_PACKAGE, _PACKAGE.parents[1])
+_PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+_TOP = os.path.dirname(os.path.dirname(_PACKAGE))
+_OURS = (_PACKAGE, _TOP)
 """Folders of our package's modules: its own and, for some in a checkout, the top of that."""
+
+# Places are text: every process that calls a kernel looks thousands of them up, and objects of them take five times as
+# long.
 
 
 @cache
-def closure_digest(file: Path) -> str:
+def closure_digest(file: str) -> str:
     """Digest of the texts and relative places of a file and of all that it imports, directly or not.
 
     Args:
@@ -41,67 +45,73 @@ def closure_digest(file: Path) -> str:
     return hashlib.blake2b(b"".join(parts), digest_size=8).hexdigest()
 
 
-def _root(file: Path) -> Path:
+def _root(file: str) -> str:
     """The folder that is searched for a file's absolute imports: the one above its topmost package."""
-    folder = file.parent
-    while (folder / "__init__.py").exists():
-        folder = folder.parent
+    folder = os.path.dirname(file)
+    while os.path.exists(f"{folder}/__init__.py"):
+        folder = os.path.dirname(folder)
     return folder
 
 
+def _relative(path: str, base: str) -> str:
+    """The place of a file below a folder, "" if it is not below it."""
+    return path[len(base) + 1 :] if path.startswith(f"{base}/") else ""
+
+
 @cache
-def _digest(path: Path, root: Path) -> bytes:
+def _digest(path: str, root: str) -> bytes:
     """Digest of one file's text and of its place below the root, wherever that is."""
-    base = next(base for base in (_PACKAGE, root, _OURS[1]) if path.is_relative_to(base))
-    return hashlib.blake2b(path.relative_to(base).as_posix().encode() + b"\0" + _text(path), digest_size=16).digest()
+    place = _relative(path, _PACKAGE) or _relative(path, root) or _relative(path, _TOP)
+    return hashlib.blake2b(place.encode() + b"\0" + _text(path), digest_size=16).digest()
 
 
 @cache
-def _text(path: Path) -> bytes:
-    return path.read_bytes()
+def _text(path: str) -> bytes:
+    with open(path, "rb") as file:
+        return file.read()
 
 
 @cache
-def _imported(file: Path, root: Path) -> set[Path]:
+def _imported(file: str, root: str) -> set[str]:
     return {path for place in _named(file, root) for path in _files(place)}
 
 
-def _named(file: Path, root: Path) -> Iterator[Path]:
+def _named(file: str, root: str) -> Iterator[str]:
     """Possible places of a file's imports, without suffix: of `from a import b` both a and a.b."""
-    packages = (file.relative_to(root) if file.is_relative_to(root) else Path(_PACKAGE.name, file.name)).parts[:-1]
-    own = packages[0] if packages else ""  # a script's folder is followed whole
+    folders = os.path.dirname(_relative(file, root) or f"{os.path.basename(_PACKAGE)}/{os.path.basename(file)}")
+    own = folders.split("/")[0]  # a script's folder is followed whole
     for match in _IMPORT.finditer(_text(file)):
         if match["modules"] is not None:
             for listed in _COMMENT.sub(b"", match["modules"]).split(b","):
                 if name := _NAME.search(listed):
                     yield from _below(root, name[0], own)
             continue
-        dots = len(match["dots"])
-        for origin in _below(file.parents[dots - 1], match["origin"]) if dots else _below(root, match["origin"], own):
+        base = file
+        for _ in match["dots"]:
+            base = os.path.dirname(base)
+        for origin in _below(base, match["origin"]) if base != file else _below(root, match["origin"], own):
             yield origin
             for listed in _COMMENT.sub(b"", match["names"]).strip(b"()").split(b","):
                 if name := _NAME.search(listed):
-                    yield origin / name[0].decode()
+                    yield f"{origin}/{name[0].decode()}"
 
 
-def _below(base: Path, name: bytes, own: str = "") -> Iterator[Path]:
+def _below(base: str, name: bytes, own: str = "") -> Iterator[str]:
     """Candidate places of a module, without suffix.
 
     Args:
         base: The folder of its topmost package, unless that is ours.
-        name: Of the module.
+        name: Of the module; empty for the package in `base`.
         own: The only package that is followed there; "" for all.
     """
     first, *rest = name.decode().split(".")
-    if first == _PACKAGE.name:
-        yield from (ours.joinpath(*rest) for ours in _OURS)
+    if first == os.path.basename(_PACKAGE):
+        yield from ("/".join((ours, *rest)) for ours in _OURS)
     elif own in ("", first):
-        yield base.joinpath(first, *rest)
+        yield "/".join((base, first, *rest)) if first else base
 
 
 @cache
-def _files(place: Path) -> tuple[Path, ...]:
+def _files(place: str) -> tuple[str, ...]:
     """The module at a place, if there is one there."""
-    beside = place.with_name(place.name + ".py") if place.name else place
-    candidates = (beside, place / "__init__.py")
-    return tuple(path for path in candidates if path.is_file())
+    return tuple(path for path in (f"{place}.py", f"{place}/__init__.py") if os.path.isfile(path))

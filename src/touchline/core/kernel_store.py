@@ -64,13 +64,13 @@ def _numba() -> str:
 
 
 @cache
-def _file(made: Any) -> Path | None:
+def _file(made: Any) -> str | None:
     """The source file of a function or class at the top of a module or class."""
     if "<locals>" in made.__qualname__:
         return None
     with suppress(OSError, TypeError):
         file = Path(inspect.getfile(made)).absolute()
-        return file if file.exists() else None
+        return str(file) if file.exists() else None
     return None
 
 

@@ -188,11 +188,12 @@ def carry_out(
     """
     watch = Stopwatch()
     telemetry = Telemetry(emulator)
-    before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()]
+    listened = products.record is not None or products.hashed
+    before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()] if listened else []
     emulator.check_load()
     emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
     runner = FastRunner(emulator)
-    if products.record is None and not products.hashed:
+    if not listened:
         emulator.start()
         reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
         reports, recording = telemetry.reports(), None
