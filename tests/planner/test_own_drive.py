@@ -11,10 +11,12 @@ from typer.testing import CliRunner
 
 from tests.command import app
 from tests.planner.drum_drive import DrumDrive, registered
+from touchline.jobs.single.simulation import Job, simulate
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
@@ -113,12 +115,11 @@ def test_its_figures_are_its_own() -> None:
         )
 
 
-def test_a_kind_that_cannot_be_emulated_is_told_in_a_line(tmp_path: Path) -> None:
-    path = tmp_path / "own.json"
-    path.write_text(OWN)
-    told = CliRunner().invoke(app, ["simulate", "study-square", "--order", "given", "--vehicle", str(path)])
-    assert isinstance(told.exception, SpecError)  # the command line makes one line of it
-    assert str(told.exception) == (
+def test_a_kind_that_cannot_be_emulated_is_told_in_a_line() -> None:
+    job = Job.prepare(load_template("study-square"), GIVEN, parse(Vehicle, OWN, "own.json"))
+    with pytest.raises(SpecError) as told:
+        simulate(job, Scenario())
+    assert str(told.value) == (
         "vehicle: drive.kind is 'drum', which has nothing for the world; "
         "give one that has (differential, rear-steered), or register its part `world` in `KindParts`"
     )

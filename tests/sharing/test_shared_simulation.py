@@ -70,7 +70,7 @@ def test_when_one_is_paused_they_keep_apart_and_paint_all_the_same(job, seed):
     assert both.work.metrics.coverage_pct > 99.8 and both.work.metrics.double_paint_m2 < 0.02
 
 
-def test_when_one_fails_the_other_does_the_rest_on_command(job):
+def test_when_one_fails_the_other_does_the_rest_on_command_and_all_once_it_is_carried_away(job):
     at_s, robot = 0.6 * job.table.end_s, 1
     orders = [TeamOrder(at_s, robot, "fail"), TeamOrder(at_s + 10.0, robot, "take-over")]
     both = carried_out(job, 5, orders)
@@ -80,6 +80,13 @@ def test_when_one_fails_the_other_does_the_rest_on_command(job):
     # What lies round the one that stands there cannot be reached; everything else is painted, and nothing twice.
     assert metrics.gap_m == pytest.approx(both.left_out.length_m, abs=0.1) and 0.0 < both.left_out.length_m < 4.0
     assert metrics.double_paint_m2 < 0.02 * TEMPLATE.line_width_m
+
+    later_s = both.total_time_s + 5.0
+    removed = [TeamOrder(later_s, robot, "remove"), TeamOrder(later_s, robot, "take-over")]
+    after = carried_out(job, 5, [*orders, *removed])
+    metrics = after.work.metrics
+    assert after.reason == "" and not after.left_out and len(after.robots[1 - robot]) == 3
+    assert metrics.coverage_pct > 99.8 and metrics.double_paint_m2 < 0.05 * TEMPLATE.line_width_m
 
 
 def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(monkeypatch, job):
