@@ -26,7 +26,7 @@ FOLLOWERS = ("mpc", "pure-pursuit")
 SIMULATED, LISTENED = (0.1, 0.3, 1.0), (0.1, 0.3)
 """Shares of the hours after which memory is printed: as `touchline simulate` runs, and with all telemetry."""
 SMALL = Small(
-    {"template": "study-square", "repeats": 1, "hours": 0.05},
+    {"template": "study-square", "repeats": 1, "hours": 0.01},
     (
         "study-square: # min of driving; real-time factors, best of #",
         "follower in-process CPU only with hash",

@@ -23,6 +23,7 @@ def machine(vehicle: Vehicle) -> CoverageMachine:
     return machine_of(vehicle, Limits.of(vehicle, PlanOptions()))
 
 
+@pytest.mark.full
 def test_a_mower_drives_a_lap_and_covers_what_it_can_reach_in_little_more_than_the_least_time() -> None:
     vehicle = mower()
     report = plan(LAWN, vehicle).report

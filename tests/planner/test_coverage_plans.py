@@ -78,6 +78,7 @@ def test_what_cannot_be_covered_is_refused_with_the_remedy() -> None:
         cover(asked(shapely.box(0.0, 0.0, 10.0, 2.0)))
 
 
+@pytest.mark.full
 def test_a_strip_in_which_the_machine_cannot_turn_is_driven_both_sides() -> None:
     strip = shapely.box(0.0, 0.0, 20.0, 4.4)
     route = cover(asked(strip, coverage_pct=80.0))
@@ -130,7 +131,7 @@ def test_an_area_narrower_than_the_tool_is_covered() -> None:
     [
         PathPose(12.0, 1.135, 0.0),  # beside a wall, where it cannot turn away at once
         PathPose(2.6, 7.0, 0.0),  # its tail at a wall
-        PathPose(15.0, 7.0, 2.5),
+        pytest.param(PathPose(15.0, 7.0, 2.5), marks=pytest.mark.full),
     ],
 )
 def test_what_is_left_is_covered_from_where_the_machine_stands(start: PathPose) -> None:

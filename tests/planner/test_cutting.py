@@ -46,7 +46,7 @@ def beside(curve: Curve, x: Floats, y: Floats) -> Floats:
 
 
 @given(pose_pairs(), floats(0.2, 1.5), floats(0.3, 8.0), floats(-1.0, 1.0), floats(-1.0, 1.0))
-@settings(max_examples=150)
+@settings(max_examples=40)
 def test_transitions_are_cut_within_a_millimetre(
     pair: tuple[PathPose, PathPose], curvature: float, sharpness: float, out_share: float, in_share: float
 ) -> None:

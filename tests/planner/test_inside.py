@@ -7,7 +7,6 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely import affinity
 
 from tests.planner.strategies import floats
 from tests.planner.test_standing import SPINNING, there_and_back
@@ -21,7 +20,6 @@ from touchline.services.planner.geometry.clothoid import PathPose, Piece, PieceP
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
-BODY = shapely.Polygon(VEHICLE.body.footprint_m)
 REFUSING = PlanOptions(obstructed="refuse")
 
 
@@ -36,24 +34,27 @@ def lines(*ends: tuple[float, float, float, float]) -> tuple[TemplateSegment, ..
     )
 
 
-def body_at(x: float, y: float, heading: float) -> shapely.Polygon:
-    return affinity.translate(affinity.rotate(BODY, heading, origin=(0, 0), use_radians=True), x, y)
+def bodies_at(poses: np.ndarray) -> np.ndarray:
+    """The body at poses (n, 3), as polygons."""
+    corners = np.array(VEHICLE.body.footprint_m) @ (1.0, 1.0j)
+    turned = poses[:, :1] + 1j * poses[:, 1:2] + np.exp(1j * poses[:, 2:]) * corners
+    return np.asarray(shapely.polygons(np.stack((turned.real, turned.imag), axis=-1)))
 
 
 def check_clear(planned: Plan, template: Template) -> None:
     """The body every centimetre against the outlines, by shapely."""
-    boundary = shapely.Polygon(template.boundary.corners) if template.boundary else None
-    obstacles = [shapely.Polygon(o.corners) for o in template.obstacles]
+    poses = []
     for section in planned.sections:
         station = np.linspace(0.0, section.path.length_m, 2 + int(section.path.length_m / 0.01))
-        poses = list(zip(*section.path.sample(station)[:3], strict=True))
+        poses.append(np.column_stack(section.path.sample(station)[:3]))
         for piece, knot in zip(section.path.pieces, section.path.knots, strict=False):
-            turned = np.linspace(0.0, piece.spin_rad, 2 + int(abs(piece.spin_rad) / 0.02)) if piece.spin_rad else []
-            poses += [(knot.x_m, knot.y_m, knot.heading_rad + angle) for angle in turned]
-        for x, y, heading in poses:
-            body = body_at(x, y, heading)
-            assert boundary is None or boundary.contains(body)
-            assert not any(o.intersects(body) for o in obstacles)
+            if piece.spin_rad:
+                turned = np.linspace(0.0, piece.spin_rad, 2 + int(abs(piece.spin_rad) / 0.02))
+                poses.append(np.column_stack((np.full((len(turned), 2), knot[:2]), knot.heading_rad + turned)))
+    bodies = bodies_at(np.concatenate(poses))
+    assert template.boundary is None or shapely.contains(shapely.Polygon(template.boundary.corners), bodies).all()
+    for obstacle in template.obstacles:
+        assert not shapely.intersects(shapely.Polygon(obstacle.corners), bodies).any()
 
 
 yards = st.builds(
@@ -95,12 +96,11 @@ def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Templa
     boundary = shapely.Polygon(template.boundary.corners)
     bench = shapely.Polygon(template.obstacles[0].corners)
     if hit is None:
-        for x, y, heading in zip(*path.sample(np.linspace(0.0, path.length_m, 300))[:3], strict=True):
-            body = body_at(x, y, heading)
-            assert boundary.contains(body)
-            assert not bench.intersects(body)
+        bodies = bodies_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, 300))[:3]))
+        assert shapely.contains(boundary, bodies).all()
+        assert not shapely.intersects(bench, bodies).any()
     else:
-        body = body_at(*hit.pose)
+        (body,) = bodies_at(np.array([hit.pose]))
         outside = not boundary.contains(body) or boundary.exterior.distance(body) < MARGIN_M + 1e-9
         assert outside if hit.outline == "boundary" else bench.distance(body) < MARGIN_M + 1e-9
 

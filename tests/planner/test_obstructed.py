@@ -10,7 +10,7 @@ import pytest
 from tests.planner.test_inside import VEHICLE, box, check_clear, lines
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import PlanOptions, PlanReport
+from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.swath_ids import line_id_of
 from touchline.schemas.template import ArcSpec, Area, LineSpec, Polygon, Template, TemplateSegment
@@ -32,9 +32,9 @@ def lengths(planned: Plan) -> dict[str, float]:
     return dict(found)
 
 
-def check_parts(template: Template) -> PlanReport:
+def check_parts(template: Template, options: PlanOptions | None = None) -> Plan:
     """The body keeps off everything, and what is painted and what is left out make up the lines."""
-    planned = plan(template, VEHICLE, PlanOptions(), enough=lambda: True)
+    planned = plan(template, VEHICLE, options, enough=lambda: True)
     check_clear(planned, template)
     painted = lengths(planned)
     for segment in template.segments:
@@ -45,51 +45,47 @@ def check_parts(template: Template) -> PlanReport:
                 x, y, _, _ = segment.curve().at(np.array([each.from_m, each.to_m]))
                 places = [each.from_x_m, each.to_x_m, each.from_y_m, each.to_y_m]
                 assert places == pytest.approx([*x.tolist(), *y.tolist()])
-    return planned.report
+    return planned
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
-    ("post", "most_m"),
-    [(POST, 3.0), (box((9.94, -0.25), (10.06, 0.25), "post"), 3.0), (box((9.0, -3.0), (11.0, 3.0), "shed"), 8.0)],
+    ("post", "most_m"), [(box((9.94, -0.25), (10.06, 0.25), "post"), 3.0), (box((9.0, -3.0), (11.0, 3.0), "shed"), 8.0)]
 )
-def test_round_a_post_on_a_line_or_behind_it_both_ends_are_painted(post: Polygon, most_m: float) -> None:
+def test_round_what_is_wider_than_a_line_both_ends_are_painted(post: Polygon, most_m: float) -> None:
     template = Template(name="posts", segments=lines((0, 0, 20, 0)), obstacles=(post,))
-    (left,) = check_parts(template).left_out
+    (left,) = check_parts(template).report.left_out
     assert left.line_id == "s0" and left.outline == post.id and 0.1 < left.length_m < most_m
     assert left.from_m < 10.0 < left.to_m
-    assert f'of "s0" from ({left.from_x_m:.2f}, 0.00)' in left.words
 
 
 def test_a_post_that_a_line_can_be_painted_past_in_one_direction_costs_nothing() -> None:
     beside = box((3.9, 0.2), (4.1, 0.6), "post")
     template = Template(name="side", segments=lines((0, 0, 8, 0)), obstacles=(beside,))
-    assert check_parts(template).left_out == ()
+    assert check_parts(template).report.left_out == ()
 
 
+@pytest.mark.full
 def test_a_wall_across_several_lines_parts_each() -> None:
     wall = box((5.0, -0.5), (5.3, 4.5), "wall")
     template = Template(name="wall", segments=lines((0, 0, 10, 0), (0, 2, 10, 2), (0, 4, 10, 4)), obstacles=(wall,))
-    report = check_parts(template)
-    assert [(each.line_id, each.outline) for each in report.left_out] == [
-        ("s0", "wall"),
-        ("s1", "wall"),
-        ("s2", "wall"),
-    ]
+    report = check_parts(template).report
+    assert [(each.line_id, each.outline) for each in report.left_out] == [(f"s{k}", "wall") for k in range(3)]
 
 
 def test_an_obstacle_that_swallows_a_line_leaves_the_others() -> None:
     bench = box((29.0, -1.0), (35.0, 1.0), "bench")
     template = Template(name="swallowed", segments=lines((0, 0, 8, 0), (30, 0, 34, 0)), obstacles=(bench,))
-    report = check_parts(template)
+    report = check_parts(template).report
     (left,) = report.left_out
     assert (left.line_id, left.from_m, left.to_m) == ("s1", 0.0, 4.0)
 
 
 def test_an_arc_is_parted() -> None:
-    bow = TemplateSegment(id="bow", arc=ArcSpec(start=(9.0, 0.0), center=(0.0, 0.0), sweep_angle=math.pi))
-    tree = box((-0.2, 8.8), (0.2, 9.2), "tree")
-    (left,) = check_parts(Template(name="bow", segments=(bow,), obstacles=(tree,))).left_out
-    assert left.outline == "tree" and left.from_m < 4.5 * math.pi < left.to_m < 9.0 * math.pi
+    bow = TemplateSegment(id="bow", arc=ArcSpec(start=(9.0, 0.0), center=(0.0, 0.0), sweep_angle=1.5 * math.pi))
+    tree = box((-6.56, 6.16), (-6.16, 6.56), "tree")
+    (left,) = check_parts(Template(name="bow", segments=(bow,), obstacles=(tree,))).report.left_out
+    assert left.outline == "tree" and left.from_m < 6.75 * math.pi < left.to_m < 13.5 * math.pi
 
 
 def test_where_nothing_is_left_the_plan_is_refused() -> None:
@@ -107,6 +103,7 @@ def test_the_refusal_can_be_asked_for() -> None:
         plan(template, VEHICLE, PlanOptions(obstructed="ignore"))
 
 
+@pytest.mark.full
 def test_swaths_of_an_area_are_parted_too() -> None:
     area = Area(id="lawn", outline=((0.0, 0.0), (8.0, 0.0), (8.0, 0.3), (0.0, 0.3)))
     post = box((3.95, 0.1), (4.05, 0.2), "post")
@@ -116,10 +113,13 @@ def test_swaths_of_an_area_are_parted_too() -> None:
     assert {each.line_id.split("#")[0] for each in planned.report.left_out} == {"lawn"}
 
 
-def test_the_robot_s_figures_are_of_what_could_be_reached() -> None:
+def test_round_a_post_both_ends_are_painted_and_the_robot_s_figures_are_of_what_could_be_reached() -> None:
     bench = box((29.0, -1.0), (35.0, 1.0), "bench")
     template = Template(name="both", segments=lines((0, 0, 20, 0), (30, 0, 34, 0)), obstacles=(POST, bench))
-    planned = plan(template, VEHICLE, GIVEN)
+    planned = check_parts(template, GIVEN)
+    left = planned.report.left_out[0]
+    assert left.outline == "post" and 0.1 < left.length_m < 3.0 and left.from_m < 10.0 < left.to_m
+    assert f'of "s0" from ({left.from_x_m:.2f}, 0.00)' in left.words
     cause = PlanCause.of(GIVEN, planned.report)
     assert cause.left_out == ("s0", "s1")
     wanted = targets(planned.trajectory, template, VEHICLE, cause.left_out)

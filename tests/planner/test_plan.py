@@ -34,7 +34,11 @@ from touchline.services.planner.segments import sent_segments
 from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M
 
 VEHICLE = Vehicle()
-SHIPPED = sorted(line_templates())
+SHIPPED = [
+    pytest.param(name, marks=pytest.mark.full) if name == "american-football" else name
+    for name in sorted(line_templates())
+]
+"""The one of many short marks takes as long as all others."""
 
 
 def table(trajectory: Trajectory) -> PathTable:
@@ -209,7 +213,7 @@ def test_other_methods(name: str, method: str) -> None:
 
 
 @given(templates(), st.sampled_from(METHOD_NAMES), st.booleans(), poses, st.sampled_from(["given", "optimised"]))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_random_templates(
     template: Template, method: str, with_start: bool, start: tuple[float, float, float], order: str
 ) -> None:
@@ -281,7 +285,7 @@ def test_an_unknown_method_is_refused_with_the_known_ones() -> None:
 
 
 def test_plans_are_the_same_every_time_and_survive_the_wire() -> None:
-    template = load_template("soccer-7")
+    template = load_template("tennis")
     first, second = (plan(template, VEHICLE).trajectory for _ in range(2))
     assert encode(first) == encode(second)
     assert decode(Trajectory, encode(first)) == first

@@ -26,7 +26,10 @@ def template(**parts: Any) -> Template:
     return Template.model_validate({"name": "two", "title": "Two", "areas": areas, **parts})
 
 
-@pytest.mark.parametrize(("parts", "options"), [({}, FORWARD), ({"boundary": {"corners": box(0, 0, 44, 14)}}, EASY)])
+WALLED = pytest.param({"boundary": {"corners": box(0, 0, 44, 14)}}, EASY, marks=pytest.mark.full)
+
+
+@pytest.mark.parametrize(("parts", "options"), [({}, FORWARD), WALLED])
 def test_areas_are_covered_in_turn_on_one_way_without_a_gap(parts: dict[str, Any], options: PlanOptions) -> None:
     planned = plan(template(**parts), load_vehicle("clay-roller"), options)
     assert len(planned.report.coverage) == 2

@@ -17,7 +17,7 @@ from touchline.services.planner.sharing.wet_between import Clocked, crossings_of
 VEHICLE = Vehicle()
 
 
-@pytest.mark.parametrize(("name", "robots"), [("tennis", 2), ("tennis", 3), ("soccer-7", 4)])
+@pytest.mark.parametrize(("name", "robots"), [("tennis", 3), pytest.param("soccer-7", 4, marks=pytest.mark.full)])
 def test_every_line_is_in_one_share_and_all_take_about_as_long(name, robots):
     template = load_template(name, {})
     ways = sharings(PlanTask(template, VEHICLE, PlanOptions()), robots)

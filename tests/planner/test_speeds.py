@@ -1,5 +1,6 @@
 """Speed profile and actuation profile: as fast as allowed, steady where painted, switched on time."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,10 +29,15 @@ def stations(lengths: np.ndarray) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(lengths)))
 
 
+def columns(rows: Sequence[Sequence[float]]) -> np.ndarray:
+    """The columns of a table, each in one piece, as kernels get them elsewhere: others would be compiled anew."""
+    return np.ascontiguousarray(np.array(rows).T)
+
+
 def straight(lengths_and_speeds: list[tuple[float, float]]) -> PathGrid:
-    table = np.array(lengths_and_speeds)
-    still = np.zeros(len(table))
-    return PathGrid(stations(table[:, 0]), table[:, 0], still, still, np.square(table[:, 1]))
+    length, speed = columns(lengths_and_speeds)
+    still = np.zeros(len(length))
+    return PathGrid(stations(length), length, still, still, np.square(speed))
 
 
 def with_borders(course: PathGrid, borders: list[float]) -> PathGrid:
@@ -105,11 +111,10 @@ def winding(draw: st.DrawFn) -> tuple[PathGrid, list[tuple[float, float, float]]
         slope = (target - curvature) / (length * parts)
         rows += [(length, curvature + slope * length * i, slope) for i in range(parts)]
         curvature = target
-    table = np.array(rows)
-    ends = table[:, 1] + table[:, 2] * table[:, 0]
-    tightest = np.maximum(np.abs(table[:, 1]), np.abs(ends))
-    cap = LIMITS.square_cap(tightest, np.abs(table[:, 2]))
-    return PathGrid(stations(table[:, 0]), table[:, 0], table[:, 1], table[:, 2], cap), rows
+    length, bend, sharpness = columns(rows)
+    tightest = np.maximum(np.abs(bend), np.abs(bend + sharpness * length))
+    cap = LIMITS.square_cap(tightest, np.abs(sharpness))
+    return PathGrid(stations(length), length, bend, sharpness, cap), rows
 
 
 @given(winding())

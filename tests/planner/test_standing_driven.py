@@ -29,7 +29,7 @@ def painted(planned: Plan, template: Template, config: OnboardConfig) -> PaintMe
     return robot.metrics()
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("follower", ["mpc", pytest.param("pure-pursuit", marks=pytest.mark.full)])
 def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower: str) -> None:
     config = OnboardConfig.model_validate({"follower": follower})
     spinning = VEHICLE.changed(drive={"can_reverse": False}, tool={"paint_speed_mps": 0.5})

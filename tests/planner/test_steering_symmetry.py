@@ -67,6 +67,7 @@ def table(transition: Transition) -> Floats:
     return np.array([(p.length_m, p.curvature_1pm, p.direction) for p in transition if p.length_m > SHAPE_TOLERANCE])
 
 
+FULL = ((0.5, 0.0), (2.5, 1.0), (10.0, 0.0), (10.0, 1.0))
 IMAGES: tuple[tuple[Callable[[Query], Query], Callable[[Transition], Transition]], ...] = (
     (mirrored_query, mirrored_transition),
     (turned_query, turned_transition),
@@ -77,8 +78,10 @@ IMAGES: tuple[tuple[Callable[[Query], Query], Callable[[Transition], Transition]
 )
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0])
-@pytest.mark.parametrize("box_m", [0.5, 2.5, 10.0])
+@pytest.mark.parametrize(
+    ("box_m", "share"),
+    [(0.5, 1.0), (2.5, 0.0), *(pytest.param(*case, marks=pytest.mark.full) for case in FULL)],
+)
 def test_the_transitions_of_an_image_are_the_images_of_the_transitions(share: float, box_m: float) -> None:
     for limits in LIMITS:
         steering = Steering(*limits)

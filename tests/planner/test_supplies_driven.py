@@ -12,7 +12,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 SLICE_TICKS = 10_000
 
 
-@pytest.mark.parametrize("tank_l", [1.3, 20.0])
+@pytest.mark.parametrize("tank_l", [1.3, pytest.param(20.0, marks=pytest.mark.full)])
 def test_a_job_takes_what_its_plan_says(tank_l: float) -> None:
     """With a tank that the job all but empties the robot loses 38 of its 100 kg on the way."""
     vehicle, template = Vehicle(tool={"tank_l": tank_l}), load_template("tennis")

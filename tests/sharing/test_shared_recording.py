@@ -18,6 +18,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 
+pytestmark = pytest.mark.xdist_group("shared recording")  # by one worker, so that it is recorded once
 LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
 TEMPLATE = Template(
     name="two",

@@ -16,6 +16,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 
+pytestmark = pytest.mark.xdist_group("shared lines")  # by one worker, so that they are planned and driven once
 GRID = {
     **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},
     "west": ((-1.0, 0.0), (-1.0, 12.0)),
@@ -60,7 +61,7 @@ def test_the_same_again_is_the_same_to_the_bit(job, undisturbed):
     assert first.work == second.work
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.full)])
 def test_when_one_is_paused_they_keep_apart_and_paint_all_the_same(job, seed):
     chance = random.Random(seed)
     at_s, robot = chance.uniform(5.0, job.table.end_s), chance.randrange(2)

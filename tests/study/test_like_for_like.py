@@ -15,6 +15,7 @@ from touchline_research.durations import painting_seconds
 from touchline_research.like_for_like import (
     LAW,
     WHEELS,
+    Match,
     Setting,
     dubins_padded,
     in_order_of,
@@ -26,12 +27,18 @@ from touchline_research.pitch import Pitch
 from touchline_research.run import Study
 from touchline_research.table import Cause
 
+pytestmark = pytest.mark.xdist_group("like for like")  # by one worker, so that the court is planned once
 CAUSES = [Cause("everything", 2.0, 1.0, 2.0)]
 
 
 @pytest.fixture(scope="module")
 def court() -> Pitch:
     return Pitch(load_template("tennis"), study_vehicle())
+
+
+@pytest.fixture(scope="module")
+def matched(court: Pitch) -> dict[Setting, Match]:
+    return matches({LAW: court})
 
 
 def of_weak_wheels(pitch: Pitch) -> Pitch:
@@ -52,10 +59,9 @@ def test_more_speed_and_curvature_make_dpp_faster_too(court: Pitch) -> None:
     assert slow > fast > free
 
 
-def test_ours_is_faster_on_a_court_and_its_wheels_can_do_it(court: Pitch) -> None:
-    found = matches({LAW: court})
-    assert len(found) == 4
-    assert all(each.met and each.ours_kept and each.dpp_steps > 0 for each in found.values())
+def test_ours_is_faster_on_a_court_and_its_wheels_can_do_it(matched: dict[Setting, Match]) -> None:
+    assert len(matched) == 4
+    assert all(each.met and each.ours_kept and each.dpp_steps > 0 for each in matched.values())
 
 
 def test_a_plan_is_painted_as_fast_when_its_order_is_given(court: Pitch) -> None:
@@ -75,8 +81,10 @@ def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> Non
         assert len(tightest) == more
 
 
-def test_the_command_fails_if_a_row_is_missed_and_only_then(court: Pitch, monkeypatch: pytest.MonkeyPatch) -> None:
-    for pitch, code in ((court, 0), (of_weak_wheels(court), 1)):
-        study = Study(match_rows(matches({LAW: pitch})), CAUSES, pitch, {})
+def test_the_command_fails_if_a_row_is_missed_and_only_then(
+    court: Pitch, matched: dict[Setting, Match], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for found, code in ((matched, 0), (matches({LAW: of_weak_wheels(court)}), 1)):
+        study = Study(match_rows(found), CAUSES, court, {})
         monkeypatch.setattr("touchline_research.run.run_study", lambda *_, study=study: study)
         assert CliRunner().invoke(app, ["study", "--quick"]).exit_code == code

@@ -17,6 +17,7 @@ from tests.command import app
 from tests.sweep.combining import combined
 from tests.sweep.worker_tasks import KillsTheFirst, divide, signal_itself
 from touchline.cli.options import ExitCode
+from touchline.jobs.single import simulation
 from touchline.jobs.single.simulation import Job, simulate
 from touchline.jobs.sweep import task as sweep_task
 from touchline.jobs.sweep.summary import statistics, summarise, write_csv
@@ -43,14 +44,16 @@ def test_a_run_that_the_robot_refuses_fails_alone(job):
     assert (second.seed, second.success) == (4, False)
 
 
-def test_a_robot_that_waits_for_an_operator_is_given_up_after_three_minutes(job):
+def test_a_robot_that_waits_for_an_operator_is_given_up_after_three_minutes(job, monkeypatch):
+    assert simulation._PATIENCE_SLICES * simulation._SLICE_TICKS == 18_000  # of 0.01 s; here it is half a minute
+    monkeypatch.setattr(simulation, "_PATIENCE_SLICES", 3)
     scenario = Scenario(noise="none", faults=({"kind": "operator-lost", "start_s": 12.0},))
     outcome = simulate(job, scenario)
     assert not outcome.report.success
     assert "operator has not been heard" in outcome.reason
     assert 0.0 < outcome.report.coverage_pct < 100.0
     waited_s = outcome.report.header.stamp.sec - 12.0
-    assert 180.0 <= waited_s < 200.0
+    assert 30.0 <= waited_s < 50.0
 
 
 def test_a_runs_figures_are_those_of_its_report():

@@ -65,7 +65,7 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=10)
+@settings(max_examples=3)
 def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.random((4, 2, 2)) * 12.0

@@ -73,7 +73,7 @@ def test_a_start_pose_decides_what_is_painted_first() -> None:
 
 def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
     """What the matrix says of the order, and what the speed profile makes of it, without run-in and run-out."""
-    template, options = load_template("soccer-11"), PlanOptions(drying_time_s=1e-3)
+    template, options = load_template("soccer-7"), PlanOptions(drying_time_s=1e-3)
     limits = Limits.of(VEHICLE, options)
     painting = Painting.of(VEHICLE, limits, options)
     choices = swaths(modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True), painting, free=True)
