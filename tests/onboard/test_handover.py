@@ -15,7 +15,6 @@ from touchline.schemas.vehicles import Vehicle
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 LINE = trajectory(chain((0.0, 12.0)))
 SHORT = trajectory(chain((0.0, 3.0)))
-FOLLOWERS = ("mpc", "pure-pursuit")
 
 
 def standing(x=0.0, y=0.0, heading=0.0):
@@ -87,8 +86,14 @@ def test_a_robot_that_does_not_know_where_it_is_refuses():
         take_here(run, SHORT)
 
 
-@pytest.mark.parametrize("follower", FOLLOWERS)
-@pytest.mark.parametrize("behind_m", [0.0, 2.0])
+@pytest.mark.parametrize(
+    ("follower", "behind_m"),
+    [
+        ("mpc", 0.0),
+        ("pure-pursuit", 2.0),
+        *(pytest.param(*each, marks=pytest.mark.full) for each in (("mpc", 2.0), ("pure-pursuit", 0.0))),
+    ],
+)
 def test_the_same_way_taken_over_is_driven_as_if_nothing_had_been(follower, behind_m):
     plain, replaced = start(LINE, follower, "default", seed=2), start(LINE, follower, "default", seed=2)
     for run in (plain, replaced):

@@ -33,8 +33,14 @@ def share(run: Run) -> float:
     return run.onboard.painted.coverage_pct / 100.0
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("noise", ["none", "default"])
+@pytest.mark.parametrize(
+    ("follower", "noise"),
+    [
+        ("mpc", "default"),
+        ("pure-pursuit", "none"),
+        *(pytest.param(*each, marks=pytest.mark.full) for each in (("mpc", "none"), ("pure-pursuit", "default"))),
+    ],
+)
 def test_an_undisturbed_run_is_all_painted(follower: str, noise: str) -> None:
     run = start(LINES, follower, noise, seed=2)
     assert run.onboard.painted.ids == ("s1", "s2", "s4")

@@ -52,8 +52,14 @@ def test_time_counts_the_turns() -> None:
     assert loaded.time_at(3.0, 2) == pytest.approx(4.0 + turning)
 
 
-@pytest.mark.parametrize("noise", ["none", "default"])
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize(
+    ("follower", "noise"),
+    [
+        ("mpc", "default"),
+        ("pure-pursuit", "none"),
+        *(pytest.param(*each, marks=pytest.mark.full) for each in (("mpc", "none"), ("pure-pursuit", "default"))),
+    ],
+)
 @pytest.mark.parametrize("plan", [THREE_POINT, QUARTER], ids=["cusps", "quarter"])
 def test_drives_to_the_end(plan: Trajectory, follower: str, noise: str) -> None:
     run = start(plan, follower, noise, seed=2)
