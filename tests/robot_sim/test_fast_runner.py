@@ -51,6 +51,15 @@ FAULTS = {
     "tank-empty": {},
     "operator-lost": {},
 }
+IN_TURN = (
+    ("messages-late", "nozzle-clogged", "gnss-outage"),
+    ("messages-duplicated", "corrections-lost", "gnss-degraded"),
+    ("messages-lost", "operator-lost", "imu-stuck"),
+    ("valve-stuck", "wheel-slip", "wheel-blocked"),
+    ("clock-skew", "encoder-dropout", "bumper"),
+    ("imu-bias", "tank-empty"),
+)
+"""Faults of one session, one after the other: those that stop the robot come last."""
 
 
 def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=TEMPLATE, vehicle=None):
@@ -92,24 +101,41 @@ def assert_said(looped, ticked):
         assert payload == other, (topic.name, decode(topic.type, payload), decode(topic.type, other))
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("listen_from", [1, 57, 500, 9999])
+@pytest.mark.parametrize(
+    ("follower", "listen_from"),
+    [
+        ("pure-pursuit", 1),
+        ("mpc", 57),
+        ("mpc", 9999),
+        *(
+            pytest.param(*each, marks=pytest.mark.full)
+            for each in (("mpc", 1), ("pure-pursuit", 57), ("mpc", 500), ("pure-pursuit", 500), ("pure-pursuit", 9999))
+        ),
+    ],
+)
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success
     assert report.coverage_pct > 90.0
 
 
-@pytest.mark.parametrize("kind", FAULTS)
-def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
-    fault = {"kind": kind, "start_s": 3.0, "duration_s": 1.0, **FAULTS[kind]}
-    scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": [fault]})
+@pytest.mark.parametrize(
+    "kinds",
+    [*IN_TURN, *(pytest.param((kind,), marks=pytest.mark.full) for kind in FAULTS)],
+    ids=", ".join,
+)
+def test_the_loop_is_the_ticks_whatever_goes_wrong(kinds):
+    faults = [
+        {"kind": kind, "start_s": 3.0 + 0.75 * i, "duration_s": 0.5, **FAULTS[kind]} for i, kind in enumerate(kinds)
+    ]
+    scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": faults})
     looped = assert_same(scenario, 359, follower="pure-pursuit")
     unheard = session(scenario, LONGEST_TICKS, loop=True, follower="pure-pursuit")
     assert unheard[1:] == looped[1:]
 
 
-@settings(max_examples=4, deadline=None)
+@pytest.mark.full
+@settings(max_examples=20, deadline=None)
 @given(
     st.integers(0, 2**63 - 1),
     st.integers(1, 800),

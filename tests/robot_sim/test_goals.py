@@ -173,8 +173,14 @@ def test_paused_or_stopped_it_is_refused_with_the_remedy(bus, operator, planner)
     assert "emergency-stopped; reset it first" in ask(operator, both, topics.GOTO, goal=NEAR).message
 
 
-@pytest.mark.parametrize("stop", [topics.PAUSE, topics.ABORT, topics.ESTOP])
-@pytest.mark.parametrize("driving", [False, True])
+@pytest.mark.parametrize(
+    ("stop", "driving"),
+    [
+        *((stop, True) for stop in (topics.PAUSE, topics.ABORT, topics.ESTOP)),
+        (topics.ESTOP, False),
+        *(pytest.param(stop, False, marks=pytest.mark.full) for stop in (topics.PAUSE, topics.ABORT)),
+    ],
+)
 def test_a_stop_cancels_a_goal_that_is_being_planned(bus, operator, stop, driving):
     with Bus.open(topics.PLANNER, bus.config) as planner:
         both = Planning(bus, planner, speed=2.0)

@@ -14,8 +14,17 @@ BEGINS_TICK = 6000
 """A minute after it was switched on the sensors still warm up, and the satellites' error is as large as ever."""
 
 
-# Three joints each; the sensors' errors are the same for every other cause.
-@pytest.mark.parametrize(("cause", "seed"), [(cause, 1 + number % 2) for number, cause in enumerate(CAUSES)])
+# Three joints each. The others stop the robot as one of these does: at rest at once, or with paint that is owed.
+OFTEN = ("RTK outage", "pause, jolted", "e-stop, reset", "half-clogged nozzle", "process killed")
+
+
+@pytest.mark.parametrize(
+    ("cause", "seed"),
+    [
+        pytest.param(cause, 1 + number % 2, marks=[] if cause in OFTEN else [pytest.mark.full])
+        for number, cause in enumerate(CAUSES)
+    ],
+)
 def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
     found = joints(*interrupted(cause, seed, begins_tick=BEGINS_TICK))
     assert len(found) == LINES
@@ -29,7 +38,7 @@ def test_a_process_that_starts_on_an_outlying_fix_waits_until_others_agree() -> 
     assert all(joint.double_m <= 0.02 for joint in found), found
 
 
-@pytest.mark.parametrize("cause", ["pause", "process killed"])
+@pytest.mark.parametrize("cause", ["process killed", pytest.param("pause", marks=pytest.mark.full)])
 def test_without_noise_they_are_where_they_are_meant_to_be(cause: str) -> None:
     found = joints(*interrupted(cause, 1, noise="none", follower="pure-pursuit", begins_tick=BEGINS_TICK))
     assert [joint.gap_m for joint in found] == [0.0] * LINES

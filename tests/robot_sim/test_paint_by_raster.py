@@ -166,7 +166,9 @@ def lateral_errors(template, rows):
     return best[np.isfinite(best)]
 
 
-@pytest.mark.parametrize("name", TEMPLATES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.full] if name in ("line", "bend") else []) for name in TEMPLATES]
+)
 def test_a_raster_of_the_true_nozzle_finds_the_same_coverage_overspray_and_lateral_error(name):
     width_m = 0.10 if name == "corner" else 0.12
     template = Template.model_validate({"name": name, "line_width_m": width_m, "segments": TEMPLATES[name]})

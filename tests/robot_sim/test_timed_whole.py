@@ -80,7 +80,10 @@ def test_frenet_keeps_marker_and_roller_on_their_paths() -> None:
     assert np.percentile(off, 95) < 0.025
 
 
-@pytest.mark.parametrize("cause", ["pause, jolted", "e-stop, reset", "process killed"])
+@pytest.mark.parametrize(
+    "cause",
+    ["e-stop, reset", *(pytest.param(each, marks=pytest.mark.full) for each in ("pause, jolted", "process killed"))],
+)
 def test_stopped_on_its_way_it_leaves_no_open_joint(cause: str) -> None:
     found = joints(*interrupted(cause, 1, follower="regularised", begins_tick=6000))
     assert len(found) == 3
