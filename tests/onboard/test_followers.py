@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Run, chain, clothoid, start, trajectory
+from tests.with_full import with_full
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.control import MpcFollower, make_follower, mpc
 from touchline.onboard.interface import Command
@@ -50,9 +51,7 @@ def offsets(run: Run, curves: list, from_m: float = 0.0, to_m: float = math.inf)
 
 
 @pytest.mark.parametrize("follower", FOLLOWERS)
-@pytest.mark.parametrize(
-    "course", ["slalom", *(pytest.param(each, marks=pytest.mark.full) for each in ("line", "circle", "right turn"))]
-)
+@pytest.mark.parametrize("course", with_full("slalom", full=("line", "circle", "right turn")))
 def test_perfect_robot_stays_within_a_millimetre_and_a_half(follower: str, course: str) -> None:
     run = start(trajectory(COURSES[course]), follower)
     off = offsets(run, COURSES[course])
@@ -62,7 +61,7 @@ def test_perfect_robot_stays_within_a_millimetre_and_a_half(follower: str, cours
 
 
 @pytest.mark.parametrize("follower", FOLLOWERS)
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.full) for seed in (1, 2))])
+@pytest.mark.parametrize("seed", with_full(0, full=(1, 2)))
 def test_noisy_robot_stays_within_two_centimetres_and_a_half(follower: str, seed: int) -> None:
     run = start(trajectory(COURSES["slalom"]), follower, "default", seed)
     run.rig.heading += 0.05

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
+from tests.with_full import with_full
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.executive.painted import Painted
 from touchline.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
@@ -35,11 +36,7 @@ def share(run: Run) -> float:
 
 @pytest.mark.parametrize(
     ("follower", "noise"),
-    [
-        ("mpc", "default"),
-        ("pure-pursuit", "none"),
-        *(pytest.param(*each, marks=pytest.mark.full) for each in (("mpc", "none"), ("pure-pursuit", "default"))),
-    ],
+    with_full(("mpc", "default"), ("pure-pursuit", "none"), full=(("mpc", "none"), ("pure-pursuit", "default"))),
 )
 def test_an_undisturbed_run_is_all_painted(follower: str, noise: str) -> None:
     run = start(LINES, follower, noise, seed=2)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
+from tests.with_full import with_full
 from touchline.onboard import Onboard
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
@@ -141,11 +142,7 @@ def joints(painted: list[tuple[float, float]]) -> list[float]:
 
 @pytest.mark.parametrize(
     ("follower", "noise"),
-    [
-        ("mpc", "default"),
-        ("pure-pursuit", "none"),
-        *(pytest.param(*each, marks=pytest.mark.full) for each in (("mpc", "none"), ("pure-pursuit", "default"))),
-    ],
+    with_full(("mpc", "default"), ("pure-pursuit", "none"), full=(("mpc", "none"), ("pure-pursuit", "default"))),
 )
 def test_pause_and_resume_leave_no_gap_and_paint_nothing_twice(follower: str, noise: str) -> None:
     run = start(LINE, follower, noise, seed=2)

@@ -1,10 +1,13 @@
 """The loop kernel does what the ticks one by one do, and says what they say, to the bit, whatever happens."""
 
+import itertools
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import trajectory
+from tests.with_full import with_full
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
@@ -29,6 +32,7 @@ PLAN = trajectory(
     speed_mps=0.8,
 )
 TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.5, -0.41124), "end": (2.0, -0.41124)}}])
+FOLLOWERS = ("mpc", "pure-pursuit")
 LONGEST_TICKS = 1100
 QUICK = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
 """A receiver that finds its fix again while there is some way left."""
@@ -103,15 +107,7 @@ def assert_said(looped, ticked):
 
 @pytest.mark.parametrize(
     ("follower", "listen_from"),
-    [
-        ("pure-pursuit", 1),
-        ("mpc", 57),
-        ("mpc", 9999),
-        *(
-            pytest.param(*each, marks=pytest.mark.full)
-            for each in (("mpc", 1), ("pure-pursuit", 57), ("mpc", 500), ("pure-pursuit", 500), ("pure-pursuit", 9999))
-        ),
-    ],
+    with_full(("pure-pursuit", 1), ("mpc", 57), ("mpc", 9999), full=itertools.product(FOLLOWERS, (7, 500))),
 )
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
@@ -119,11 +115,7 @@ def test_the_loop_is_the_ticks(follower, listen_from):
     assert report.coverage_pct > 90.0
 
 
-@pytest.mark.parametrize(
-    "kinds",
-    [*IN_TURN, *(pytest.param((kind,), marks=pytest.mark.full) for kind in FAULTS)],
-    ids=", ".join,
-)
+@pytest.mark.parametrize("kinds", with_full(*map(list, IN_TURN), full=([kind] for kind in FAULTS)), ids=", ".join)
 def test_the_loop_is_the_ticks_whatever_goes_wrong(kinds):
     faults = [
         {"kind": kind, "start_s": 3.0 + 0.75 * i, "duration_s": 0.5, **FAULTS[kind]} for i, kind in enumerate(kinds)
@@ -139,7 +131,7 @@ def test_the_loop_is_the_ticks_whatever_goes_wrong(kinds):
 @given(
     st.integers(0, 2**63 - 1),
     st.integers(1, 800),
-    st.sampled_from(["mpc", "pure-pursuit"]),
+    st.sampled_from(FOLLOWERS),
     st.lists(st.tuples(st.sampled_from(sorted(FAULTS)), st.floats(0.0, 7.0), st.floats(0.01, 1.5)), max_size=3),
 )
 def test_the_loop_is_the_ticks_on_any_day(seed, listen_from, follower, timeline):

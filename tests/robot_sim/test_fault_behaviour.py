@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._invariants import Guarded, fault, random_run
+from tests.with_full import with_full
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.plugins import FAULTS
 
@@ -58,7 +59,6 @@ OTHER_FIGURES = [
     ("nozzle-clogged", {"share": 0.3}, "too little paint", False),
 ]
 """More of the same kinds."""
-CASES = [*STOPS, *(pytest.param(*each, marks=pytest.mark.full) for each in OTHER_FIGURES)]
 
 
 def test_no_kind_is_left_out() -> None:
@@ -67,7 +67,7 @@ def test_no_kind_is_left_out() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "fields", "words", "by_itself"),
-    CASES,
+    with_full(*STOPS, full=OTHER_FIGURES),
     ids=[f"{kind}-{i}" for i, (kind, *_) in enumerate((*STOPS, *OTHER_FIGURES))],
 )
 def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself: bool | None) -> None:
@@ -88,9 +88,6 @@ def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself
 
 
 # Of the first 25 these have every kind of fault, every change of state with its reason, and every way to end.
-@pytest.mark.parametrize(
-    "seed",
-    [8, 13, 24, *(pytest.param(each, marks=pytest.mark.full) for each in (0, 6, 7, 10, 15, 16, 17, 20, 21, 23))],
-)
+@pytest.mark.parametrize("seed", with_full(8, 13, 24, full=(0, 6, 7, 10, 15, 16, 17, 20, 21, 23)))
 def test_random_timelines_break_no_invariant(seed: int) -> None:
     random_run(seed, LOOK_TICKS).run(6000)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._joints import CAUSES, PIECES, interrupted, joints
+from tests.with_full import with_full
 
 LINES = sum(sprayed for _, _, sprayed in PIECES)
 BEGINS_TICK = 6000
@@ -15,16 +16,18 @@ BEGINS_TICK = 6000
 
 
 # Three joints each. The others stop the robot as one of these does: at rest at once, or with paint that is owed.
-OFTEN = ("RTK outage", "pause, jolted", "e-stop, reset", "half-clogged nozzle", "process killed")
-
-
-@pytest.mark.parametrize(
-    ("cause", "seed"),
-    [
-        pytest.param(cause, 1 + number % 2, marks=[] if cause in OFTEN else [pytest.mark.full])
-        for number, cause in enumerate(CAUSES)
-    ],
+USUAL = (
+    ("RTK outage", 1),
+    ("pause, jolted", 2),
+    ("e-stop, reset", 1),
+    ("half-clogged nozzle", 2),
+    ("process killed", 2),
 )
+
+EACH = {(cause, 1 + number % 2) for number, cause in enumerate(CAUSES)}
+
+
+@pytest.mark.parametrize(("cause", "seed"), with_full(*USUAL, full=sorted(EACH - set(USUAL))))
 def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
     found = joints(*interrupted(cause, seed, begins_tick=BEGINS_TICK))
     assert len(found) == LINES

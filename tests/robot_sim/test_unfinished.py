@@ -7,6 +7,7 @@ from tests.robot_sim.scripted import trajectory
 from tests.robot_sim.test_journal import PLAN
 from tests.robot_sim.test_journal_kept import QUIET, Robot
 from tests.robot_sim.test_resume import joints
+from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -68,14 +69,7 @@ def whole_pct():
 
 @pytest.mark.parametrize(
     ("at", "reset"),
-    [
-        (1.0, True),
-        (2.5, False),
-        *(
-            pytest.param(*each, marks=pytest.mark.full)
-            for each in ((1.0, False), (2.5, True), (3.9, False), (3.9, True))
-        ),
-    ],
+    with_full((1.0, True), (2.5, False), full=((1.0, False), (2.5, True), (3.9, False), (3.9, True))),
 )
 def test_a_job_that_was_aborted_is_gone_on_with_and_nothing_is_painted_twice(path, whole_pct, at, reset):
     with Journal(path) as journal:

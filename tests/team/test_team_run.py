@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.with_full import with_full
 from touchline.jobs.team.random_team_faults import with_random_faults
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
@@ -119,7 +120,7 @@ def test_a_pressed_bumper_stops_one_robot_and_nobody_runs_into_it() -> None:
     assert figures["success"], figures["reason"]
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.full) for seed in (1, 2, 3))])
+@pytest.mark.parametrize("seed", with_full(0, full=(1, 2, 3)))
 def test_random_faults_lead_to_no_contact_of_robots_that_obey(seed: int) -> None:
     team = with_random_faults(TeamScenario(robots=6, duration_s=30.0), seed)
     assert team.faults or team.frozen
