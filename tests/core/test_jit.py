@@ -77,15 +77,30 @@ ARGUMENTS = [
 ]
 
 
-@pytest.mark.parametrize("value", ARGUMENTS, ids=str)
+@pytest.mark.parametrize(
+    "value",
+    [
+        pytest.param(tuple(ARGUMENTS), id="all in one"),
+        pytest.param(np.arange(6.0), id="array"),
+        *(pytest.param(each, marks=pytest.mark.full, id=str(each)) for each in ARGUMENTS),
+    ],
+)
 def test_values_come_back_as_they_were_given(value: Any) -> None:
     @kernel
     def same(value: Any) -> Any:
         return value
 
-    found = same(value)
+    assert_same(same(value), value)
+
+
+def assert_same(found: Any, value: Any) -> None:
+    """The same value, of the same type but for NumPy's numbers, which come back as Python's."""
     assert type(found) is (type(value.item()) if isinstance(value, np.generic) else type(value))
-    assert str(found) == str(value)
+    if isinstance(value, tuple):
+        for pair in zip(found, value, strict=True):
+            assert_same(*pair)
+    else:
+        assert str(found) == str(value)
 
 
 def test_what_a_kernel_writes_is_seen_and_what_nobody_may_write_stays() -> None:
@@ -180,10 +195,6 @@ def _no_room() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
 
-def _no_room() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-
-
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     file = tmp_path / "doubled.py"
     file.write_text(
@@ -194,8 +205,6 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     done = subprocess.run(command, preexec_fn=_no_room, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert not any(tmp_path.rglob("*.o"))
-    assert subprocess.run(command, check=False).returncode == 0
-    assert any(tmp_path.rglob("*.o"))
 
 
 SCRIPT = """
@@ -222,11 +231,13 @@ def _scaled(folder: Path, *, factor: int, unrelated: str = "") -> str:
     return done.stdout.strip()
 
 
-def test_an_edit_compiles_again_what_depends_on_it_and_nothing_else(tmp_path: Path) -> None:
+def test_an_edit_compiles_again_what_depends_on_it_and_damage_too_and_nothing_else(tmp_path: Path) -> None:
     assert _scaled(tmp_path, factor=2) == "42 True"
     assert _scaled(tmp_path, factor=2, unrelated="# edited") == "42 False"
     assert _scaled(tmp_path, factor=3) == "63 True"
-    assert _scaled(tmp_path, factor=2) == "42 False"
+    for code in tmp_path.rglob("*.o"):
+        code.write_bytes(code.read_bytes()[:20])
+    assert _scaled(tmp_path, factor=2) == "42 True"
 
 
 def test_processes_that_want_the_same_code_compile_it_once(tmp_path: Path) -> None:
@@ -236,19 +247,12 @@ def test_processes_that_want_the_same_code_compile_it_once(tmp_path: Path) -> No
     kernels = tmp_path / "touchline" / "kernels"
     started = [
         subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        for _ in range(3)
+        for _ in range(2)
     ]
     said = sorted(each.communicate()[0].strip() for each in started)
     assert said[-1] == "42 True"
     assert {each.split()[0] for each in said} == {"42"}
     assert len(list(kernels.iterdir())) == 1
-
-
-def test_code_that_is_damaged_is_compiled_again(tmp_path: Path) -> None:
-    assert _scaled(tmp_path, factor=2) == "42 True"
-    (code,) = tmp_path.rglob("*.o")
-    code.write_bytes(code.read_bytes()[:20])
-    assert _scaled(tmp_path, factor=2) == "42 True"
 
 
 def test_code_that_nobody_has_used_for_a_month_is_removed_and_the_oldest_of_too_much(

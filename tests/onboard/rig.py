@@ -310,9 +310,12 @@ class Run:
 
 
 def start(
-    plan: Trajectory, follower: str = "mpc", noise: str = "none", seed: int = 0, vehicle: Vehicle | None = None
+    plan: Trajectory, follower: str = "pure-pursuit", noise: str = "none", seed: int = 0, vehicle: Vehicle | None = None
 ) -> Run:
-    """A run whose traversal has been loaded and started, the robot at the start of the path."""
+    """A run whose traversal has been loaded and started, the robot at the start of the path.
+
+    Its follower is the one that takes least time.
+    """
     vehicle = vehicle or Vehicle()
     scenario = Scenario(noise=noise)
     rig = Rig(vehicle, scenario, seed, *start_pose(plan))

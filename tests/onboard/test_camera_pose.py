@@ -104,7 +104,7 @@ def test_late_poses_end_in_the_estimate_of_prompt_ones(
     assert counters.fixes_out_of_order > 0 or fault.kind != "messages-reordered"
 
 
-@pytest.mark.parametrize("name", ["turtlebot3-waffle-pi", "turtlebot2"])
+@pytest.mark.parametrize("name", ["turtlebot3-waffle-pi", pytest.param("turtlebot2", marks=pytest.mark.full)])
 def test_the_estimate_is_as_good_as_it_says_and_through_an_outage(name: str) -> None:
     nees, nis, heading_nis, blind = [], [], [], []
     for seed in range(1, RUNS + 1):

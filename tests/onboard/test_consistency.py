@@ -12,7 +12,7 @@ from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, 
 from touchline.onboard.estimation.filter import Estimator
 from touchline.schemas.scenario import Scenario
 
-RUNS = 15
+RUNS = 6
 
 
 def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:

@@ -51,7 +51,9 @@ def test_a_path_without_swaths_counts_as_a_whole(trajectory) -> None:
 
 def test_a_roller_at_work_believes_more_and_more_and_what_comes_after_a_restart(trajectory) -> None:
     def robot() -> Emulator:
-        return Emulator(CLAY_ROLLER, Scenario(seed=3, ground={"surface": "clay"}), OnboardConfig(follower="mpc"))
+        return Emulator(
+            CLAY_ROLLER, Scenario(seed=3, ground={"surface": "clay"}), OnboardConfig(follower="pure-pursuit")
+        )
 
     emulator = robot()
     emulator.load(trajectory, PAN)
@@ -74,7 +76,7 @@ def test_a_roller_at_work_believes_more_and_more_and_what_comes_after_a_restart(
 def test_a_roller_waits_out_an_outage_in_which_it_would_leave_strips_out(trajectory) -> None:
     outage = {"kind": "gnss-outage", "start_s": 12.0, "duration_s": 20.0}
     scenario = Scenario(seed=3, ground={"surface": "clay"}, faults=[outage])
-    emulator = Emulator(CLAY_ROLLER, scenario, OnboardConfig(follower="mpc"))
+    emulator = Emulator(CLAY_ROLLER, scenario, OnboardConfig(follower="pure-pursuit"))
     emulator.load(trajectory, PAN)
     emulator.start()
     runner = FastRunner(emulator)

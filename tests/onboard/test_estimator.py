@@ -47,7 +47,7 @@ def test_perfect_sensors_give_the_truth() -> None:
 
 def test_consistent_over_monte_carlo_runs() -> None:
     """NEES of (x, y, heading) not above its 99 % bound, nor absurdly low; NIS alike."""
-    runs, samples, nis, heading = 12, [], [], []
+    runs, samples, nis, heading = 5, [], [], []
     for seed in range(runs):
         rig = Rig(scenario=DEFAULT, seed=seed, heading=0.3 * seed)
         estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
@@ -71,20 +71,20 @@ def test_consistent_over_monte_carlo_runs() -> None:
 
 def test_matched_noise_without_slow_gnss_error_is_consistent() -> None:
     scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0))
-    values = []
-    for seed in range(12):
+    runs, values = 5, []
+    for seed in range(runs):
         rig = Rig(scenario=scenario, seed=100 + seed)
         estimator = Estimator(rig.vehicle, data_sheets(scenario))
         drive(rig, estimator, 2500)
         values.append(nees(rig, estimator))
-    assert np.mean(values) < chi2.ppf(0.995, 3 * 12) / 12
-    assert np.mean(values) > 0.5
+    low, high = chi2.ppf([0.005, 0.995], 3 * runs) / runs
+    assert low < np.mean(values) < high
 
 
 def test_heading_is_found_on_the_run_in() -> None:
     """Five metres straight: heading from a few degrees of the magnetometer to what painting needs."""
     errors = []
-    for seed in range(10):
+    for seed in range(5):
         rig = Rig(scenario=DEFAULT, seed=seed, heading=1.0)
         estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 80, straight)
@@ -201,8 +201,7 @@ def test_late_and_lost_samples_end_near_the_same_estimate() -> None:
 
 
 def test_outage_stays_within_what_is_reported() -> None:
-    inside = 0
-    for seed in range(8):
+    for seed in range(3):
         rig = Rig(scenario=DEFAULT, seed=200 + seed)
         estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 2500, straight)
@@ -210,8 +209,7 @@ def test_outage_stays_within_what_is_reported() -> None:
         drive(rig, estimator, 3000, lambda t: straight(1000))
         p = estimator.covariance[:2, :2]
         e = error(rig, estimator)[:2]
-        inside += float(e @ np.linalg.solve(p, e)) < chi2.ppf(0.9973, 2)
-    assert inside >= 7
+        assert e @ np.linalg.solve(p, e) < chi2.ppf(0.9973, 2)
 
 
 def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:

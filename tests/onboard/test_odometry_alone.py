@@ -14,7 +14,7 @@ from touchline.services.robot_sim.emulator import Emulator
 
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 
-RUNS = 8
+RUNS = 4
 
 
 def robot(seed: int, sheet: OdometrySheet) -> OpenLoopRobot:

@@ -26,6 +26,8 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Event, PauseStatus, TraversalStatus
 from touchline.schemas.vehicles import Vehicle
 
+pytestmark = pytest.mark.xdist_group("own hazard")  # with it the table is compiled anew, in one worker
+
 
 class HalfCharged(Hazard):
     """Half of the charge is gone."""
@@ -84,6 +86,7 @@ def test_it_comes_after_those_before_it(monkeypatch: pytest.MonkeyPatch) -> None
     assert run.onboard.status.reason == "the battery is low (5 %)"
 
 
+@pytest.mark.full  # the table is compiled once more
 def test_a_further_emergency_latches(monkeypatch: pytest.MonkeyPatch) -> None:
     run = run_with(monkeypatch, HalfCharged(100, EMERGENCY))
     run.rig.battery = 0.4

@@ -180,7 +180,7 @@ ACTIONS = st.one_of(
 )
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.integers(1, 400), ACTIONS), max_size=12), st.integers(0, 3))
 def test_invariants_under_any_commands_and_faults(script: list[tuple[int, object]], seed: int) -> None:
     run = start(LINE, noise="default", seed=seed)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Run, chain, clothoid, reversing, start, trajectory
+from tests.with_full import with_full
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control import make_follower
@@ -53,7 +54,9 @@ def off_path_m(run: Run, curves: list) -> float:
     return worst
 
 
-@pytest.mark.parametrize("follower", EVERY)
+@pytest.mark.parametrize(
+    "follower", with_full("nonlinear", "regularised", "dynamic", "frenet", full=("linear", "linear-scaled"))
+)
 def test_a_perfect_robot_stays_on_its_path(follower: str) -> None:
     assert off_path_m(start(trajectory(BENDS), follower), BENDS) < 4e-3
 
@@ -81,8 +84,10 @@ def test_it_turns_in_place_between_legs(follower: str) -> None:
     assert math.dist((run.rig.x, run.rig.y), end) < 0.02 * slack
 
 
-@pytest.mark.parametrize("follower", ["regularised", "linear", "dynamic"])
-@pytest.mark.parametrize("stop", ["pause", "estop"])
+@pytest.mark.parametrize(
+    ("follower", "stop"),
+    with_full(("regularised", "pause"), ("dynamic", "estop"), full=(("linear", "pause"), ("linear", "estop"))),
+)
 def test_stopped_and_told_to_go_on_it_begins_where_it_stands(follower: str, stop: str) -> None:
     run = start(trajectory(chain((0.0, 14.0)), sprays=((3.0, 11.0),)), follower)
     run.until_arc(6.0)

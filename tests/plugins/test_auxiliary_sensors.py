@@ -90,10 +90,9 @@ class Session:
         return self.telemetry.final.traversal.session_hash
 
 
-@pytest.mark.parametrize("sensors", [[RADAR], [LIDAR], [RADAR, LIDAR]], ids=["radar", "lidar", "both"])
-def test_many_ticks_at_a_time_are_the_same_as_tick_by_tick(sensors):
+def test_many_ticks_at_a_time_are_the_same_as_tick_by_tick():
     world = {"sensors": [LIDAR], "seed": 3}
-    assert Session(*sensors, fast=True, **world).hash == Session(*sensors, fast=False, **world).hash
+    assert Session(RADAR, LIDAR, fast=True, **world).hash == Session(RADAR, LIDAR, fast=False, **world).hash
 
 
 def test_samples_come_at_their_rate_a_latency_later_and_others_are_not_touched():
@@ -222,11 +221,10 @@ def test_vehicles_and_scenarios_without_sensors_are_written_as_before():
     assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
 
 
-@pytest.mark.parametrize("jobs", [1, 2], ids=["at switch-on", "of a later job"])
-def test_a_recording_of_them_passes_every_check(tmp_path, jobs):
+def test_a_recording_of_them_passes_every_check(tmp_path):
     vehicle, world = Vehicle(sensors=[RADAR, LIDAR]), Scenario(seed=3, sensors=[LIDAR])
     day = Day(vehicle, world, OnboardConfig(follower="pure-pursuit"), template=LINE)
-    for _ in range(jobs):
+    for _ in range(2):
         day.load()
         day.order("start")
         day.drive(6000)

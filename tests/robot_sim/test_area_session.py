@@ -43,14 +43,14 @@ ONE_BY_ONE = 300
 
 
 def session(trajectory, *, slow_blocks):
-    """All that is said; `slow_blocks` of every three blocks of ONE_BY_ONE ticks are driven tick by tick."""
+    """All that is said; `slow_blocks` of every nine blocks of ONE_BY_ONE ticks are driven tick by tick."""
     emulator, telemetry = robot()
     emulator.load(trajectory, PAN)
     said = telemetry.loaded(trajectory, PAN)
     emulator.start()
     runner = FastRunner(emulator)
     while emulator.active:
-        if emulator.tick_count // ONE_BY_ONE % 3 >= slow_blocks:
+        if emulator.tick_count // ONE_BY_ONE % 9 >= slow_blocks:
             said += telemetry.after(
                 runner.step(telemetry.until_due(ONE_BY_ONE - emulator.tick_count % ONE_BY_ONE), telemetry.rows)
             )

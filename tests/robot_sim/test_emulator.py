@@ -36,8 +36,10 @@ from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
+pytestmark = pytest.mark.xdist_group("scripted session")  # which is driven once
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (9, 0)), Curve.from_line((9, 0), (12, 0))], [0, 1, 0]
 )
@@ -64,9 +66,15 @@ def of(said, topic):
     return [decode(topic.type, payload) for name, payload in said if name is topic]
 
 
-def test_a_session_from_load_to_report():
+@pytest.fixture(scope="module")
+def session():
+    """The emulator after a whole session, and every payload of it."""
     emulator = scripted()
-    said = run(emulator)
+    return emulator, run(emulator)
+
+
+def test_a_session_from_load_to_report(session):
+    emulator, said = session
     reports = of(said, topics.REPORT)
     assert len(reports) == 1
     (report,) = reports
@@ -89,9 +97,8 @@ def test_a_session_from_load_to_report():
     assert abs(emulator.world.state.speed_mps) < 1e-6
 
 
-def test_rates_are_those_of_the_topic_table():
-    emulator = scripted()
-    said = run(emulator)
+def test_rates_are_those_of_the_topic_table(session):
+    emulator, said = session
     for topic in topics.TOPICS:
         count = sum(1 for name, _ in said if name is topic)
         if (
@@ -103,8 +110,8 @@ def test_rates_are_those_of_the_topic_table():
             assert count == pytest.approx(emulator.time_s * topic.rate_hz, abs=2), topic.name
 
 
-def test_stamps_are_sim_time_and_never_go_back():
-    said = run(scripted())
+def test_stamps_are_sim_time_and_never_go_back(session):
+    _, said = session
     for topic in (topics.IMU, topics.TRUTH, topics.GNSS_FIX, topics.STATUS, topics.TRUE_COVERAGE):
         stamps = [message.header.stamp for message in of(said, topic)]
         times = [stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps]
@@ -114,8 +121,8 @@ def test_stamps_are_sim_time_and_never_go_back():
     assert fixes[0].header.stamp.nanosec == 100_000_000
 
 
-def test_sprayer_state_is_told_when_it_changes():
-    said = run(scripted())
+def test_sprayer_state_is_told_when_it_changes(session):
+    _, said = session
     states = of(said, topics.SPRAYER)
     changes = [(state.valve_commanded, state.valve_open) for state in states if isinstance(state, SprayerState)]
     order = [pair for index, pair in enumerate(changes) if index == 0 or pair != changes[index - 1]]
@@ -123,29 +130,29 @@ def test_sprayer_state_is_told_when_it_changes():
 
 
 def test_same_seed_same_bytes_other_seed_others():
-    first, second = run(scripted(Scenario(seed=7))), run(scripted(Scenario(seed=7)))
+    first, second, other = (
+        run(scripted(Scenario(seed=seed), lambda tick: line_script(tick) if tick < 250 else None)) for seed in (7, 7, 8)
+    )
     assert first == second
-    other = run(scripted(Scenario(seed=8)))
     assert [topic for topic, _ in other[:50]] == [topic for topic, _ in first[:50]]
     assert other != first
 
 
 def test_touchlines_own_computer_paints_reproducibly():
-    def session():
+    def painted():
         emulator = Emulator(Vehicle(), Scenario(seed=3))
         telemetry = Telemetry(emulator)
         start = [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))]
         plan = trajectory(start, [0, 1, 0], speed_mps=0.5)
         emulator.load(plan)
         emulator.start()
-        said = []
+        said, runner = [], FastRunner(emulator)
         while emulator.active:
-            emulator.tick()
-            said += telemetry.after_tick()
+            said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
         return said
 
-    first = session()
-    assert first == session()
+    first = painted()
+    assert first == painted()
     (report,) = of(first, topics.REPORT)
     assert report.success
     assert report.coverage_pct > 98.0
@@ -219,9 +226,8 @@ def test_a_command_acts_from_the_next_tick_on():
     assert emulator.world.drive.rate_radps[0] > 0.0
 
 
-def test_odometry_and_truth_are_whole_messages():
-    emulator = scripted()
-    said = run(emulator)
+def test_odometry_and_truth_are_whole_messages(session):
+    emulator, said = session
     truth, estimate = of(said, topics.TRUTH)[-1], of(said, topics.ODOMETRY)[-1]
     assert isinstance(truth, Odometry)
     assert isinstance(estimate, Odometry)

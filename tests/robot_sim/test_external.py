@@ -28,7 +28,7 @@ from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(
-    [Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (2, 0)), Curve.from_line((2, 0), (2.6, 0))],
+    [Curve.from_line((0, 0), (0.6, 0)), Curve.from_line((0.6, 0), (1.2, 0)), Curve.from_line((1.2, 0), (1.7, 0))],
     [0, 1, 0],
     speed_mps=0.8,
 )

@@ -1,10 +1,13 @@
 """The loop kernel does what the ticks one by one do, and says what they say, to the bit, whatever happens."""
 
+import itertools
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.robot_sim.scripted import trajectory
+from tests.with_full import with_full
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
@@ -29,6 +32,7 @@ PLAN = trajectory(
     speed_mps=0.8,
 )
 TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.5, -0.41124), "end": (2.0, -0.41124)}}])
+FOLLOWERS = ("mpc", "pure-pursuit")
 LONGEST_TICKS = 1100
 QUICK = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
 """A receiver that finds its fix again while there is some way left."""
@@ -51,6 +55,15 @@ FAULTS = {
     "tank-empty": {},
     "operator-lost": {},
 }
+IN_TURN = (
+    ("messages-late", "nozzle-clogged", "gnss-outage"),
+    ("messages-duplicated", "corrections-lost", "gnss-degraded"),
+    ("messages-lost", "operator-lost", "imu-stuck"),
+    ("valve-stuck", "wheel-slip", "wheel-blocked"),
+    ("clock-skew", "encoder-dropout", "bumper"),
+    ("imu-bias", "tank-empty"),
+)
+"""Faults of one session, one after the other: those that stop the robot come last."""
 
 
 def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=TEMPLATE, vehicle=None):
@@ -92,28 +105,33 @@ def assert_said(looped, ticked):
         assert payload == other, (topic.name, decode(topic.type, payload), decode(topic.type, other))
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("listen_from", [1, 57, 500, 9999])
+@pytest.mark.parametrize(
+    ("follower", "listen_from"),
+    with_full(("pure-pursuit", 1), ("mpc", 57), ("mpc", 9999), full=itertools.product(FOLLOWERS, (7, 500))),
+)
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success
     assert report.coverage_pct > 90.0
 
 
-@pytest.mark.parametrize("kind", FAULTS)
-def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
-    fault = {"kind": kind, "start_s": 3.0, "duration_s": 1.0, **FAULTS[kind]}
-    scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": [fault]})
+@pytest.mark.parametrize("kinds", with_full(*map(list, IN_TURN), full=([kind] for kind in FAULTS)), ids=", ".join)
+def test_the_loop_is_the_ticks_whatever_goes_wrong(kinds):
+    faults = [
+        {"kind": kind, "start_s": 3.0 + 0.75 * i, "duration_s": 0.5, **FAULTS[kind]} for i, kind in enumerate(kinds)
+    ]
+    scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": faults})
     looped = assert_same(scenario, 359, follower="pure-pursuit")
     unheard = session(scenario, LONGEST_TICKS, loop=True, follower="pure-pursuit")
     assert unheard[1:] == looped[1:]
 
 
-@settings(max_examples=4, deadline=None)
+@pytest.mark.full
+@settings(max_examples=20, deadline=None)
 @given(
     st.integers(0, 2**63 - 1),
     st.integers(1, 800),
-    st.sampled_from(["mpc", "pure-pursuit"]),
+    st.sampled_from(FOLLOWERS),
     st.lists(st.tuples(st.sampled_from(sorted(FAULTS)), st.floats(0.0, 7.0), st.floats(0.01, 1.5)), max_size=3),
 )
 def test_the_loop_is_the_ticks_on_any_day(seed, listen_from, follower, timeline):

@@ -85,7 +85,7 @@ ANY_FAULT = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(ANY_FAULT, max_size=12), st.integers(0, 2**62))
 def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, seed):
     run = drive(150, *faults, seed=seed)

@@ -21,7 +21,7 @@ def test_outage_then_reacquisition_step_by_step():
 
 
 def test_by_default_a_fix_is_back_within_ten_seconds():
-    for seed in range(8):
+    for seed in range(3):
         spells = solutions(drive(1400, second("gnss-outage"), seed=seed, command=REST))
         assert spells[-1][1] == GnssStatus.FIXED
         assert 2.0 + 2.0 < spells[-1][0] < 2.0 + 10.0
@@ -29,7 +29,7 @@ def test_by_default_a_fix_is_back_within_ten_seconds():
 
 def test_a_single_solution_errs_by_metres_and_says_so():
     far, near = [], []
-    for seed in range(30):
+    for seed in range(12):
         run = drive(230, second("gnss-degraded", fix="single"), seed=seed)
         single = [fix for fix in fixes(run) if fix.fix == GnssStatus.SINGLE]
         assert [fix.variance_m2 for fix in single] == pytest.approx([1.3**2] * len(single))
@@ -41,7 +41,7 @@ def test_a_single_solution_errs_by_metres_and_says_so():
 
 def test_a_float_solution_leaves_the_fix_slowly_and_is_sometimes_over_confident():
     claimed = []
-    for seed in range(40):
+    for seed in range(20):
         run = drive(230, second("gnss-degraded"), seed=seed, command=REST)
         spell = [fix for fix in fixes(run) if fix.fix == GnssStatus.FLOAT]
         assert len({fix.variance_m2 for fix in spell}) == 1
@@ -49,7 +49,7 @@ def test_a_float_solution_leaves_the_fix_slowly_and_is_sometimes_over_confident(
         jump = [error for stamp, error in errors(run) if stamp == 1.1]
         assert jump[0] < 0.1
     assert {round(sigma, 6) for sigma in claimed} == {0.02, 0.3}
-    assert 2 <= sum(sigma < 0.1 for sigma in claimed) <= 16  # a fifth of 40
+    assert 1 <= sum(sigma < 0.1 for sigma in claimed) <= 8  # a fifth of 20
 
 
 def test_a_float_solution_has_left_the_fix_by_63_percent_after_five_seconds():

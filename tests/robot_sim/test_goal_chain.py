@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks._goal_chain import GoalChain
+from tests.with_full import with_full
 from touchline.schemas.vehicles.shipped import SHIPPED
 
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 
 
-@pytest.mark.parametrize("vehicle", ["turtlebot3-waffle-pi", "turtlebot2", "turf-tank-two"])
+@pytest.mark.parametrize("vehicle", with_full("turtlebot3-waffle-pi", full=("turtlebot2", "turf-tank-two")))
 def test_goals_that_replace_each_other_are_reached(vehicle):
     chain = GoalChain(vehicle, SHIPPED[vehicle].follower, np.random.default_rng(4))
     for others in (0, 2, 3):

@@ -7,6 +7,7 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import AtOnce, ask, turn_until
+from tests.with_full import with_full
 from touchline.bus import Bus, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
@@ -173,8 +174,14 @@ def test_paused_or_stopped_it_is_refused_with_the_remedy(bus, operator, planner)
     assert "emergency-stopped; reset it first" in ask(operator, both, topics.GOTO, goal=NEAR).message
 
 
-@pytest.mark.parametrize("stop", [topics.PAUSE, topics.ABORT, topics.ESTOP])
-@pytest.mark.parametrize("driving", [False, True])
+@pytest.mark.parametrize(
+    ("stop", "driving"),
+    with_full(
+        *((stop, True) for stop in (topics.PAUSE, topics.ABORT, topics.ESTOP)),
+        (topics.ESTOP, False),
+        full=((topics.PAUSE, False), (topics.ABORT, False)),
+    ),
+)
 def test_a_stop_cancels_a_goal_that_is_being_planned(bus, operator, stop, driving):
     with Bus.open(topics.PLANNER, bus.config) as planner:
         both = Planning(bus, planner, speed=2.0)

@@ -63,15 +63,12 @@ GUARDS = [
 
 @pytest.mark.parametrize(("broken", "guards", "kind", "order"), GUARDS, ids=[broken for broken, *_ in GUARDS])
 def test_without_its_guard_an_invariant_breaks(monkeypatch, broken, guards, kind, order) -> None:
-    def run() -> None:
-        faults = (fault(kind, **OUT),) if kind else ()
-        Guarded(faults, follower="pure-pursuit", orders={700: order} if order else {}).run(1500)
-
-    run()
+    """With them none does: `test_fault_behaviour` has the same faults and orders."""
     for (room, guard), instead in guards.items():
         monkeypatch.setattr(room, guard, instead)
+    faults = (fault(kind, **OUT),) if kind else ()
     with pytest.raises(Broken, match=broken):
-        run()
+        Guarded(faults, follower="pure-pursuit", orders={700: order} if order else {}).run(1500)
 
 
 @pytest.mark.parametrize("guarded", [True, False])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from tests.with_full import with_full
 from touchline.onboard.interface import Checkpoint
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
@@ -172,7 +173,7 @@ with Journal(Path(sys.argv[1])) as journal:
 """
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.05, 0.111])
+@pytest.mark.parametrize("after_s", with_full(0.05, full=(0.0, 0.111)))
 def test_killed_at_any_moment_the_place_and_its_paint_are_there(path, after_s):
     command = [sys.executable, "-c", WRITER, str(path), digest(PLAN).hex()]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as writer:

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.with_full import with_full
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
@@ -166,7 +167,7 @@ def lateral_errors(template, rows):
     return best[np.isfinite(best)]
 
 
-@pytest.mark.parametrize("name", TEMPLATES)
+@pytest.mark.parametrize("name", with_full("crossing", "corner", "circle", full=("line", "bend")))
 def test_a_raster_of_the_true_nozzle_finds_the_same_coverage_overspray_and_lateral_error(name):
     width_m = 0.10 if name == "corner" else 0.12
     template = Template.model_validate({"name": name, "line_width_m": width_m, "segments": TEMPLATES[name]})

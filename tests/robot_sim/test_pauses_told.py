@@ -13,7 +13,8 @@ from touchline.schemas.faults import parse_fault
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 
 def decoded(said, *wanted):
@@ -29,9 +30,9 @@ def an_outage(duration_s=4.0):
     emulator.inject_fault(parse_fault(f'{{"kind": "gnss-outage", "start_s": 1.0, "duration_s": {duration_s}}}'))
     emulator.start()
     said += telemetry.news()
-    while emulator.active and emulator.time_s < 60.0:
-        emulator.tick()
-        said += telemetry.after_tick()
+    runner = FastRunner(emulator)
+    while emulator.active:
+        said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
     return said
 
 

@@ -50,7 +50,7 @@ def between(run: np.ndarray, from_m: float, to_m: float) -> np.ndarray:
     return run[(run[:, ARC] > from_m) & (run[:, ARC] < to_m)]
 
 
-@pytest.mark.parametrize("noise", ["none", "default"])
+@pytest.mark.parametrize("noise", ["default", pytest.param("none", marks=pytest.mark.full)])
 def test_a_curve_too_tight_for_its_speed_is_driven_slower_and_kept(noise: str) -> None:
     wild, sober = (between(drive(vehicle, noise), IN_M - 0.5, IN_M + ARC_M + 2.0) for vehicle in (BOLD, VEHICLE))
     held_mps = math.sqrt(1.25 * VEHICLE.drive.max_lateral_acceleration_mps2 / CURVATURE_1PM)

@@ -63,7 +63,7 @@ def killed_at(arc_length_m, noise):
     return emulator
 
 
-@pytest.mark.parametrize("noise", ["none", "default"])
+@pytest.mark.parametrize("noise", ["default", pytest.param("none", marks=pytest.mark.full)])
 def test_another_process_goes_on_without_a_gap(noise):
     before = killed_at(0.0, noise)
     for at in (2.0, 5.004, 6.2, 7.77, 9.9, 11.0):
@@ -128,7 +128,7 @@ def test_a_checkpoint_of_another_path_is_refused(checkpoint):
         Emulator(Vehicle(), Scenario(noise="none")).load(PLAN, resume=checkpoint)
 
 
-@pytest.mark.parametrize("at", [5.5, 7.77])
+@pytest.mark.parametrize("at", [7.77, pytest.param(5.5, marks=pytest.mark.full)])
 def test_figures_and_supplies_are_those_of_the_whole_job(at):
     """As if there had been no crash, but for the joint, the second run-up and what that takes."""
     whole, before = killed_at(99.0, "none"), killed_at(at, "none")

@@ -46,15 +46,6 @@ def _points(stroke):
     return list(zip(stroke.x_m, stroke.y_m, strict=True))
 
 
-def test_the_pace_changes_no_byte(bus_config):
-    sessions = []
-    for speed in (-1.0, 25.0):
-        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Bus.open(topics.OPERATOR, bus_config) as operator:
-            sessions.append(session(bus, process(bus, speed=speed, seed=5), operator))
-    for name, payloads in sessions[0].items():
-        assert payloads == sessions[1][name], name
-
-
 def test_start_traversal_as_a_foreign_client_calls_it(bus, operator):
     robot = process(bus, speed=0.1)  # it is under way when it is asked again
     answer = ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)

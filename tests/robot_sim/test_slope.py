@@ -1,11 +1,13 @@
 """A field that falls as real ones do: the robot learns the slope and paints as on level ground."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 from tests.robot_sim.scripted import trajectory
+from tests.with_full import with_full
 from touchline.core.physical_constants import GRAVITY_MPS2
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
@@ -32,8 +34,10 @@ TEMPLATE = Template(
 WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
 
 
-@pytest.mark.parametrize("grade", [0.01, 0.02])
-@pytest.mark.parametrize("uphill_rad", [0.0, 1.6, 2.4, 4.0])
+@pytest.mark.parametrize(
+    ("grade", "uphill_rad"),
+    with_full((0.02, 2.4), full=itertools.product((0.01, 0.02), (0.0, 1.6, 4.0))),
+)
 def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> None:
     scenario = Scenario(seed=3, gnss=WHITE, ground=Ground(grade=grade, uphill_rad=uphill_rad))
     emulator = Emulator(Vehicle(), scenario)

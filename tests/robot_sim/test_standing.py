@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchmarks._drive_to import drive_to
 from benchmarks._invariants import fault
 from benchmarks._joints import field
+from tests.with_full import with_full
 from touchline.onboard import filter_model as model
 from touchline.onboard.estimation.standing import LASTING_TICKS
 from touchline.schemas.messages import TraversalStatus
@@ -34,6 +35,7 @@ JOLTS = {
     "2 s of 10 m/s²": ("imu-bias", {"accel_mps2": 10.0, "gyro_radps": 0.0, "duration_s": 2.0}),
     "shaking by 20 m/s²": ("imu-noisy", {"accel_mps2": 20.0, "gyro_radps": 0.0, "duration_s": 2.0}),
 }
+USUAL_JOLTS = ("50 ms of 10 m/s²", "shaking by 20 m/s²")
 FOLLOWERS = ("mpc", "pure-pursuit")
 
 
@@ -92,7 +94,7 @@ def _bias(emulator: Emulator) -> float:
     return float(emulator.onboard._estimator.state[model.ACCEL_BIAS])
 
 
-@pytest.mark.parametrize("name", JOLTS)
+@pytest.mark.parametrize("name", with_full(*USUAL_JOLTS, full=sorted(set(JOLTS) - set(USUAL_JOLTS))))
 def test_nor_in_any_other_state(name: str) -> None:
     emulator = loaded()
     jolt(emulator, name)
@@ -146,7 +148,7 @@ def test_nor_when_the_job_is_done() -> None:
     emulator.load(field())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     st.sampled_from(["pause", "abort", "estop"]),
     st.sampled_from(FOLLOWERS),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import chain, trajectory
+from tests.with_full import with_full
 from touchline.schemas.messages import PlanOptions, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
@@ -18,7 +19,7 @@ from touchline.services.robot_sim.emulator import Emulator
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("surface", ["grass", "wet-grass"])
+@pytest.mark.parametrize("surface", ["wet-grass", pytest.param("grass", marks=pytest.mark.full)])
 def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: str) -> None:
     emulator = Emulator(Vehicle(), Scenario(seed=1, ground={"surface": surface}), OnboardConfig(follower=follower))
     emulator.load(trajectory(chain((0.0, 30.0)), speed=1.4))
@@ -50,7 +51,7 @@ def corner() -> Plan:
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", with_full(1, full=(2, 3)))
 def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, seed: int) -> None:
     """Wheels at the end of their grip are not sped up until they spin, and what they slip is known."""
     emulator = Emulator(

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks._joints import interrupted, joints
 from tests.onboard.rig import chain, clothoid, reversing, trajectory
+from tests.with_full import with_full
 from touchline.onboard.interface import TICK_S
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig, TrackingGains
@@ -80,7 +81,7 @@ def test_frenet_keeps_marker_and_roller_on_their_paths() -> None:
     assert np.percentile(off, 95) < 0.025
 
 
-@pytest.mark.parametrize("cause", ["pause, jolted", "e-stop, reset", "process killed"])
+@pytest.mark.parametrize("cause", with_full("e-stop, reset", full=("pause, jolted", "process killed")))
 def test_stopped_on_its_way_it_leaves_no_open_joint(cause: str) -> None:
     found = joints(*interrupted(cause, 1, follower="regularised", begins_tick=6000))
     assert len(found) == 3

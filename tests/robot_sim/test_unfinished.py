@@ -5,15 +5,15 @@ import pytest
 
 from tests.robot_sim.scripted import trajectory
 from tests.robot_sim.test_journal import PLAN
-from tests.robot_sim.test_journal_kept import Robot
+from tests.robot_sim.test_journal_kept import QUIET, Robot
 from tests.robot_sim.test_resume import joints
+from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.recovery_state import restored_from
 
@@ -67,8 +67,10 @@ def whole_pct():
     return robot.emulator.metrics().coverage_pct
 
 
-@pytest.mark.parametrize("reset", [False, True])
-@pytest.mark.parametrize("at", [1.0, 2.5, 3.9])
+@pytest.mark.parametrize(
+    ("at", "reset"),
+    with_full((1.0, True), (2.5, False), full=((1.0, False), (2.5, True), (3.9, False), (3.9, True))),
+)
 def test_a_job_that_was_aborted_is_gone_on_with_and_nothing_is_painted_twice(path, whole_pct, at, reset):
     with Journal(path) as journal:
         robot = Teller(journal)
@@ -188,17 +190,16 @@ def test_an_abort_and_what_came_after_it_can_be_done_again_from_the_orders(path,
         robot.order(topics.REFILL_TANK)
         robot.take(resume=True)
         robot.drive()
-    again = Emulator(Vehicle(), Scenario(noise="none"))
+    again = Emulator(QUIET.vehicle, QUIET.scenario, QUIET.onboard)
+    runner = FastRunner(again)
     assert [name for _, name, _ in orders] == ["load", "start", "abort", "refill-tank", "load", "start"]
     for tick, name, details in orders:
-        while again.tick_count < tick:
-            again.tick()
+        runner.run(tick - again.tick_count)
         if name == "load":
             again.load(PLAN, None, *restored_from(details))
         else:
             getattr(again, name.replace("-", "_"))()
-    while again.active:
-        again.tick()
+    runner.run(10_000)
     assert again.tick_count == robot.emulator.tick_count
     assert np.array_equal(again.ledger.rows(0), robot.emulator.ledger.rows(0))
     assert again.world.supplies == robot.emulator.world.supplies

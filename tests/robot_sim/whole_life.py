@@ -1,10 +1,11 @@
 """All that may happen to a robot after it has said that it is ready; prints the kernels that were not there by then.
 
-Run as `python -m tests.robot_sim.whole_life VEHICLE FOLLOWER JOB`, each time in a new process; JOB is a file of a
-LoadRequest.
+Run as `python -m tests.robot_sim.whole_life VEHICLE FOLLOWER JOB …` in a new process, for any number of robots: each
+lives in a process forked from that one, which has imported what all of them need. JOB is a file of a LoadRequest.
 """
 
 import json
+import multiprocessing
 import sys
 import tempfile
 import time
@@ -29,6 +30,7 @@ from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.warm_up import warm_up
 
 MOST_S = 20.0
+FAULTY_DRIVES = 6
 NEEDED = {
     "disc-stuck": {"position": "up"},
     "messages-duplicated": {"sensor": "gnss"},
@@ -142,19 +144,23 @@ def team(life, coordinator):
 
 
 def faults(life, job):
-    for name in FAULTS.names():
+    """All of them, several in each drive: those of one sensor in drives of their own, and a stop at the end."""
+    names = sorted(FAULTS.names(), key=lambda name: (name == "bumper", name))
+    for number in range(FAULTY_DRIVES):
         life.begin()
         life.order(topics.RESET)
         life.drive(job, 3.0)
-        fault = {"kind": name, "duration_s": 0.5, **NEEDED.get(name, {})}
-        life.order(topics.INJECT_FAULT, fault_json=json.dumps(fault))
-        life.run(2.0)
+        for name in names[number::FAULTY_DRIVES]:
+            fault = {"kind": name, "duration_s": 0.5, **NEEDED.get(name, {})}
+            life.order(topics.INJECT_FAULT, fault_json=json.dumps(fault))
+            life.run(0.5)
+        life.run(1.5)
         life.order(topics.RESUME)
         life.run(1.0)
         life.order(topics.RESET)
 
 
-def main(vehicle, follower, job):
+def live(vehicle, follower, job):
     setup = Setup(vehicle=SHIPPED[vehicle].vehicle, onboard=OnboardConfig(follower=follower))
     config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     job = decode(LoadRequest, Path(job).read_bytes())
@@ -175,7 +181,17 @@ def main(vehicle, follower, job):
         if follower == SHIPPED[vehicle].follower:
             faults(life, job)
         life.end()
+    late.found = [f"{vehicle}, {follower}: {kernel}" for kernel in late.found]
     late.tell()
+
+
+def main(*robots):
+    for robot in zip(robots[::3], robots[1::3], robots[2::3], strict=True):
+        process = multiprocessing.get_context("fork").Process(target=live, args=robot)
+        process.start()
+        process.join()
+        if process.exitcode:
+            sys.exit(f"{robot}: exit code {process.exitcode}")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.with_full import with_full
 from touchline.jobs.team.random_team_faults import with_random_faults
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun
@@ -38,9 +39,9 @@ def test_a_team_spreads_as_well_as_points_do() -> None:
 
 
 def test_a_team_changes_places() -> None:
-    run, figures = driven(robots=12, task={"kind": "swap"}, world=world(1))
+    run, figures = driven(robots=8, task={"kind": "swap"}, world=world(1))
     assert figures["success"], figures["reason"]
-    assert figures["goals"]["arrived"] == 12
+    assert figures["goals"]["arrived"] == 8
     assert figures["goals"]["all_arrived_s"] <= 45.0
     assert figures["closest_m"] >= 2.0 * BODY_M + 0.01
     assert run.guide.believed.nearest_segments_m >= 2.0 * run.team.radius_m - 0.04
@@ -72,7 +73,7 @@ def at(x_m: float, y_m: float) -> dict[str, float]:
 
 def test_a_room_with_a_pillar_is_shared() -> None:
     room = {"outline": [(0, 0), (5, 0), (5, 4), (0, 4)], "obstacles": [[(2, 2), (3, 2), (3, 3), (2, 3)]]}
-    _, figures = driven(robots=6, area=room, duration_s=30.0)
+    _, figures = driven(robots=4, area=room, duration_s=30.0)
     assert figures["success"], figures["reason"]
     assert figures["beyond_walls_robot_s"] == 0.0
     assert figures["deploy"]["of_points"] is None
@@ -90,7 +91,7 @@ def test_the_order_of_robots_and_a_further_one_change_no_others_noise() -> None:
     assert seeds[0] == seeds[1]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.full)])
 def test_half_of_the_messages_lost_and_the_others_late(seed: int) -> None:
     _, figures = driven(
         robots=5, duration_s=20.0, links={"loss": 0.5, "delay_s": 1.0}, onboard=LOSSY, world=world(seed)
@@ -119,7 +120,7 @@ def test_a_pressed_bumper_stops_one_robot_and_nobody_runs_into_it() -> None:
     assert figures["success"], figures["reason"]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", with_full(0, full=(1, 2, 3)))
 def test_random_faults_lead_to_no_contact_of_robots_that_obey(seed: int) -> None:
     team = with_random_faults(TeamScenario(robots=6, duration_s=30.0), seed)
     assert team.faults or team.frozen
