@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
 from touchline.onboard import filter_model as m
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 
-WITHIN = float(chi2.ppf(0.9973, 3))
+WITHIN = float(chdtri(3, 0.0027))
 
 
 def test_position_and_heading_are_as_uncertain_as_they_say() -> None:
