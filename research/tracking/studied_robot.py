@@ -4,7 +4,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from touchline.core.jit import kernel
 from touchline.schemas.messages import PlanOptions
@@ -51,6 +50,8 @@ def goals_anywhere(count: int) -> list[PathPose]:
     multi-dimensional integrals", Numerische Mathematik 2, 1960) from the second on, the first being a corner. Medians
     of 600 random goals differ by 0.3 s from draw to draw, more than the methods differ.
     """
+    from scipy.stats import qmc
+
     points = qmc.Halton(3, scramble=False).fast_forward(1).random(count)
     return [PathPose(*row) for row in qmc.scale(points, (-5.0, -5.0, -math.pi), (5.0, 5.0, math.pi)).tolist()]
 

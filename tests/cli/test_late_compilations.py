@@ -1,7 +1,8 @@
 """What is compiled after the start is told, and does not look like a loop that hangs."""
 
+from importlib import import_module
+
 import pytest
-from numba import njit
 
 from tests.meeting import eventually
 from touchline.supervision.heartbeat import Heartbeat, HeartbeatWatch
@@ -20,7 +21,13 @@ def stop(watch):
 
 
 @pytest.fixture
-def late(stop):
+def njit():
+    """Loaded here: few workers compile anything."""
+    return import_module("numba").njit
+
+
+@pytest.fixture
+def late(stop, njit):
     found = LateCompilations(stop)
     found.watch()
     yield found
@@ -31,7 +38,7 @@ def added(x):
     return x + 1
 
 
-def test_it_is_told_by_name_and_logged(late, capsys):
+def test_it_is_told_by_name_and_logged(late, njit, capsys):
     assert late.values() == {}
     njit(added)(1)
     assert late.values() == {KEY: "test_late_compilations.added"}
@@ -39,7 +46,7 @@ def test_it_is_told_by_name_and_logged(late, capsys):
     assert late.current == ""
 
 
-def test_the_loop_is_heard_of_while_it_compiles(late, watch, stop, monkeypatch):
+def test_the_loop_is_heard_of_while_it_compiles(late, njit, watch, stop, monkeypatch):
     asked = []
     monkeypatch.setattr(stop, "beating", lambda: asked.append(late.current) or Stop.beating(stop))
     njit(added)(1.0)

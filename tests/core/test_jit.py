@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba.core.errors import NumbaError, TypingError
 
 from touchline.core import kernel_store
 from touchline.core.arrays import ascending, copy, least
@@ -163,6 +162,8 @@ def test_lists_in_kernels_are_given_back() -> None:
 
 
 def test_a_kernel_that_cannot_be_typed_is_told() -> None:
+    from numba.core.errors import TypingError  # here: few workers compile anything
+
     _, outer = chain()
     with pytest.raises(TypingError, match="inner"):
         outer(None)
@@ -378,6 +379,8 @@ def test_a_kernel_that_borrows_gives_back_what_it_was_given() -> None:
 
 
 def test_a_kernel_that_borrows_can_make_no_arrays() -> None:
+    from numba.core.errors import NumbaError
+
     @borrowing
     def make(count: int) -> float:
         return float(np.ones(count)[0])

@@ -88,12 +88,15 @@ def bag(request, tmp_path):
 
 
 def test_a_receiver_alone_becomes_a_session_and_its_difficulties_are_told(bag, tmp_path):
-    listed = {stream.name: stream for stream in open_log(bag).streams()}
+    log, out = open_log(bag), tmp_path / "session.mcap"
+    listed = {stream.name: stream for stream in log.streams()}
     assert listed["/chatter"].messages == 1
     assert (listed["/fix"].kind, listed["/fix"].messages) == ("sensor_msgs/msg/NavSatFix", 52)
-    assert proposal([bag]).fixes.stream == "/fix"
-    out = tmp_path / "session.mcap"
-    done = import_logs([bag], proposal([bag]), out)
+    words_alone = log.read(["/chatter"]).tables["/chatter"]
+    assert (len(words_alone.time_s), dict(words_alone.columns)) == (1, {})
+    proposed = proposal([bag])
+    assert proposed.fixes.stream == "/fix"
+    done = import_logs([bag], proposed, out)
     told = "\n".join(done.remarks)
     for words in ("5 report no σ", "1 messages are older than the one before", "1 messages repeat a stamp"):
         assert words in told
@@ -101,14 +104,13 @@ def test_a_receiver_alone_becomes_a_session_and_its_difficulties_are_told(bag, t
     assert "no odometry" in told or "cannot start" in told
     assert done.figures["fixes"] == 51
     assert done.figures["fixed_pct"] == pytest.approx(100.0 * 45 / 51)
-    figures = estimate_figures(run_estimator(out), FrameFit.NONE)
-    assert len(figures["verdict"]) == 1
-    assert "not recorded" in figures["verdict"][0]
+    if bag.suffix == ".bag":  # what is imported is the same
+        figures = estimate_figures(run_estimator(out), FrameFit.NONE)
+        assert len(figures["verdict"]) == 1
+        assert "not recorded" in figures["verdict"][0]
 
 
-def test_a_stream_of_words_has_nothing_for_a_sensor(bag, tmp_path):
-    table = open_log(bag).read(["/chatter"]).tables["/chatter"]
-    assert (len(table.time_s), dict(table.columns)) == (1, {})
+def test_a_stream_of_words_has_nothing_for_a_sensor(tmp_path):
     mapping = LogMapping.model_validate({"fixes": {"stream": "/chatter"}})
     with pytest.raises(SpecError, match=r"fixes\.columns do not name the column of /chatter for latitude_deg"):
-        import_logs([bag], mapping, tmp_path / "session.mcap")
+        import_logs([ros1(tmp_path)], mapping, tmp_path / "session.mcap")

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
 from tests.with_full import with_full
@@ -13,7 +13,7 @@ from touchline.onboard import filter_model as m
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 
-WITHIN = float(chi2.ppf(0.9973, 3))
+WITHIN = float(chdtri(3, 0.0027))
 
 
 @pytest.mark.parametrize("seeds", with_full([2, 4], full=[range(1, 7)]), ids=["two", "six"])

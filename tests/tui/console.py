@@ -23,6 +23,7 @@ async def console(
     link = link or FakeLink()
     link.incoming += events
     app = ConsoleApp(link, autostart, clock=lambda: 1.0)
+    app.animation_level = "none"  # each step of a scroll would draw the whole screen
     async with app.run_test(size=size) as pilot:
         app.tick()
         await pilot.pause()

@@ -129,7 +129,7 @@ def replay(bus_config: BusConfig) -> Iterator[Console]:
         yield console
 
 
-def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(replay: Console) -> None:
+def test_the_end_is_that_of_the_live_run_and_seeks_are_where_a_replay_ran(replay: Console) -> None:
     replay.until(lambda state: state.replayed and state.replay.status is not None)
     refused = replay.link.call(topics.START, m.CommandRequest(request_id="a"), 5.0)
     assert not refused.success and "is a replay" in refused.message
@@ -144,7 +144,7 @@ def test_the_end_is_that_of_the_live_run_and_ten_seeks_are_where_a_replay_ran(re
     assert replay.state.robot.truth.coverage_pct == run.robot.truth.coverage_pct > 99.0
     assert end == known(run)
     draw = random.Random(3)
-    for time_s in (draw.uniform(0.1, end_s) for _ in range(10)):
+    for time_s in (draw.uniform(0.1, end_s) for _ in range(3)):
         status = replay.seek(time_s)
         assert (status.now_s, status.playing) == (time_s, False)
         settled = time.monotonic() + 0.2

@@ -132,26 +132,26 @@ async def test_it_passes_an_order_that_hangs_and_a_try_of_its_own(template: Temp
         link.held.set()
 
 
-async def test_key_and_button_work_in_every_dialog(template: Template) -> None:
+@pytest.mark.parametrize("size", [(80, 24), pytest.param((120, 40), marks=pytest.mark.full)])
+async def test_key_and_button_work_in_every_dialog(template: Template, size: tuple[int, int]) -> None:
     dialogs = {"t": TemplateDialog, "p": PlanDialog, "question_mark": KeysDialog}
-    for size in ((120, 40), (80, 24)):
-        async with console(*scenes.loaded(template), size=size) as (app, link, pilot):
-            for key, dialog in (*dialogs.items(), ("ctrl+p", CommandPalette)):
-                await pilot.press(key)
-                await until(pilot, lambda dialog=dialog: isinstance(app.screen, dialog))
-                await until(pilot, lambda: app.screen.query(StopKey))
-                if dialog is CommandPalette:
-                    await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 20)
-                for press in (pilot.press, pilot.click):
-                    before = len(set(stop_ids(link)))
-                    await (pilot.press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
-                    await until(pilot, lambda before=before: len(set(stop_ids(link))) == before + 1)
-                    await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
-                    assert isinstance(app.screen, dialog)
-                shown = app.screen.query_one(SignalBar)
-                await until(pilot, lambda shown=shown: "E-STOP ACCEPTED" in str(shown.visual))
-                assert shown.region.y == 1
-                await pilot.press("escape")
+    async with console(*scenes.loaded(template), size=size) as (app, link, pilot):
+        for key, dialog in (*dialogs.items(), ("ctrl+p", CommandPalette)):
+            await pilot.press(key)
+            await until(pilot, lambda dialog=dialog: isinstance(app.screen, dialog))
+            await until(pilot, lambda: app.screen.query(StopKey))
+            if dialog is CommandPalette:
+                await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 20)
+            for press in (pilot.press, pilot.click):
+                before = len(set(stop_ids(link)))
+                await (pilot.press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
+                await until(pilot, lambda before=before: len(set(stop_ids(link))) == before + 1)
+                await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
+                assert isinstance(app.screen, dialog)
+            shown = app.screen.query_one(SignalBar)
+            await until(pilot, lambda shown=shown: "E-STOP ACCEPTED" in str(shown.visual))
+            assert shown.region.y == 1
+            await pilot.press("escape")
 
 
 async def test_e_is_text_where_text_is_written(template: Template) -> None:

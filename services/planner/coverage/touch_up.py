@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy import ndimage
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
@@ -25,6 +24,8 @@ BEYOND_M, GAP_M = 1.0, 14.0
 
 def patches(chain: StrokeChain) -> list[Floats]:
     """Cell centres (n, 2) of each missed patch that is large enough, the largest first."""
+    from scipy import ndimage
+
     grid = chain.finder.covered.grid
     missed = grid.wanted & (grid.passes == 0)
     labels, count = ndimage.label(missed, np.ones((3, 3)))

@@ -5,14 +5,15 @@ below the minimum of the limits (Siciliano et al., "Robotics: Modelling, Plannin
 the robot stops, at cusps and turns on the spot, the law applies to each stretch in between, over its arc length.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.geometry.clothoid import Floats
@@ -21,6 +22,9 @@ from touchline.services.planner.poses.kernels.law_fits import fits
 from touchline.services.planner.poses.pose_method import CurveProgress
 from touchline.services.planner.speed.path_grid import PathGrid
 from touchline.services.planner.speed.timing import SpeedProfile, speed_profile, spins_of
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 # τ of the first entry after a standstill, and ratio of the τ of successive entries; likewise at the end. So v², linear
 # between entries, is within 0.5 % of the law.
@@ -138,13 +142,17 @@ def _stretches(grid: PathGrid, law: SpeedLaw, progress: CurveProgress | None) ->
             "has a uniform speed law, but the path has cusps or turns on the spot, where the robot stops",
             "give another speed law, or a pose method without cusps (dubins, or g2 with forward_only)",
         )
-    along = _shares(progress) if progress else CubicHermiteSpline([0.0, 1.0], [0.0, 1.0], [1.0, 1.0])
+    along = _shares(progress)
     stops = np.unique([0, *grid.stops, len(grid.station_m) - 1])
     return [LawStretch(*ends, law, along) for ends in pairwise(grid.station_m[stops].tolist())]
 
 
-def _shares(progress: CurveProgress) -> CubicHermiteSpline:
-    """Fraction of a curve's length as a function of its parameter."""
+def _shares(progress: CurveProgress | None) -> CubicHermiteSpline:
+    """Fraction of a curve's length as a function of its parameter; None: its arc length is the parameter."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    if progress is None:
+        return CubicHermiteSpline([0.0, 1.0], [0.0, 1.0], [1.0, 1.0])
     whole_m = progress.station_m[-1]
     return CubicHermiteSpline(progress.at, progress.station_m / whole_m, progress.rate_m / whole_m)
 

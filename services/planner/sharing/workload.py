@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.marking import transitions_of
@@ -92,6 +91,8 @@ def _points(swath: Swath) -> Floats:
 
 
 def _near(points: Sequence[Floats]) -> NDArray[np.bool_]:
+    from scipy.spatial import cKDTree
+
     trees = [cKDTree(each) for each in points]
     near = np.zeros((len(points), len(points)), dtype=np.bool_)
     for i, tree in enumerate(trees):

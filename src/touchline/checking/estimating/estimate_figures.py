@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from touchline.checking.estimating.estimator_run import EstimatorRun
 from touchline.checking.estimating.reference_frame import FrameFit, aligned
@@ -21,7 +20,8 @@ LEAST_ACCEPTED_PCT: Final = 90.0
 """Least share of accepted fixes within the estimator's assumptions."""
 SIGMA_FACTOR: Final = 10.0
 """Fixes that report this multiple of the data sheet's σ come from another kind of receiver."""
-CHI2_95: Final = float(chi2.ppf(0.95, 2))
+CHI2_95: Final = 5.991464547107979
+"""Quantile of χ² with 2 degrees of freedom."""
 
 
 def estimate_figures(run: EstimatorRun, alignment: FrameFit) -> dict[str, Any]:

@@ -7,8 +7,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
-from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
 
@@ -86,6 +84,9 @@ def conflicts(paths: Sequence[TimedPath], apart_m: float) -> list[Conflict]:
         paths: Paths of the robots, in their order.
         apart_m: From edge to edge of the discs, m.
     """
+    from scipy.ndimage import label
+    from scipy.spatial import cKDTree
+
     found = []
     for i, k in combinations(range(len(paths)), 2):
         one, other = paths[i], paths[k]

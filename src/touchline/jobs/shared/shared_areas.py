@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 
 from touchline.core.robust_overlay import as_area, intersection, union
 from touchline.fleet.traffic.timetable import timetable
@@ -196,6 +195,8 @@ class _AreaSharing:
 
     def _nearest(self, parts: Sequence[Company]) -> tuple[int, ...]:
         """Return the part for each robot, near to where it stands; in order if they are placed."""
+        from scipy.optimize import linear_sum_assignment
+
         places = [None if at is None else shapely.Point(at[:2]) for at in self.starts]
         off_m = [
             [0.0 if place is None else min(each.distance(place) for each in _ground(part).values()) for part in parts]

@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from touchline.fleet.traffic.conflicts import TimedPath
 from touchline.fleet.traffic.timetable import Delay, Timetable, timetable
@@ -205,6 +204,8 @@ def _best_of(jobs: Iterable[SharedJob | None]) -> SharedJob | None:
 
 def _assigned(sharing: Sharing, starts: Sequence[Start | None]) -> Sharing:
     """Return the same shares, each given to a robot that stands near it."""
+    from scipy.optimize import linear_sum_assignment
+
     off = np.zeros((len(starts), len(starts)))
     for robot, start in enumerate(starts):
         for number, share in enumerate(sharing.shares):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from functools import cache
 from typing import Final
 
 from touchline.schemas.cdr import decode, encode
@@ -14,7 +15,6 @@ from touchline.schemas.vehicles import Vehicle
 
 _ODOMETRY: Final = FixedLayout(Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
 _POSE: Final = struct.Struct("<7d")
-_POSE_AT: Final = _ODOMETRY.place("pose.pose.position.x", 7)[0]
 _STAMP: Final = struct.Struct("<iI")
 #: Behind the CDR header; in a TFMessage the count of its transforms comes first.
 _STAMP_AT: Final = 4
@@ -40,6 +40,12 @@ def seconds_between(since: Stamp, until: Stamp) -> float:
     return passed_s if passed_s >= 0.0 else math.inf
 
 
+@cache
+def _pose_at() -> int:
+    """Return where the pose begins in an odometry message as robots send it."""
+    return _ODOMETRY.place("pose.pose.position.x", 7)[0]
+
+
 def pose_of(odometry: bytes) -> PoseNumbers:
     """Return the pose in an odometry message.
 
@@ -47,7 +53,7 @@ def pose_of(odometry: bytes) -> PoseNumbers:
         PayloadError: It cannot be decoded.
     """
     if len(odometry) == _ODOMETRY.size:  # as robots send it; decoding takes ten times as long
-        found: PoseNumbers = _POSE.unpack_from(odometry, _POSE_AT)
+        found: PoseNumbers = _POSE.unpack_from(odometry, _pose_at())
         return found
     pose = decode(Odometry, odometry).pose.pose
     at, turn = pose.position, pose.orientation
