@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -52,6 +53,14 @@ def test_every_command_has_the_short_option_and_cuts_nothing(name: str) -> None:
     for shown in (text, help_of(name, option="--help")):
         assert f"Usage: touchline {name} " in shown
         assert len(shown.splitlines()) > 4
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_an_option_means_one_thing_in_a_command(name: str) -> None:
+    command = get_command(app).commands[name]  # type: ignore[attr-defined]
+    for each in (command, *getattr(command, "commands", {}).values()):
+        spelt = Counter(option for parameter in each.params for option in parameter.opts)
+        assert [option for option, times in spelt.items() if times > 1] == [], each.name
 
 
 def test_completion_is_offered() -> None:

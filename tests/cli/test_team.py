@@ -13,16 +13,16 @@ import pytest
         (("run", "study-square", "--robots", "2", "--robot", "r1"), "--robot is given with --robots"),
         (("run", "study-square", "--robots", "2", "--follower", "external"), "is 'external'"),
         (("run", "tennis", "--take-over-after", "5"), "--take-over-after is given without --robots"),
-        (("simulate", "tennis", "--order", "20:1:fail"), "--order is given without --robots; give --robots 2"),
-        (("simulate", "tennis", "--robots", "2", "--order", "20:fail"), "has 2 of 3 parts; write T:ROBOT:WORD, as in"),
-        (("simulate", "tennis", "--robots", "2", "--order", "nan:1:fail"), "has the time 'nan'; give seconds of sim"),
-        (("simulate", "tennis", "--robots", "2", "--order", "-1:1:fail"), "has the time '-1'; give seconds"),
+        (("simulate", "tennis", "--robot-order", "20:1:fail"), "--robot-order is given without --robots; give"),
+        (("simulate", "tennis", "--robots", "2", "--robot-order", "20:fail"), "has 2 of 3 parts; write T:ROBOT:WORD"),
+        (("simulate", "tennis", "--robots", "2", "--robot-order", "nan:1:fail"), "has the time 'nan'; give seconds"),
+        (("simulate", "tennis", "--robots", "2", "--robot-order", "-1:1:fail"), "has the time '-1'; give seconds"),
         (
-            ("simulate", "tennis", "--robots", "2", "--order", "5:3:fail"),
+            ("simulate", "tennis", "--robots", "2", "--robot-order", "5:3:fail"),
             "has the robot '3'; give a number from 1 to 2",
         ),
         (
-            ("simulate", "tennis", "--robots", "2", "--order", "5:1:die"),
+            ("simulate", "tennis", "--robots", "2", "--robot-order", "5:1:die"),
             "has the word 'die'; use one of pause, resume,",
         ),
         (("simulate", "study-square", "--robots", "2"), "cannot be shared among 2 robots"),
@@ -55,7 +55,7 @@ def test_the_report_is_of_both_together_and_of_each(touchline, rows, tmp_path):
 
 
 def ordered(touchline, rows, *orders):
-    given = [part for order in orders for part in ("--order", order)]
+    given = [part for order in orders for part in ("--robot-order", order)]
     code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", *given)
     return code, json.loads(printed), " ".join(said.split())
 
@@ -106,8 +106,8 @@ def test_each_robot_has_a_hash_of_its_own_that_tells_seeds_and_orders_apart(touc
     assert set(first["robots"]) == {"r1", "r2"} and first["session"]
     assert unasked == {"session": "", "robots": {}} and same_s == time_s
     assert not set(first["robots"].values()) & set(other["robots"].values())
-    paused, _ = hashes(touchline, rows, "--hash", "--order", "10:2:pause", "--order", "20:2:resume")
+    paused, _ = hashes(touchline, rows, "--hash", "--robot-order", "10:2:pause", "--robot-order", "20:2:resume")
     assert paused["robots"]["r2"] != first["robots"]["r2"]
-    fail = ("--order", "20:2:fail", "--order", "21:2:remove", "--order", "22:2:take-over")
+    fail = ("--robot-order", "20:2:fail", "--robot-order", "21:2:remove", "--robot-order", "22:2:take-over")
     failed, _ = hashes(touchline, rows, "--hash", *fail)
     assert set(failed["robots"]) == {"r1", "r1 (2)", "r2"}

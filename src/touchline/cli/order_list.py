@@ -1,4 +1,4 @@
-"""``--order T:ROBOT:WORD``: scheduled orders to and failures of a simulated team."""
+"""``--robot-order T:ROBOT:WORD``: scheduled orders to and failures of a simulated team."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ _WORDS: Final = ", ".join(ORDER_KINDS)
 OrdersOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--order",
+        "--robot-order",
         metavar="T:ROBOT:WORD",
         help=f"With --robots: at sim time T (s), WORD ({_WORDS}) happens to robot ROBOT (1 to N), such as "
         "200:2:fail; may be repeated.",
@@ -35,7 +35,7 @@ def orders_of(texts: Sequence[str], robots: int) -> list[TeamOrder]:
         SpecError: An order is invalid, or there is no team.
     """
     if texts and robots < 2:
-        raise SpecError("command line", "--order", "is given without --robots", "give --robots 2 or more, too")
+        raise SpecError("command line", "--robot-order", "is given without --robots", "give --robots 2 or more, too")
     return [_order_of(text, robots) for text in texts]
 
 
@@ -60,4 +60,4 @@ def _order_of(text: str, robots: int) -> TeamOrder:
 
 
 def _unusable(text: str, problem: str, remedy: str) -> SpecError:
-    return SpecError("command line", f"--order {text}", problem, remedy)
+    return SpecError("command line", f"--robot-order {text}", problem, remedy)
