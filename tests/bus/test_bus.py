@@ -17,6 +17,7 @@ import zenoh
 from tests.meeting import caught_up, eventually
 from touchline.bus import Bus, BusConfig, CallError, HealthReporter, attachment, calls
 from touchline.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
+from touchline.bus.inbox import MOST_WAITING
 from touchline.schemas import topics
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from touchline.schemas.errors import SpecError
@@ -42,7 +43,7 @@ def test_a_burst_arrives_whole_and_in_order(pair):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.CLOCK]), robot.publisher(topics.CLOCK)
     caught_up(robot, bridge)
-    count = 100_000  # more than the inbox holds: the publisher has to wait for the reader
+    count = MOST_WAITING + 5000  # the publisher has to wait for the reader
     payload = encode(Clock(clock=Time(sec=1)))
 
     def burst() -> None:

@@ -1,8 +1,6 @@
 """Several robots on one bus, some of them of one process: each with keys, presence and counters of its own."""
 
-import os
-import subprocess
-import sys
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -12,7 +10,7 @@ from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.config import NAMESPACE_VARIABLE
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.errors import SpecError
+from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse
 
 ROBOTS = ("r1", "club/r2", "r3")
@@ -110,29 +108,29 @@ def test_who_asks_a_robot_that_is_not_there_is_told_which_are(bus_config, hosts)
 
 def test_every_robot_of_a_process_has_a_name_of_its_own(bus_config, hosts):
     """A second process may not be the robot that is there already."""
-    code = (
-        "from touchline.bus import Bus, BusConfig\n"
-        "with Bus.open_all('robot-sim', BusConfig.from_environment()) as buses:\n"
-        "    [bus.claim() for bus in buses]\n"
-    )
-
     service = topics.diagnostics_service(topics.ROBOT_SIM)
-    servers = [host.serve(service) for host in hosts]
+    servers, over = [host.serve(service) for host in hosts], threading.Event()
 
-    def second(robots):
-        config = bus_config.of(*robots)
-        command, environment = [sys.executable, "-c", code], {**os.environ, **config.environment()}
-        with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as child:
-            while child.poll() is None:
-                for server in servers:
-                    if (call := server.wait(0.02)) is not None:
-                        call.reply(service.response())
-            return child.returncode, child.stderr.read()
+    def serve():
+        while not over.wait(0.002):
+            for server in servers:
+                if (call := server.poll()) is not None:
+                    call.reply(service.response())
 
-    code_, said = second(("r4", "r3"))
-    assert code_ != 0
-    assert 'already running for robot "r3"' in said
-    assert second(("r4", "r5")) == (0, "")
+    def claim(*robots):
+        with Bus.open_all(topics.ROBOT_SIM, bus_config.of(*robots)) as buses:
+            for bus in buses:
+                bus.claim()
+
+    serving = threading.Thread(target=serve)
+    serving.start()
+    try:
+        with pytest.raises(TouchlineError, match='already running for robot "r3"'):
+            claim("r4", "r3")
+        claim("r4", "r5")
+    finally:
+        over.set()
+        serving.join()
 
 
 @pytest.mark.parametrize("given", ["", "r1,", "r1,r1", "r1,a b", "r1," + "x" * 65])

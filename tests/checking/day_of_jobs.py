@@ -102,6 +102,14 @@ class Day:
         self.order("start")
         self.drive()
 
+    def brief_job(self):
+        """One that ends as the robot has set off."""
+        self.load()
+        self.order("start")
+        self.drive(110)
+        self.order("abort")
+        self.drive()
+
     def be_killed(self):
         """The process dies, and the next one goes on from its journal."""
         checkpoint = self.emulator.onboard.checkpoint
@@ -110,9 +118,13 @@ class Day:
         self.switch_on()
         self.load(checkpoint, remains)
 
-    def recorded_from(self, number):
+    def recorded(self, first, end=None):
         """As a recording has it that begins before the message of this number: with the setup, which is latched."""
-        return [*self.setup, *self.told[number:]]
+        return [*self.setup, *self.told[first:end]]
+
+    def later(self, number):
+        """As a recording has it of this one of the later jobs alone."""
+        return self.recorded(*[*self.begins, None][number : number + 2])
 
     @property
     def begins(self):

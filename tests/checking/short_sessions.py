@@ -25,16 +25,18 @@ ORDERS = (
     TimedOrder(400, "inject-fault", {"fault": FAULT.model_dump(mode="json", exclude_none=True)}),
     TimedOrder(430, "pause", {}),
     TimedOrder(473, "resume", {}),
+    TimedOrder(520, "abort", {"reason": "that is enough"}),
 )
-LAST_TICK = 800
+BRIEF = (TimedOrder(0, "start", {}), TimedOrder(110, "abort", {"reason": "that is enough"}))
+"""The robot has set off, and paints nothing."""
 
 
 def given(setup: Setup, orders: tuple[TimedOrder, ...] = ORDERS) -> RecordedSession:
-    """A session with a pause and a fault that an operator has injected."""
+    """A session with a pause, and a fault that an operator has injected; little is painted."""
     options = PlanOptions()
     job = GivenJob(plan(BEND, setup.vehicle, options).trajectory, BEND, PlanCause(options=options))
     load = TimedOrder(0, "load", {"taking": "carried"})
-    return RecordedSession(setup, [load, *orders], [job], LAST_TICK)
+    return RecordedSession(setup, [load, *orders], [job], orders[-1].tick)
 
 
 def record(path: Path, session: RecordedSession) -> Path:
@@ -43,6 +45,6 @@ def record(path: Path, session: RecordedSession) -> Path:
     return path
 
 
-def bend(path: Path, **scenario: object) -> Path:
+def bend(path: Path, orders: tuple[TimedOrder, ...] = ORDERS, **scenario: object) -> Path:
     """A recording of the session."""
-    return record(path, given(Setup(scenario=Scenario.model_validate({"seed": 3, **scenario}))))
+    return record(path, given(Setup(scenario=Scenario.model_validate({"seed": 3, **scenario})), orders))

@@ -128,21 +128,22 @@ MUTATIONS = {
     "a pause one tick later": (partial(order_later, name="pause", ticks=1), "executive"),
     "a topic that is not told": (partial(silent, topic=topics.ESTIMATOR), "estimator"),
 }
+LATE = {"paint judged by another width", "valve delay", "a nozzle 1 cm off", "a pause one tick later"}
 
 
 def test_the_code_of_today_does_the_same(recording):
     (found,) = check_recording(recording, exact=True)
     assert found.passed, (found.problem, found.first)
     assert found.planned == 1
-    assert found.diff.topics[topics.IMU.name].pairs >= 800
+    assert found.diff.topics[topics.IMU.name].pairs > 550
     assert found.diff.topics[topics.EVENTS.name].pairs >= 3
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_a_change_is_found_and_its_part_named(monkeypatch, recording, name):
+def test_a_change_is_found_and_its_part_named(monkeypatch, recording, brief, name):
     mutate, part = MUTATIONS[name]
     mutate(monkeypatch)
-    (found,) = check_recording(recording, exact=True)
+    (found,) = check_recording(recording if name in LATE else brief, exact=True)
     assert not found.passed
     assert found.part == part, str(found.first)
 
@@ -153,7 +154,7 @@ def test_a_part_alone_does_the_same_on_what_was_recorded(recording, part):
     assert found.passed, str(found.first)
     assert found.planned == (part == "plan")
     pairs = sum(each.pairs for each in found.diff.topics.values())
-    assert pairs >= {"plan": 0, "estimator": 400, "follower": 700}[part]
+    assert pairs >= {"plan": 0, "estimator": 250, "follower": 400}[part]
 
 
 @pytest.mark.parametrize(
@@ -165,15 +166,15 @@ def test_a_part_alone_does_the_same_on_what_was_recorded(recording, part):
         ("half of the side slip", "follower"),
     ],
 )
-def test_a_part_alone_shows_its_own_changes(monkeypatch, recording, name, part):
+def test_a_part_alone_shows_its_own_changes(monkeypatch, brief, name, part):
     MUTATIONS[name][0](monkeypatch)
-    (found,) = check_recording(recording, exact=True, only=part)
+    (found,) = check_recording(brief, exact=True, only=part)
     assert found.part == part
     assert not found.passed
 
 
 @pytest.mark.parametrize("name", ["a heavier body", "a late fix", "whiter fixes", "another follower"])
-def test_the_estimator_alone_does_not_see_what_others_do(monkeypatch, recording, name):
+def test_the_estimator_alone_does_not_see_what_others_do(monkeypatch, brief, name):
     MUTATIONS[name][0](monkeypatch)
-    (found,) = check_recording(recording, exact=True, only="estimator")
+    (found,) = check_recording(brief, exact=True, only="estimator")
     assert found.passed, str(found.first)

@@ -31,9 +31,9 @@ class Tags(HTMLParser):
 
 
 @pytest.mark.parametrize("name", ["a heavier body", "a plan with another σ_max"])
-def test_a_page_of_what_differs(recording, monkeypatch, name):
+def test_a_page_of_what_differs(brief, monkeypatch, name):
     MUTATIONS[name][0](monkeypatch)
-    (verdict,) = check_file("", recording)
+    (verdict,) = check_file("", brief)
     plots = draw_differences("", verdict)
     titles = [plot.title for plot in plots]
     assert "Paths of the robots" in titles or "Plan" in titles
@@ -55,9 +55,9 @@ def test_a_page_of_what_differs(recording, monkeypatch, name):
         ("another follower", "follower", ("Commands to the actuators",)),
     ],
 )
-def test_a_part_alone_is_drawn(recording, monkeypatch, name, part, titles):
+def test_a_part_alone_is_drawn(brief, monkeypatch, name, part, titles):
     MUTATIONS[name][0](monkeypatch)
-    (verdict,) = check_file(part, recording)
+    (verdict,) = check_file(part, brief)
     plots = draw_differences(part, verdict)
     for title in ("What differs first", *titles):
         assert any(plot.title.startswith(title) for plot in plots), [plot.title for plot in plots]

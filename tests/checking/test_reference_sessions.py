@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.checking.short_sessions import LAST_TICK, bend, given, record
+from tests.checking.short_sessions import BRIEF, bend, given, record
 from touchline.checking import pytest_plugin
 from touchline.checking.check_files import check_file
 from touchline.checking.check_session import update_recording
@@ -52,7 +52,7 @@ def test_every_shipped_session_is_tested_and_small():
 def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
     monkeypatch.setattr(emulator, "World", emulator.World)  # put back afterwards
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # others end what they have begun for this process
-    bend(pytester.path / "bend.mcap")
+    bend(pytester.path / "bend.mcap", BRIEF)
     pytester.makepyfile(
         """
         import pytest
@@ -85,7 +85,7 @@ def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
 
 
 def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
-    path = bend(tmp_path / "bend.mcap")
+    path = bend(tmp_path / "bend.mcap", BRIEF)
     real = emulator.World
     monkeypatch.setattr(
         emulator,
@@ -115,4 +115,4 @@ def test_a_session_with_an_order_that_is_refused_today_stays_as_it_is(tmp_path):
     rebuild = Rebuild(session)
     for _ in rebuild.whole():
         pass
-    assert rebuild.refused and rebuild.tick == LAST_TICK
+    assert rebuild.refused and rebuild.tick == 450

@@ -1,10 +1,7 @@
 """``touchline echo`` and ``hz`` on recordings and on the bus."""
 
 import json
-import os
-import subprocess
-import sys
-import time
+import threading
 from pathlib import Path
 
 import pytest
@@ -13,12 +10,11 @@ from typer.testing import CliRunner
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
 from tests.command import app
+from tests.system.commands import touchline_here
 from touchline.bus import Bus, BusConfig
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Time
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def run(*arguments: str | Path) -> str:
@@ -78,21 +74,27 @@ def test_a_table_of_the_topics_asked_for(session: Path) -> None:
     assert "/tt2/imu/data_raw" in shown and "/tt2/clock" not in shown and "100" in shown
 
 
-@pytest.mark.parametrize("command", [["echo", "clock", "--count", "3", "--json"], ["hz", "clock", "--json"]])
-def test_a_robot_on_the_bus(bus_config: BusConfig, command: list[str]) -> None:
-    environment = {**os.environ, **bus_config.environment()}
+def test_a_robot_on_the_bus(bus_config: BusConfig) -> None:
+    over = threading.Event()
     with Bus.open(topics.TELEMETRY, bus_config) as bus:
-        line = [sys.executable, "-m", "touchline", *command, "--robot", bus.namespace, "--seconds", "30"]
-        if command[0] == "hz":
-            line[-1] = "5"
-        process = subprocess.Popen(line, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True)
-        clock, deadline = bus.publisher(topics.CLOCK), time.monotonic() + 100.0
-        while process.poll() is None and time.monotonic() < deadline:
-            clock.send(Clock(clock=Time(sec=7)))
-            time.sleep(0.05)
-    output, _ = process.communicate(timeout=10.0)
-    assert process.returncode == 0
-    if command[0] == "hz":
-        assert json.loads(output)[f"/{bus.namespace}/clock"]["messages"] > 2
-    else:
-        assert [json.loads(each)["message"]["clock"]["sec"] for each in output.splitlines()] == [7, 7, 7]
+        clock = bus.publisher(topics.CLOCK)
+
+        def publish() -> None:
+            while not over.wait(0.02):
+                clock.send(Clock(clock=Time(sec=7)))
+
+        def listen(*command: str) -> str:
+            done = touchline_here(*command, "--json", "--robot", bus.namespace, config=bus_config)
+            assert done.returncode == 0, done.stderr
+            return done.stdout
+
+        publisher = threading.Thread(target=publish)
+        publisher.start()
+        try:
+            echoed = listen("echo", "clock", "--count", "3", "--seconds", "60").splitlines()
+            rates = json.loads(listen("hz", "clock", "--seconds", "2"))
+        finally:
+            over.set()
+            publisher.join()
+    assert [json.loads(each)["message"]["clock"]["sec"] for each in echoed] == [7, 7, 7]
+    assert rates[f"/{bus.namespace}/clock"]["messages"] > 2

@@ -127,7 +127,7 @@ DOES = {
 
 @pytest.mark.parametrize("kind", DOES)
 def test_a_real_loop_that_does_not_turn_is_found(watch, kind):
-    """However busy the machine: a loop that spins is given the time that it takes to have had a processor for 3 s."""
+    """However busy the machine: a loop that spins is given the time that it takes to have had a processor for 1 s."""
     command = [sys.executable, "-c", LOOP.format(DOES[kind])]
     environment = {**os.environ, VARIABLE: str(watch.path)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
@@ -136,7 +136,7 @@ def test_a_real_loop_that_does_not_turn_is_found(watch, kind):
             if kind == "stopped":
                 process.send_signal(signal.SIGSTOP)
                 assert eventually(lambda: (use := processor_use(process.pid)) is not None and not use.loop_wants)
-            assert eventually(lambda: looked(watch, process.pid) > 3.0)
+            assert eventually(lambda: looked(watch, process.pid) > 1.0)
         finally:
             process.kill()
 

@@ -6,6 +6,7 @@ import threading
 
 import pytest
 
+from tests.bridge.said import messages, record
 from touchline.bus import Bus, HealthReporter
 from touchline.cli.commands import execute
 from touchline.schemas import messages as m
@@ -103,21 +104,21 @@ def test_every_topic_and_service_is_listed(touchline):
 
 
 def test_sessions_are_compared(touchline, tmp_path):
-    one, again, other = (str(tmp_path / f"{name}.mcap") for name in ("one", "again", "other"))
-    for path, seed in ((one, "1"), (again, "1"), (other, "2")):
-        options = ("--seed", seed, "--follower", "pure-pursuit", "--record", path)
-        assert touchline("simulate", "study-square", *options)[0] == 0
+    one, again, other = (
+        str(record(tmp_path / f"{name}.mcap", messages(200, rate_radps)).finish().path)
+        for name, rate_radps in (("one", 0.5), ("again", 0.5), ("other", 0.6))
+    )
     code, out, _ = touchline("compare", one, again)
     assert (code, out.splitlines()[-1]) == (0, "the sessions are identical")
     code, out, _ = touchline("compare", one, other, "--json")
     found = json.loads(out)
     assert code == 1
     assert not found["same"]
-    assert found["topics"]["/tt2/plan"]["identical"] == 1
+    assert found["topics"]["/tt2/clock"]["identical"] == 20
     assert found["topics"]["/tt2/imu/data_raw"]["different"] > 100
-    code, out, _ = touchline("compare", one, other, "--topic", "/tt2/plan")
+    code, out, _ = touchline("compare", one, other, "--topic", "/tt2/clock")
     assert (code, out.splitlines()[-1]) == (0, "the sessions are identical")
-    code, out, err = touchline("compare", one, other, "--topic", "/tt2/plan", "--topic", "/tt2/plam")
+    code, out, err = touchline("compare", one, other, "--topic", "/tt2/clock", "--topic", "/tt2/plam")
     assert (code, out) == (2, "")
     assert "neither recording has a message of /tt2/plam" in err
 

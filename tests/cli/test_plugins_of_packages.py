@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.system.commands import touchline_here
 from touchline.schemas import entry_points
 from touchline.schemas.plugins import BrokenPlugin, Plugin, Registry
 
@@ -51,10 +52,9 @@ def touchline(site: Path, *arguments: str, cwd: Path | None = None) -> "subproce
     return subprocess.run(command, env=environment, cwd=cwd, capture_output=True, text=True, check=False, timeout=600)
 
 
-@pytest.mark.timeout(900)
-def test_the_pages_package_paints(example: Path, tmp_path: Path) -> None:
+def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(example: Path, tmp_path: Path) -> None:
     (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
-    chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful")
+    chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful", "--record", "lawn.mcap")
     (tmp_path / "glare.json").write_text('{"faults": [{"kind": "glare", "start_s": 2, "duration_s": 1}]}')
     done = touchline(example, "simulate", "lawn.json", *chosen, "--scenario", "glare.json", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -62,6 +62,15 @@ def test_the_pages_package_paints(example: Path, tmp_path: Path) -> None:
     figures = json.loads(done.stdout)
     assert figures["success"]
     assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2", "lawn#3"}
+    info = json.loads(touchline_here("info", str(tmp_path / "lawn.mcap"), "--json").stdout)
+    assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
+    there = touchline(example, "check", "lawn.mcap", cwd=tmp_path)
+    assert there.returncode == 0, there.stderr
+    without = touchline_here("check", str(tmp_path / "lawn.mcap"))
+    assert without.returncode == 1
+    told = without.stdout + without.stderr
+    assert "gentle-turns 0.1 (not installed here)" in told
+    assert "Traceback" not in told
 
 
 def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example: Path, tmp_path: Path) -> None:
@@ -100,21 +109,6 @@ def test_the_pages_package_is_listed_and_a_broken_one_told_and_left_out(example:
         'error: importing the transition method "late" of the package odd-turns 0.1 fails with AttributeError'
     )
     assert "Traceback" not in planned.stderr
-
-
-def test_a_session_checked_without_its_plug_in_names_the_package(example: Path, tmp_path: Path) -> None:
-    (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
-    chosen = ("--follower", "careful", "--record", "lawn.mcap")
-    assert touchline(example, "simulate", "lawn.json", *chosen, cwd=tmp_path).returncode == 0
-    info = json.loads(touchline(example, "info", "lawn.mcap", "--json", cwd=tmp_path).stdout)
-    assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
-    there = touchline(example, "check", "lawn.mcap", cwd=tmp_path)
-    assert there.returncode == 0, there.stderr
-    without = touchline(tmp_path / "nothing", "check", "lawn.mcap", cwd=tmp_path)
-    assert without.returncode == 1
-    told = without.stdout + without.stderr
-    assert "gentle-turns 0.1 (not installed here)" in told
-    assert "Traceback" not in told
 
 
 @pytest.mark.parametrize("raises", ["connect", "rows"])

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 from tests.bridge.said import messages, record
 from tests.command import app
+from tests.system.commands import touchline_here
 from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
@@ -70,11 +72,9 @@ class Bridge:
         self.path = ""
         self.problem = ""
 
-    def turn(self, process: subprocess.Popen[str], until_recording: bool = False) -> None:
-        """Answer until the process has ended, or has begun to record."""
-        deadline = time.monotonic() + 100.0
-        while process.poll() is None and not (until_recording and self.path):
-            assert time.monotonic() < deadline
+    def turn(self, over: threading.Event, until_recording: bool = False) -> None:
+        """Answer until it is over, or recording has begun."""
+        while not (over.wait(0.01) or (until_recording and self.path)):
             level = DiagnosticStatus.ERROR if self.problem else DiagnosticStatus.OK
             message = self.problem or ("recording" if self.path else "idle")
             self._health.poll({"recording": self.path}, level=level, message=message)
@@ -85,34 +85,41 @@ class Bridge:
             if (stop := self._stop.poll()) is not None:
                 assert isinstance(stop.request, RecordStopRequest)
                 stop.reply(RecordStopResponse(success=True, message="all well", path=self.path))
-            time.sleep(0.01)
 
-    def fail(self, problem: str) -> None:
+    def end(self, problem: str) -> None:
         self.path, self.problem = "", problem
-        self._events.send(Event(severity=Event.ERROR, source=topics.BRIDGE, code="recording-failed", text=problem))
+        if problem:
+            self._events.send(Event(severity=Event.ERROR, source=topics.BRIDGE, code="recording-failed", text=problem))
+
+
+def recorded_until(config: BusConfig, path: Path, problem: str) -> "subprocess.CompletedProcess[str]":
+    """`touchline record`; as soon as it records, that ends."""
+    over = threading.Event()
+    with Bus.open(topics.BRIDGE, config) as bus:
+        bridge = Bridge(bus)
+
+        def serve() -> None:
+            bridge.turn(over, until_recording=True)
+            bridge.end(problem)
+            bridge.turn(over)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        try:
+            return touchline_here("record", str(path), config=config)
+        finally:
+            over.set()
+            thread.join()
 
 
 def test_the_end_of_a_recording_is_told_at_once(bus_config: BusConfig, tmp_path: Path) -> None:
-    with Bus.open(topics.BRIDGE, bus_config) as bus:
-        bridge = Bridge(bus)
-        process = touchline(bus_config, "record", str(tmp_path / "a.mcap"))
-        bridge.turn(process, until_recording=True)
-        bridge.fail("the disk is full")
-        bridge.turn(process)
-    _, errors = process.communicate()
-    assert process.returncode == 2
-    assert "the recording has ended: the disk is full" in errors
+    done = recorded_until(bus_config, tmp_path / "a.mcap", "the disk is full")
+    assert done.returncode == 2
+    assert "the recording has ended: the disk is full" in done.stderr
 
 
 def test_a_recording_that_somebody_else_has_stopped_is_told(bus_config: BusConfig, tmp_path: Path) -> None:
-    with Bus.open(topics.BRIDGE, bus_config) as bus:
-        bridge = Bridge(bus)
-        process = touchline(bus_config, "record", str(tmp_path / "a.mcap"))
-        bridge.turn(process, until_recording=True)
-        bridge.path = ""
-        bridge.turn(process)
-    _, errors = process.communicate()
-    assert "somebody else has stopped it" in errors
+    assert "somebody else has stopped it" in recorded_until(bus_config, tmp_path / "a.mcap", "").stderr
 
 
 def test_ctrl_c_in_a_replay_exits_130(bus_config: BusConfig, tmp_path: Path) -> None:

@@ -166,26 +166,36 @@ def test_a_sweep_of_a_team_with_places_has_as_many_robots_as_those(touchline, tm
     assert code == 2 and "has places of 2; give one of them" in err
 
 
-@pytest.mark.parametrize("what", ["interrupted", "all workers killed"])
-def test_a_sweep_in_which_something_ends_early_gives_what_is_done(what, touchline, monkeypatch):
-    wanted = "300" if what == "interrupted" else "6"
+def swept_until(touchline, monkeypatch, end, seeds, workers):
+    """Exit code, figures and failed runs of a sweep in which something ends as soon as one run is done."""
 
     def advance(_done, doing):
-        if doing == f"1 of {wanted}" and what == "interrupted":
-            signal.raise_signal(signal.SIGINT)
-        elif doing == f"1 of {wanted}":
-            for worker in multiprocessing.active_children():  # one has its second task, one its first or none yet
-                os.kill(worker.pid, signal.SIGKILL)
+        if doing == f"1 of {seeds}":
+            end()
 
     monkeypatch.setattr(sweep_command, "progress_bar", lambda _title: nullcontext(advance))
-    code, out, _ = touchline("sweep", "study-square", "--seeds", wanted, "--workers", "2", "--json")
+    options = ("--set", "follower=pure-pursuit", "--seeds", str(seeds), "--workers", str(workers))
+    code, out, _ = touchline("sweep", "study-square", *options, "--json")
     swept = json.loads(out)
-    failed = [run for run in swept["runs"] if not run["success"]]
     assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"]
-    if what == "interrupted":
-        assert (code, swept["complete"], failed) == (130, False, [])
-        assert len(swept["runs"]) < 300
-    else:
-        assert (code, swept["complete"]) == (1, True)
-        assert 1 <= len(failed) <= 2
-        assert all("was killed (SIGKILL)" in run["reason"] for run in failed)
+    return code, swept, [run for run in swept["runs"] if not run["success"]]
+
+
+def test_an_interrupted_sweep_gives_what_is_done(touchline, monkeypatch):
+    code, swept, failed = swept_until(touchline, monkeypatch, lambda: signal.raise_signal(signal.SIGINT), 300, 1)
+    assert (code, swept["complete"], failed) == (130, False, [])
+    assert len(swept["runs"]) < 300
+
+
+@pytest.mark.full
+def test_a_sweep_of_which_all_workers_are_killed_does_the_rest(touchline, monkeypatch):
+    """In other processes; `tests/sweep` kills workers of smaller tasks."""
+
+    def kill():
+        for worker in multiprocessing.active_children():  # one has its second task, one its first or none yet
+            os.kill(worker.pid, signal.SIGKILL)
+
+    code, swept, failed = swept_until(touchline, monkeypatch, kill, 6, 2)
+    assert (code, swept["complete"]) == (1, True)
+    assert 1 <= len(failed) <= 2
+    assert all("was killed (SIGKILL)" in run["reason"] for run in failed)

@@ -112,7 +112,7 @@ def test_the_example_drives_with_its_own_track():
     assert max(np.abs(left).max(), np.abs(right).max()) <= small.drive.max_wheel_speed_radps
 
 
-@pytest.mark.parametrize("command", ["plan", "simulate"])
+@pytest.mark.parametrize("command", ["plan", pytest.param("simulate", marks=pytest.mark.full)])
 def test_a_tank_and_a_battery_that_will_not_last_are_told_before(command, touchline, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "300")
     path = tmp_path / "own.json"

@@ -10,6 +10,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from benchmarks._all_at_once import stopping_segments
@@ -29,6 +30,12 @@ PERIOD_S = TICK_S * TICKS_PER_MESSAGE * MESSAGES_PER_UPDATE
 TEAM_LIMITS = TeamLimits(lease_s=2.4, doubt_m=0.0)
 # Farther out (m) than any cell that matters.
 _FAR_M = 99.0
+
+
+def seeds(count: int) -> pytest.MarkDecorator:
+    """The first seed; the others in `make test-full`."""
+    others = (pytest.param(seed, marks=pytest.mark.full) for seed in range(1, count))
+    return pytest.mark.parametrize("seed", [0, *others])
 
 
 def square(side_m: float) -> FreeArea:

@@ -113,7 +113,7 @@ def test_robots_that_are_about_to_meet_are_named():
 
 
 @pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(points, st.floats(0, math.tau), st.floats(0, 0.5)), min_size=1, max_size=8))
 def test_cells_hold_their_segments_and_keep_their_distance(area, team):
     free = shapely.union_all([shape_of(piece[:size]) for piece, size in zip(area.pieces, area.sizes, strict=True)])

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
-import pytest
 
 from benchmarks._all_at_once import buffered_cells, stopping_segments
-from tests.fleet.teams import PERIOD_S, corner_grid, square
+from tests.fleet.teams import PERIOD_S, corner_grid, seeds, square
 from tests.fleet.unicycles import LIMITS, drive
 
 RADIUS_M = 0.2
@@ -39,9 +38,9 @@ def worst_of_team(robots: int, seed: int, updates: int, *, stopping: bool) -> tu
     return closest, outside
 
 
-@pytest.mark.parametrize("part", range(5))
-def test_stopping_segments_stay_in_their_cells_and_robots_apart(part: int) -> None:
-    for team in range(part, TEAMS, 5):
+@seeds(5)
+def test_stopping_segments_stay_in_their_cells_and_robots_apart(seed: int) -> None:
+    for team in range(seed, TEAMS, 5):
         robots = 2 + team * 29 // TEAMS
         closest, outside = worst_of_team(robots, team, UPDATES, stopping=True)
         assert closest >= 2.0 * RADIUS_M - 1e-9

@@ -14,6 +14,7 @@ from tests.fleet.teams import (
     corner_grid,
     corners_of,
     on_circle,
+    seeds,
     square,
     swapped,
     whereabouts,
@@ -41,7 +42,7 @@ def arrived(team: Team, goals: np.ndarray) -> bool:
 
 
 @WEATHERS
-@pytest.mark.parametrize("seed", range(3))
+@seeds(3)
 def test_a_robot_that_joins_gets_no_cell_before_all_others_keep_off_it(weather: Weather, seed: int) -> None:
     """It stands in cells that are in use, though far from everybody."""
     area = square(5.0)
@@ -72,7 +73,7 @@ def test_a_robot_that_joins_gets_no_cell_before_all_others_keep_off_it(weather: 
 
 
 @WEATHERS
-@pytest.mark.parametrize("seed", range(3))
+@seeds(3)
 def test_a_robot_joins_from_outside_while_others_change_places(weather: Weather, seed: int) -> None:
     states = on_circle(6, 1.5, 2.5, seed)
     _, goals = swapped(states)
@@ -136,7 +137,7 @@ def test_who_leaves_is_not_kept_off_any_more(weather: Weather) -> None:
 
 
 @WEATHERS
-@pytest.mark.parametrize("seed", range(3))
+@seeds(3)
 def test_a_team_drives_on_when_one_of_it_leaves(weather: Weather, seed: int) -> None:
     states = on_circle(6, 1.5, 2.5, seed)
     task, goals = swapped(states)

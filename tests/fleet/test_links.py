@@ -18,6 +18,7 @@ from tests.fleet.teams import (
     corners_of,
     names_of,
     on_circle,
+    seeds,
     square,
     swapped,
     whereabouts,
@@ -118,7 +119,7 @@ def test_a_team_that_loses_nothing_changes_places() -> None:
     assert team.closest_m >= APART_M - 1e-6
 
 
-@pytest.mark.parametrize("seed", range(4))
+@seeds(4)
 def test_cells_that_are_kept_to_lie_apart_whatever_is_lost(seed: int) -> None:
     team, _ = swapping(6, replace(FOUL, frozen=(("tb02", 8.0, 16.0),)), seed)
     nearest = math.inf
@@ -147,7 +148,7 @@ def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.Monk
     assert nearest < APART_M - 0.05
 
 
-@pytest.mark.parametrize("seed", range(2))
+@seeds(2)
 def test_a_team_spreads_with_half_of_its_messages(seed: int) -> None:
     area, start = square(5.0), corner_grid(10)
     team = Team(start, area, Deploy(area), FOUL, seed)
@@ -156,7 +157,7 @@ def test_a_team_spreads_with_half_of_its_messages(seed: int) -> None:
     assert team.closest_m >= APART_M - 1e-6
 
 
-@pytest.mark.parametrize("seed", range(2))
+@seeds(2)
 def test_others_go_round_a_frozen_robot_and_it_goes_on_when_it_wakes(seed: int) -> None:
     team, goals = swapping(6, replace(FOUL, frozen=(("tb03", 10.0, 70.0),)), seed)
     team.run(16.0)

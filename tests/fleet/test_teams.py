@@ -19,7 +19,9 @@ BODY_M = 0.354
 APART_M = 0.4
 
 
-@pytest.mark.parametrize(("robots", "within_s", "driven_m"), [(10, 20.0, 3.5), (50, 35.0, 6.5)])
+@pytest.mark.parametrize(
+    ("robots", "within_s", "driven_m"), [(10, 20.0, 3.5), pytest.param(50, 35.0, 6.5, marks=pytest.mark.full)]
+)
 def test_a_team_spreads_as_well_as_points_do(robots: int, within_s: float, driven_m: float) -> None:
     side = math.sqrt(2.5 * robots)
     area, start = square(side), corner_grid(robots)
@@ -44,7 +46,10 @@ def changed_places(robots: int, seed: int) -> tuple[Team, int]:
     return found, int((np.hypot(*(found.states[:, :2] - goals).T) >= 0.1).sum())
 
 
-@pytest.mark.parametrize(("robots", "median_s"), [(4, 15.0), (8, 21.0), pytest.param(20, 34.0, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    ("robots", "median_s"),
+    [(4, 15.0), *(pytest.param(*each, marks=pytest.mark.full) for each in ((8, 21.0), (20, 34.0)))],
+)
 def test_a_team_changes_places_across_a_circle(robots: int, median_s: float) -> None:
     took_s = []
     for seed in range(5):

@@ -1,13 +1,18 @@
 """The command line as a process: it ends in order at a signal, and the demo needs no terminal."""
 
+import os
 import re
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.system.commands import start_touchline, touchline
+from tests.system.commands import figures, start_touchline, touchline, touchline_here
+from touchline.bus import Bus
+from touchline.cli import demo_command
 
 
 def _catches(pid: int, number: int) -> bool:
@@ -42,7 +47,7 @@ def _works(pid: int) -> bool:
 )
 def test_a_command_ends_in_order_at_a_signal(number, doing, code, bus_config, tmp_path):
     log = tmp_path / "log"
-    command = start_touchline("sweep", "tennis", "--seeds", "100000", config=bus_config, log=log)
+    command = start_touchline("sweep", "study-square", "--seeds", "100000", config=bus_config, log=log)
     while not doing(command.pid):
         assert command.poll() is None, log.read_text()
         time.sleep(0.001)
@@ -52,6 +57,7 @@ def test_a_command_ends_in_order_at_a_signal(number, doing, code, bus_config, tm
     assert "Traceback" not in log.read_text()
 
 
+@pytest.mark.full
 def test_demo_without_a_terminal_paints_to_two_centimetres(tmp_path: Path):
     done = touchline("demo", "tennis", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -62,3 +68,35 @@ def test_demo_without_a_terminal_paints_to_two_centimetres(tmp_path: Path):
     assert float(told["paint.lateral_error_m.p95"]) <= 0.02
     assert told["bus.lost"] == told["recording.lost"] == "0"
     assert (tmp_path / "session.mcap").stat().st_size > 1_000_000
+
+
+@pytest.mark.parametrize(("success", "code"), [(True, 0), (False, 1)])
+def test_demo_without_a_terminal_runs_a_job_as_fast_as_it_goes(monkeypatch, tmp_path, success, code):
+    asked = []
+
+    def run_job(template, **how):
+        asked.append((template.name, how["speed"], str(how["record"]), how["setup"].vehicle.name))
+        return {"success": success}
+
+    monkeypatch.setattr(demo_command, "run_job", run_job)
+    monkeypatch.chdir(tmp_path)
+    done = touchline_here("demo", "tennis", "--json", "--vehicle", "turtlebot2")
+    assert (done.returncode, done.stdout) == (code, '{\n  "success": ' + str(success).lower() + "\n}\n"), done.stderr
+    assert asked == [("tennis", -1.0, "session.mcap", "turtlebot2")]
+
+
+@pytest.mark.full
+def test_a_follower_from_outside_steers_as_the_example_says(bus_config, tmp_path):
+    field = tmp_path / "line.json"
+    field.write_text('{"name": "line", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}]}')
+    example = Path(__file__).parents[2] / "examples" / "external_follower.py"
+    environment = {**os.environ, **bus_config.environment()}
+    with subprocess.Popen([sys.executable, str(example)], env=environment) as follower:
+        try:
+            with Bus.open("bystander", bus_config) as bus:
+                assert not bus.wait_for({"follower"}, 100.0)
+            report = figures(touchline("run", str(field), "--json", "--follower", "external", config=bus_config))
+        finally:
+            follower.terminate()
+    assert report["success"]
+    assert report["traversal"]["follower_fallbacks"] == 0

@@ -1,9 +1,9 @@
-"""Three robots on one bus, in one process and in three: recorded, replayed, listed, and each the same as ever."""
+"""Three robots on one bus, in one process and in three: driven, recorded, replayed, listed, each the same as alone."""
 
 import os
 import signal
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,7 +42,7 @@ from touchline.services.robot_sim.guards import RESET_AFTER_S
 TEMPLATE = """{"name": "two-lines", "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}, {"id": "b", "line": {"start": [1, 1], "end": [0, 1]}}]}"""
 FLEET = """{"robots": [
-    {"namespace": "r1", "seed": 11, "onboard": {"follower": "pure-pursuit"}},
+    {"namespace": "r1", "seed": 11},
     {"namespace": "club/r2", "seed": 12, "vehicle": "narrow.json", "onboard": {"follower": "pure-pursuit"}},
     {"namespace": "r3", "seed": 13, "onboard": {"follower": "pure-pursuit"},
      "vehicle": {"name": "wide", "drive": {"kind": "differential", "track_width_m": 0.6}}}
@@ -148,6 +148,7 @@ class Ordered(NamedTuple):
 
     refused: str
     done: dict[str, Any]
+    recording: Path
     absent: str
     stopped: str
     reset: str
@@ -159,7 +160,7 @@ def together_then_ordered(fleet: Path, tmp_path_factory: pytest.TempPathFactory)
     """All robots in one process, as fast as they go; it is there no longer than needed."""
     folder, config = tmp_path_factory.mktemp("together"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     with system(fleet, config, folder, "--speed", "max"):
-        return session(fleet, config, folder), ordered(fleet, unnamed(config))
+        return session(fleet, config, folder), ordered(folder, unnamed(config))
 
 
 @pytest.fixture(scope="module")
@@ -177,6 +178,9 @@ def apart(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Session:
         with system(fleet, config, folder, "--apart", "--speed", str(PACE)):
             done = session(fleet, config, folder)
             kill_second(done.status, folder / "up.log")
+    said = (folder / "up.log").read_text()
+    assert "robot-sim of club/r2 was ended by SIGKILL" in said
+    assert "robot-sim of r1" not in said and "robot-sim of r3" not in said, "the others are left alone"
     return done
 
 
@@ -195,36 +199,47 @@ def session(fleet: Path, config: BusConfig, folder: Path) -> Session:
     return Session(folder / "session.mcap", driven, status)
 
 
-@pytest.mark.full
-def test_each_robot_says_the_same_in_one_process_in_three_at_another_pace_and_alone(fleet, together, apart):
-    shared, setups = together, Fleet.read(fleet).setups()
-    ours, theirs = contents(shared.recording), contents(apart.recording)
-    assert set(ours) == set(theirs) == set(ROBOTS)
-    for robot, setup in setups.items():
-        for topic in topics.RECORDED:
-            assert ours[robot][topic.name] == theirs[robot][topic.name], (robot, topic.name)
+def test_each_robot_says_in_one_process_what_it_says_alone(fleet, together):
+    for robot, setup in Fleet.read(fleet).setups().items():
         job = Job.prepare(parse_template(TEMPLATE), PlanOptions(), setup.vehicle)
         alone = simulate(job, setup.scenario, setup.onboard, Products(hashed=True)).report.session_hash
-        assert alone == shared.driven[robot].session_hash == apart.driven[robot].session_hash
+        assert alone == together.driven[robot].session_hash
+    assert len({driven.session_hash for driven in together.driven.values()}) == 3
+
+
+@pytest.mark.full
+def test_each_robot_says_in_a_process_of_its_own_at_another_pace_what_it_says_in_one_of_all(together, apart):
+    ours, theirs = contents(together.recording), contents(apart.recording)
+    assert set(ours) == set(theirs) == set(ROBOTS)
+    for robot in ROBOTS:
+        for topic in topics.RECORDED:
+            assert ours[robot][topic.name] == theirs[robot][topic.name], (robot, topic.name)
+        assert together.driven[robot].session_hash == apart.driven[robot].session_hash
         assert 1.0 < apart.driven[robot].pace <= PACE, "lags of a busy machine are not caught up with"
-    assert len({driven.session_hash for driven in shared.driven.values()}) == 3
     assert len({tuple(ours[robot]["plan"]) for robot in ROBOTS}) == 3, "each is planned for its own vehicle"
+    assert_listed(apart.status, processes=3)
+    result = compare(together.recording, apart.recording)
+    assert result.identical, list(result.lines())
+    assert {namespace_at(path) for path in result.topics} == set(ROBOTS)
 
 
-def test_status_lists_all_robots_and_the_processes_that_they_share(together, apart):
-    for status, processes in ((together.status, 1), (apart.status, 3)):
-        robots = status["robots"]
-        assert [robot["namespace"] for robot in robots] == sorted(ROBOTS)
-        pids = {service["node"]: set() for service in robots[0]["services"]}
-        for robot in robots:
-            assert robot["traversal"]["state"] == "idle"
-            for service in robot["services"]:
-                pids[service["node"]].add(service["pid"])
-        assert {node: len(of_node) for node, of_node in pids.items()} == {
-            topics.PLANNER: 1,
-            topics.ROBOT_SIM: processes,
-            topics.BRIDGE: 1,
-        }
+def test_status_lists_all_robots_and_the_processes_that_they_share(together):
+    assert_listed(together.status, processes=1)
+
+
+def assert_listed(status: dict[str, Any], processes: int) -> None:
+    robots = status["robots"]
+    assert [robot["namespace"] for robot in robots] == sorted(ROBOTS)
+    pids = {service["node"]: set() for service in robots[0]["services"]}
+    for robot in robots:
+        assert robot["traversal"]["state"] == "idle"
+        for service in robot["services"]:
+            pids[service["node"]].add(service["pid"])
+    assert {node: len(of_node) for node, of_node in pids.items()} == {
+        topics.PLANNER: 1,
+        topics.ROBOT_SIM: processes,
+        topics.BRIDGE: 1,
+    }
 
 
 @pytest.mark.parametrize("chosen", [(), ("club/r2", "r1")])
@@ -252,19 +267,6 @@ def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
         run_replay(together.recording, Playback(0.0, ["r4"]), bus_config)
 
 
-def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart):
-    said = apart.recording.with_name("up.log").read_text()
-    assert "robot-sim of club/r2 was ended by SIGKILL" in said
-    assert "robot-sim of r1" not in said
-    assert "robot-sim of r3" not in said
-
-
-def test_a_recording_of_three_is_the_same_as_another_of_them(together, apart):
-    result = compare(together.recording, apart.recording)
-    assert result.identical, list(result.lines())
-    assert {namespace_at(path) for path in result.topics} == set(ROBOTS)
-
-
 def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
     with pytest.raises(SpecError, match=r"holds 3 robots .*; name one with --robot"):
         read_painted(together.recording)
@@ -274,18 +276,19 @@ def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
     assert len({painted_by.report.session_hash for painted_by in painted}) == 3
 
 
-def ordered(fleet: Path, config: BusConfig) -> Ordered:
+def ordered(folder: Path, config: BusConfig) -> Ordered:
     """Have one robot do a job, stop all, and reset one."""
-    template, record = str(fleet.with_name("template.json")), str(fleet.with_name("one.mcap"))
-    refused = touchline_here("record", record, "--seconds", "0.1", config=config)
-    done = touchline_here("run", template, "--robot", "r3", "--json", config=config)
+    elsewhere, record = str(folder.with_name("elsewhere.mcap")), folder / "square.mcap"
+    refused = touchline_here("record", elsewhere, "--seconds", "0.1", config=config)
+    job = ("study-square", "--robot", "r3", "--json", "--record", str(record))
+    done = touchline_here("run", *job, config=config)
     absent = touchline_here("order", "start", config=config)
     stopped = touchline_here("order", "estop", config=config)
     time.sleep(RESET_AFTER_S)
     reset = touchline_here("order", "reset", "--robot", "r1", config=config)
     status = figures(touchline_here("status", "--json", config=config))["robots"]
     states = {robot["namespace"]: robot["traversal"]["state"] for robot in status}
-    return Ordered(refused.stderr, figures(done), absent.stderr, stopped.stdout, reset.stdout, states)
+    return Ordered(refused.stderr, figures(done), record, absent.stderr, stopped.stdout, reset.stdout, states)
 
 
 def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(together_then_ordered):
@@ -296,6 +299,34 @@ def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(
     assert sorted(said.stopped.splitlines()) == sorted(f"{robot}: estop: done" for robot in ROBOTS)
     assert said.reset == "reset: done\n"
     assert said.states == {"r1": "idle", "club/r2": "estopped", "r3": "estopped"}
+
+
+def test_the_report_of_a_run_has_every_figure(together_then_ordered):
+    session, said = together_then_ordered
+    report = said.done
+    assert set(report["plan"]) >= {"length_m", "time_s", "segments", "max", "continuity", "planning_time_s"}
+    assert report["plan"]["length_m"]["paint"] == pytest.approx(4.0)
+    assert report["plan"]["segments"] == {"painted": 4, "transitions": 3}
+    assert report["traversal"]["total_time_s"] > report["plan"]["time_s"]["total"] * 0.9
+    assert report["paint"]["coverage_pct"] > 98.0
+    assert report["paint"]["lateral_error_m"]["p95"] < 0.02
+    assert report["estimator"]["position_rmse_m"] < 0.03
+    assert report["bus"]["lost"] == report["recording"]["lost"] == 0
+    assert report["recording"]["complete"]
+    assert report["hash"]["session"] != session.driven["r3"].session_hash, "the report of this job"
+
+
+def test_everything_that_was_said_is_in_the_recording(together_then_ordered):
+    _, said = together_then_ordered
+    counts = Counter(message.topic for message in RecordingReader(said.recording).messages())
+    counts = Counter({topic: count for topic, count in counts.items() if not is_drawn(topic, ROBOTS)})
+    assert counts.total() == said.done["recording"]["messages"]
+    ticks = counts["/r3/imu/data_raw"]
+    assert ticks == counts["/r3/joint_states"] == counts["/r3/cmd/actuators"] > 1000
+    assert counts["/r3/odometry/filtered"] - ticks // 2 in (1, 2), "and what it knew before it drove"
+    latched = {counts[f"/r3/{topic}"] for topic in ("traversal/report", "plan", "template")}
+    assert latched == {2}, "that of the job before was known when the recording began"
+    assert counts["/r3/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
 
 
 def unnamed(config: BusConfig) -> BusConfig:

@@ -52,8 +52,8 @@ TEMPLATE = Template(
 )
 """So small that robots are in each other's way."""
 PAINTED_TWICE_M2 = 0.02 * TEMPLATE.line_width_m
-SLOWLY = 2.0
-"""Sim time per wall time while somebody is to be killed amid a line."""
+QUICKLY, SLOWLY = 20.0, 2.0
+"""Sim time per wall time, and while somebody is to be killed amid a line."""
 
 
 class Silent:
@@ -196,7 +196,7 @@ class Killer(Silent):
             self.slowed = all(pace(each.bus, SLOWLY) for each in self.run.robots)
         elif robot.status.spraying and robot.status.coverage_pct > 20.0:
             os.killpg(self.system.supervisor.pid(topics.ROBOT_SIM, self.name), signal.SIGKILL)
-            self.killed = True
+            self.killed = all(pace(each.bus, QUICKLY) for each in self.run.robots if each.name != self.name)
 
 
 class Operator(Killer):
@@ -228,7 +228,7 @@ class Operator(Killer):
 
 def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
     operator = Operator(system, "r2")
-    with begun(system, job, SharedRunSettings(20.0), operator) as run:
+    with begun(system, job, SharedRunSettings(QUICKLY), operator) as run:
         run.run()
         for orders in operator.orders:
             orders.join()
@@ -257,7 +257,7 @@ def test_when_a_robot_is_killed_the_other_does_the_rest_on_order(system, job):
 @pytest.mark.full
 def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_one(system, job):
     killer = Killer(system, "r1")
-    with begun(system, job, SharedRunSettings(20.0, take_over_after_s=1.0), killer) as run:
+    with begun(system, job, SharedRunSettings(QUICKLY, take_over_after_s=1.0), killer) as run:
         try:
             run.run()
         except JobFailed as failed:  # it stands in the way of all that is left of its line
@@ -277,7 +277,7 @@ def test_without_an_operator_the_other_does_what_it_can_reach_beside_the_dead_on
 @pytest.mark.full
 def test_where_nobody_orders_it_the_job_ends_and_names_the_lines_that_are_not_painted(system, job):
     conduct, said = (
-        SharedRunSettings(20.0, ordered_within_s=2.0),
+        SharedRunSettings(QUICKLY, ordered_within_s=2.0),
         "r2 is out of service: its process is gone; nobody has ordered",
     )
     with begun(system, job, conduct, Killer(system, "r2")) as run, pytest.raises(JobFailed, match=said) as failed:
