@@ -527,5 +527,7 @@ class Emulator:
             self._ended_ticks = 0
             self.estimator_error.add(self.world.pose, self.world.state.speed_mps, self.onboard.estimate)
         elif self._ended_ticks < SETTLE_TICKS:
-            self._ended_ticks += 1
+            # One that was aborted at speed still brakes, and is watched for half of that once it rests.
+            moving = abs(self.world.state.speed_mps) > RESTING_MPS
+            self._ended_ticks = min(self._ended_ticks, SETTLE_TICKS // 2 - 1) + 1 if moving else self._ended_ticks + 1
             self.settled = self._ended_ticks == SETTLE_TICKS

@@ -35,7 +35,7 @@ from touchline.schemas.messages import (
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
+from touchline.services.robot_sim.emulator import RESTING_MPS, SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
@@ -213,6 +213,22 @@ def test_nothing_moves_before_the_start_and_watching_ends_after_the_end():
             settled.append(emulator.tick_count)
     assert settled == [emulator.tick_count]
     assert emulator.tick_count == 1251 - 1 + SETTLE_TICKS
+
+
+def test_a_robot_that_is_aborted_at_speed_is_watched_until_it_rests_and_then_takes_a_plan():
+    """Sim time is held once nothing is watched: a robot that still moved then would refuse every plan."""
+    emulator = Emulator(Vehicle(), Scenario(noise="none"))
+    emulator.load(PLAN)
+    emulator.start()
+    while emulator.world.state.speed_mps < 1.0:
+        emulator.tick()
+    emulator.abort("not today")
+    rested = 0
+    while emulator.active:
+        emulator.tick()
+        rested = rested + 1 if abs(emulator.world.state.speed_mps) <= RESTING_MPS else 0
+    assert rested >= SETTLE_TICKS // 2
+    emulator.load(PLAN)
 
 
 def test_a_command_acts_from_the_next_tick_on():

@@ -241,7 +241,9 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
             progress(status.arc_length_m / status.total_length_m, status.segment_id)
         patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
         reached = status.arc_length_m
-        if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
+        if patience == 0:
+            if status.state not in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
+                break  # it ended, and rolls on
             waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
             why = status.reason or "it did not move on"
             emulator.abort(f"aborted by the simulation after {waited_s} s without progress: {why}")
