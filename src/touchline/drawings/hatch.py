@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from touchline.core.robust_overlay import buffer, intersection, symmetric_difference
+from touchline.core.robust_overlay import buffer, symmetric_difference
 from touchline.schemas.template import MIN_LENGTH_M
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 Ring: TypeAlias = npt.NDArray[np.float64]
 Stroke: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
@@ -29,8 +32,7 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
     Returns:
         Start and end points, m; empty if the area is everywhere narrower than a stroke.
     """
-    from shapely import LineString, Polygon, affinity
-    from shapely.geometry.base import BaseGeometry
+    from shapely import Polygon, affinity
 
     area: BaseGeometry = Polygon()
     for ring in rings:
@@ -38,19 +40,19 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
     turned = affinity.rotate(area, -angle_rad, origin=(0.0, 0.0), use_radians=True)
     if turned.is_empty:
         return []
-    left, low, right, high = turned.bounds
+    _, low, _, high = turned.bounds
     half = width_m / 2
     if high - low < width_m - 1e-9:
         return []
     count = max(1, math.ceil((high - low) / width_m - 1e-9))
     levels = np.linspace(low + half, high - half, count) if count > 1 else [(low + high) / 2]
+    edges = _edges(turned)
     strokes: list[Stroke] = []
     for index, y in enumerate(levels):
         inside: list[tuple[float, float]] | None = None
         # Both edges of the stroke and its middle must be inside; hairline shifts keep off edges along the stroke.
         for edge in (y - half + 1e-6, y, y + half - 1e-6):
-            line = LineString([(left - 1.0, edge), (right + 1.0, edge)])
-            found = _spans(intersection(line, turned))
+            found = _spans(edges, edge)
             inside = found if inside is None else _common(inside, found)
         ends = [((a, float(y)), (b, float(y))) for a, b in inside or [] if b - a >= MIN_LENGTH_M]
         strokes += ends if index % 2 == 0 else [(b, a) for a, b in reversed(ends)]
@@ -60,11 +62,22 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
     ]
 
 
-def _spans(found: object) -> list[tuple[float, float]]:
-    """Intervals along x of an intersection with a horizontal line, ascending."""
-    parts = getattr(found, "geoms", [found])
-    bounds = [part.bounds for part in parts if getattr(part, "length", 0.0) > 0.0]
-    return sorted((b[0], b[2]) for b in bounds)
+def _edges(area: "BaseGeometry") -> npt.NDArray[np.float64]:
+    """Edges (n, 4) x₁ y₁ x₂ y₂ of all outlines of an area, m."""
+    from shapely import get_coordinates, get_parts, get_rings
+
+    rings = [get_coordinates(ring) for ring in get_rings(get_parts(area))]
+    return np.concatenate([np.zeros((0, 4)), *(np.hstack((ring[:-1], ring[1:])) for ring in rings)])
+
+
+def _spans(edges: npt.NDArray[np.float64], y: float) -> list[tuple[float, float]]:
+    """Intervals along x that are inside at a height, ascending, by the even-odd rule.
+
+    Counted, not overlaid: GEOS may return all of a line that crosses an area of almost no width.
+    """
+    x1, y1, x2, y2 = edges[(edges[:, 1] > y) != (edges[:, 3] > y)].T
+    places = np.sort(x1 + (y - y1) / (y2 - y1) * (x2 - x1)).tolist()
+    return list(zip(places[::2], places[1::2], strict=True))
 
 
 def _common(first: list[tuple[float, float]], second: list[tuple[float, float]]) -> list[tuple[float, float]]:

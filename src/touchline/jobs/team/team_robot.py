@@ -22,6 +22,7 @@ from touchline.services.robot_sim.telemetry import Telemetry
 Floats = NDArray[np.float64]
 Listener = Callable[[list[Payload]], None]
 
+_REST_MOST_TICKS: Final = 3000
 _STOPPED: Final = (TraversalStatus.PAUSED, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
 
 
@@ -120,6 +121,14 @@ class TeamRobot:
             # The report is made where the traversal has ended, even if guidance goes on.
             if self.emulator.settled or self._is_due(heard=done == ticks):
                 self._tell_held()
+
+    def come_to_rest(self) -> None:
+        """Run on, half a minute at most, until an ended traversal is no longer observed, as over the bus."""
+        place = np.zeros((1, 2))
+        for _ in range(_REST_MOST_TICKS):
+            if not self.emulator.active:
+                return
+            self.drive(1, place)
 
     def _is_due(self, *, heard: bool) -> bool:
         """Return whether held telemetry is to be sent: at once to a listener, else when no more can be held."""

@@ -151,6 +151,9 @@ class TeamRun:
         for robot in self.robots.values():
             robot.end()
         self._drive(threads, SETTLE_TICKS)
+        for name, robot in self.robots.items():
+            if not self._is_frozen(name):
+                robot.come_to_rest()
 
     def _talk(self) -> None:
         """Let the guide exchange messages with the robots; measure if it has updated goals."""
