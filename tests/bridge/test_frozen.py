@@ -103,6 +103,7 @@ def test_a_publisher_that_has_left_in_order_spoils_nothing(bus_config: BusConfig
             assert not bus.wait_for({topics.BRIDGE}, 60.0)
             assert robot.record("whole.mcap").success
             said = robot.say(100)
+            assert not robot.record("second.mcap").success  # refused once all that was said before it is taken
         answer = operator.call(topics.RECORD_STOP, RecordStopRequest(request_id="stop"), 60.0)
     assert answer.success and answer.lost == 0
     assert contents(tmp_path / "whole.mcap") == said
