@@ -86,11 +86,11 @@ def test_hold_stops_sim_time_and_nothing_else(bus, operator):
     turn_until(robot, lambda: not robot.active)
 
 
-def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config):
+def test_without_operator_and_planner_the_robot_stops_by_itself_with_its_valve_closed(bus, bus_config):
     # Faster than real time: at that the watchdog would pause it while the test waits for others instead of turning it.
     robot = process(bus, speed=1.1, link_timeout_s=0.3)
     with Bus.open("recorder-of-this-test", bus_config) as listener:
-        inbox = listener.inbox([topics.EVENTS, topics.STATUS])
+        inbox = listener.inbox([topics.EVENTS, topics.STATUS, topics.SPRAYER, topics.TRUTH])
         caught_up(bus, listener)
         said = []
 
@@ -106,6 +106,8 @@ def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config
             assert not link_lost(), "the operator is there"
         turn_until(robot, link_lost)
         turn_until(robot, lambda: link_lost() and any(_paused(sample) for sample in said))
+        turn_until(robot, lambda: link_lost() and abs(_last(said, topics.TRUTH).twist.twist.linear.x) < 0.05)
+    assert not _last(said, topics.SPRAYER).valve_open
     assert any(s.topic is topics.EVENTS and s.decode().severity == Event.ERROR for s in said)
 
 
@@ -137,6 +139,11 @@ def test_the_link_is_lost_when_the_time_is_over_that_counts_from_the_start_of_dr
         assert [watch.lost(True, now_s) for now_s in (21.9, 22.1)] == [False, True]
 
 
+def _last(said, topic):
+    found = [sample for sample in said if sample.topic is topic]
+    return found[-1].decode() if found else None
+
+
 def _paused(sample):
     return sample.topic is topics.STATUS and sample.decode().state == TraversalStatus.PAUSED
 
@@ -150,8 +157,7 @@ def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
 
     def last(topic):
         said.extend(inbox.drain())
-        found = [sample for sample in said if sample.topic is topic]
-        return found[-1].decode() if found else None
+        return _last(said, topic)
 
     turn_until(robot, lambda: (state := last(topics.SPRAYER)) is not None and state.valve_open)
     robot.close()
