@@ -32,7 +32,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
-MUTATED = 54
+MUTATED = 160
 
 
 def painted_session(path: Path, compression: CompressionType) -> Path:
@@ -55,10 +55,8 @@ def painted_session(path: Path, compression: CompressionType) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("first", "compression"), enumerate(CompressionType))
-def test_a_mutated_recording_gives_an_answer_or_one_line(
-    tmp_path: Path, first: int, compression: CompressionType
-) -> None:
+@pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4])
+def test_a_mutated_recording_gives_an_answer_or_one_line(tmp_path: Path, compression: CompressionType) -> None:
     original = painted_session(tmp_path / "original.mcap", compression)
     path, data = tmp_path / "mutated.mcap", original.read_bytes()
     readers: tuple[Callable[[], object], ...] = (
@@ -68,7 +66,7 @@ def test_a_mutated_recording_gives_an_answer_or_one_line(
         lambda: read_painted(path),
     )
     outcomes = [0, 0]
-    for number in range(first * MUTATED, (first + 1) * MUTATED):
+    for number in range(MUTATED):
         path.write_bytes(mutated(data, number))
         for read in readers:
             try:
@@ -78,7 +76,7 @@ def test_a_mutated_recording_gives_an_answer_or_one_line(
                 assert "\n" not in str(error) and str(error), number
             else:
                 outcomes[0] += 1
-    assert min(outcomes) > 2  # both kinds of file are among them
+    assert min(outcomes) > MUTATED / 10  # both kinds of file are among them
 
 
 def file_of(*chunks: Chunk) -> bytes:

@@ -199,3 +199,17 @@ def test_a_sweep_of_which_all_workers_are_killed_does_the_rest(touchline, monkey
     assert (code, swept["complete"]) == (1, True)
     assert 1 <= len(failed) <= 2
     assert all("was killed (SIGKILL)" in run["reason"] for run in failed)
+
+
+@pytest.mark.parametrize(
+    ("options", "coverage_pct", "p95_m"),
+    [(("--noise", "none", "--follower", "mpc"), 99.8, 0.003), (("--follower", "pure-pursuit"), 99.0, 0.02)],
+    ids=["without noise", "with noise"],
+)
+def test_a_court_is_painted_to_the_millimetre_or_with_noise_to_two_centimetres(
+    simulation_of, options, coverage_pct, p95_m
+):
+    """The same session has the same hash there (tests/system/test_many_robots.py)."""
+    paint = simulation_of("tennis", "--json", *options)["paint"]
+    assert paint["coverage_pct"] >= coverage_pct
+    assert paint["lateral_error_m"]["p95"] <= p95_m

@@ -61,13 +61,16 @@ def test_perfect_robot_stays_within_a_millimetre_and_a_half(follower: str, cours
 
 
 @pytest.mark.parametrize("follower", FOLLOWERS)
-@pytest.mark.parametrize("seed", with_full(0, full=(1, 2)))
-def test_noisy_robot_stays_within_two_centimetres_and_a_half(follower: str, seed: int) -> None:
-    run = start(trajectory(COURSES["slalom"]), follower, "default", seed)
-    run.rig.heading += 0.05
-    run.rig.y += 0.1
-    assert np.percentile(offsets(run, COURSES["slalom"], from_m=5.0), 95) < 0.025
-    assert run.onboard.state == TraversalStatus.DONE
+def test_noisy_robot_stays_within_two_centimetres(follower: str) -> None:
+    worst = []
+    for seed in range(3):
+        run = start(trajectory(COURSES["slalom"]), follower, "default", seed)
+        run.rig.heading += 0.05
+        run.rig.y += 0.1
+        worst.append(np.percentile(offsets(run, COURSES["slalom"], from_m=5.0), 95))
+        assert run.onboard.state == TraversalStatus.DONE
+    assert max(worst) < 0.025
+    assert np.mean(worst) < 0.02
 
 
 @pytest.mark.parametrize("follower", FOLLOWERS)

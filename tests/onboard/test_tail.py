@@ -73,7 +73,7 @@ def test_a_mean_square_of_weighed_innovations_is_two() -> None:
 
 
 def test_no_run_of_honest_fixes_contradicts() -> None:
-    """Of 100,000 of the emulated receiver, about three hours at 10 Hz; every fourteenth is outlying."""
+    """Some 100,000 fixes of the emulated receiver, about three hours at 10 Hz; every fourteenth is outlying."""
     doubt = worst = outlying = 0.0
     for tick in range(100_000):
         nis = white(5, tick, 0) ** 2 + white(5, tick, 1) ** 2

@@ -28,6 +28,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
+from touchline.services.robot_sim import emulator
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,13 @@ def test_a_robot_that_waits_for_an_operator_is_given_up_after_three_minutes(job,
     assert 0.0 < outcome.report.coverage_pct < 100.0
     waited_s = outcome.report.header.stamp.sec - 12.0
     assert 30.0 <= waited_s < 50.0
+
+
+def test_a_robot_that_never_comes_to_rest_ends_the_simulation_all_the_same(job, monkeypatch):
+    """As one may whose drive is somebody's plug-in."""
+    monkeypatch.setattr(simulation, "_PATIENCE_SLICES", 3)
+    monkeypatch.setattr(emulator, "RESTING_MPS", -1.0)
+    assert simulate(job, Scenario(noise="none")).report.success
 
 
 def test_a_runs_figures_are_those_of_its_report():

@@ -222,7 +222,7 @@ def test_random_bytes_on_every_topic(site, outsider):
 
 
 def refusal(site, outsider, service, payload):
-    """What is said; "Timeout" where a busy machine took so long over the fragments that Zenoh dropped the message."""
+    """Text of a refusal; "Timeout" where a busy machine took so long that Zenoh dropped the message."""
     (reply,) = outsider.get(site.bus.key(service.name), payload=payload, timeout=20.0)
     return reply.err.payload.to_string()
 

@@ -289,8 +289,9 @@ class _Covering:
     def _vias(self, stroke: CoverStroke, strokes: list[CoverStroke]) -> Iterator[CoverStroke]:
         """Short stretches of other strokes as via strokes, those with the shortest detour first."""
         mover, last = self.finder.mover, self.chain.strokes[-1]
-        at_m = [(other, np.arange(1.0, other.length_m - VIA_M, VIA_EVERY_M).tolist()) for other in strokes]
-        along = [(s, other.at(s)) for other, places_m in at_m for s in places_m]
+        along = [
+            (s, other.at(s)) for other in strokes for s in np.arange(1.0, other.length_m - VIA_M, VIA_EVERY_M).tolist()
+        ]
         if not along:
             return
         poses = np.array([pose for _, pose in along])

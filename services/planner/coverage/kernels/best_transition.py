@@ -85,11 +85,11 @@ def is_free(join: Join, i: int, count: int, walls: Walls, room: Room) -> bool:
         room.stands[i] = 1 if stands_free(start, walls) else 0
     if room.stands[i] == 0:
         return False
-    length = 1
+    room.poses[0], length = start, 1
     # Ends of pieces first: nearly all words that touch something do so at one of them.
     for k in range(count):
         ahead = room.poses[length - 1 :]
-        length += poses_along(start if k == 0 else ahead[0], room.table[k : k + 1], 1, ahead) - 1
+        length += poses_along(ahead[0], room.table[k : k + 1], 1, ahead) - 1
         if not keeps_off(room.poses[length - 1 : length], walls):
             return False
     return bool(keeps_off(room.poses[:length], walls))
