@@ -50,6 +50,7 @@ class FreeSpace:
         self._margin_m, self._bends_m = margin_m, (1.0 - SWING_SHARE) * margin_m
         self.home: Area | None = None
         self._at: dict[int, Area] = {}
+        self._room: dict[int, Area] = {}
 
     @property
     def swing_m(self) -> float:
@@ -80,6 +81,7 @@ class FreeSpace:
                 home = min(parts, key=lambda part: float(part.distance(shapely.Point(start[:2]))))
             self.home = as_area(home)
             self._at.clear()
+            self._room.clear()
 
     def _stand_at(self, start: PathPose) -> None:
         boundary, *kept_out = self._outlines
@@ -101,7 +103,7 @@ class FreeSpace:
 
     def at(self, heading_rad: float) -> Area:
         """Area in which the middle of the tool may be at a heading."""
-        key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
+        key = _key(heading_rad)
         if key not in self._at:
             found = places(self.free, self.machine.outline, heading_rad)
             self._at[key] = as_area(found if self.home is None else intersection(found, self.home))
@@ -117,15 +119,25 @@ class FreeSpace:
         """
         direction = np.array((math.cos(pose.heading_rad), math.sin(pose.heading_rad)))
         line = shapely.LineString([np.array(pose[:2]) - behind_m * direction, np.array(pose[:2]) + ahead_m * direction])
-        # A line along a wall lies on the border of the free area, which counts as free.
-        room = buffer(self.at(pose.heading_rad), 0.5 * SLACK_M, join_style="mitre")
         found = []
-        for part in shapely.get_parts(intersection(room, line)):
+        for part in shapely.get_parts(intersection(self._room_at(pose.heading_rad), line)):
             points = shapely.get_coordinates(part)
             along = (points - np.array(pose[:2])) @ direction
             if len(points) > 1 and np.ptp(along) > STRETCH_MIN_M:
                 found.append((float(along.min()), float(along.max())))
         return sorted(found)
+
+    def _room_at(self, heading_rad: float) -> Area:
+        """Area at a heading with its border, on which a line along a wall lies."""
+        key = _key(heading_rad)
+        if key not in self._room:
+            self._room[key] = as_area(buffer(self.at(heading_rad), 0.5 * SLACK_M, join_style="mitre"))
+        return self._room[key]
+
+
+def _key(heading_rad: float) -> int:
+    """Number of a heading, the same for headings that are the same but for rounding."""
+    return round(math.remainder(heading_rad, math.tau) / SAME_RAD)
 
 
 def _ring_edges(ring: shapely.LinearRing) -> Floats:

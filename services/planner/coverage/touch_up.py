@@ -53,12 +53,15 @@ def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> 
     for heading in headings:
         along, across = np.array((np.cos(heading), np.sin(heading))), np.array((-np.sin(heading), np.cos(heading)))
         spans = [(p @ along, p @ across) for p in missed]
+        laid: dict[float, list[tuple[CoverStroke, float]]] = {}
         for _, seed in spans:
             # The pass is centred on the patch, or has an edge along it; it covers what else is within it.
             for level in {round(v, 1) for v in (0.5 * (seed.min() + seed.max()), seed.min() + half, seed.max() - half)}:
-                inside = [(a[abs(c - level) < half], a) for a, c in spans if (abs(c - level) < half).any()]
-                if inside:
-                    yield from _strokes(sorted((i.min(), i.max()) for i, _ in inside), level, heading, space)
+                if level not in laid:
+                    inside = [a[within] for a, c in spans if (within := abs(c - level) < half).any()]
+                    extents = sorted((i.min(), i.max()) for i in inside)
+                    laid[level] = [*_strokes(extents, level, heading, space)] if inside else []
+                yield from laid[level]
 
 
 def _strokes(
@@ -134,8 +137,10 @@ def _offers(
     finder, found = chain.finder, []
     for stroke, lead in touch_ups(patches(chain), headings, finder.space):
         key = tuple(round(v, 1) for v in (*stroke.start, stroke.length_m))
+        if key in tried:
+            continue
         gain = finder.covered.add(stroke.part(lead, stroke.length_m), 0)
         score = (stroke.length_m - lead) / finder.mover.speed_mps - gain * finder.seconds_per_m2
-        if key not in tried and score < 0.0:
+        if score < 0.0:
             found.append((score, key, stroke, lead))
     return sorted(found, key=lambda offer: offer[:2])[:OFFERS_TRIED]
