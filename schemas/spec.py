@@ -3,7 +3,7 @@
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -36,6 +36,32 @@ class Spec(BaseModel):
     """Base of every specification: frozen, finite numbers only, no unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def replace(self, field: str, value: Any, /) -> Self:
+        """Copy with one field changed, and checked as a file would be.
+
+        Args:
+            field: Dotted name, such as ``drive.track_width_m``; indices of lists are numbers.
+            value: Its new value, as in JSON or as an object.
+
+        Raises:
+            SpecError: There is no such field, or the value is not allowed.
+        """
+        source, given = type(self).__name__, self.model_dump(mode="json", context=EVERY_FIELD)
+        *way, last = [int(part) if part.isdigit() else part for part in field.split(".")]
+        inside: Any = given
+        try:
+            for part in way:
+                inside = inside[part]
+            inside[last]
+        except (LookupError, TypeError) as error:
+            known = inside if isinstance(inside, dict) else range(len(inside)) if isinstance(inside, list) else ()
+            names = ", ".join(map(str, known))
+            raise SpecError(
+                source, field, "is not a field", f"use one of: {names}" if names else "shorten it"
+            ) from error
+        inside[last] = value.model_dump(mode="json", context=EVERY_FIELD) if isinstance(value, BaseModel) else value
+        return parse(type(self), json.dumps(given), source)
 
 
 class GrownSpec(Spec):
