@@ -139,7 +139,7 @@ class _Collected:
     def paint(self, outline: Outline, strokes: Strokes) -> None:
         self.kinds[strokes.kind] += 1
         self.drawn += strokes.drawn
-        self.segments += [_segment(outline.name, i, curve) for i, curve in enumerate(strokes.curves, 1)]
+        self.segments += [stroke_segment(outline.name, i, curve) for i, curve in enumerate(strokes.curves, 1)]
         if strokes.kind is not StrokeKind.DOT:
             worst, where = apart_m(strokes.drawn, strokes.curves)
             if worst > self.worst_m:
@@ -196,7 +196,7 @@ def _imported(path: Path, drawing: Drawing, options: ImportOptions, progress: Pr
         title=plain(path.stem),
         source=f"Imported from {plain(path.name)}. Origin at the drawing's {options.anchor.value}, y up, in m.",
         line_width_m=options.line_width_m,
-        segments=_unique(found.segments),
+        segments=with_unique_ids(found.segments),
         areas=areas.areas,
         boundary=boundary,
     )
@@ -344,7 +344,8 @@ def _origin(source: str, low: Floats, high: Floats, anchor: Anchor) -> Floats:
     return at
 
 
-def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
+def stroke_segment(name: str, index: int, curve: Curve) -> TemplateSegment:
+    """Make a segment of a stroke of an outline: its number from 1, and its curve."""
     label = name = plain(name)
     name = f"{name[:80]}-{index}"
     if curve.curvature_1pm == 0.0:
@@ -357,7 +358,7 @@ def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
     return TemplateSegment.model_construct(id=name, label=label, line=None, arc=spec, actuation="DISC_SPRAY")
 
 
-def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
+def with_unique_ids(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
     """Give the strokes unique ids."""
     seen: set[str] = set()
     unique = []
@@ -374,7 +375,7 @@ def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
 def _anchored(source: str, template: Template, anchor: Anchor) -> tuple[Template, tuple[float, float]]:
     """Move a template to its anchor; return it and the displacement (m)."""
     x, y = (-float(v) for v in _origin(source, *bounds(template), anchor))
-    segments = _unique([part for segment in template.segments for part in _within_reach(segment, x, y)])
+    segments = with_unique_ids([part for segment in template.segments for part in _within_reach(segment, x, y)])
     template = template.model_copy(update={"segments": segments})
     return Transform.of(x, y, 0.0).template(template), (x, y)
 
