@@ -5,6 +5,7 @@ for one kind of processor.
 """
 
 import shutil
+import subprocess
 from pathlib import Path
 
 from setuptools import Distribution, find_packages, setup
@@ -20,10 +21,17 @@ KERNELS = sorted(Path("build/kernels").glob("*.o"))
 
 
 class WithKernels(build_py):
-    """Adds the code of kernels."""
+    """Adds the code of kernels, and the commit that it was built from."""
 
     def run(self) -> None:
         super().run()
+        if not self.editable_mode:
+            command = ["git", "describe", "--always", "--dirty", "--exclude=*", "--abbrev=40"]
+            try:
+                made = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+            except OSError:
+                made = ""
+            (Path(self.build_lib) / "touchline" / "_build.py").write_text(f"COMMIT = {made!r}\n", encoding="utf-8")
         if not self.editable_mode and KERNELS:
             folder = Path(self.build_lib) / "touchline" / "core" / "compiled"
             shutil.rmtree(folder, ignore_errors=True)

@@ -25,9 +25,10 @@ from touchline.checking.recorded_session import (
 from touchline.checking.replan import planned_again
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.robot_tables import ProcessTables, RobotTables
+from touchline.checking.session_changes import changes_since
 from touchline.checking.streamed_comparison import Progress, compare_streams
 from touchline.recordings.channels import robots_among, topic_at
-from touchline.recordings.provenance import MADE_BY, other_platform, other_plugins
+from touchline.recordings.provenance import MADE_BY, other_code, other_platform, other_plugins
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorded import Recorded, Summary
 from touchline.schemas import topics
@@ -120,6 +121,7 @@ def check_recording(
             one = SessionCheck(
                 robot, process, made_by, not others if exact is None else exact, diff=SessionDiff(topics_recorded)
             )
+            one.notes += changes_since(made_by.get("touchline", ""), other_code(made_by))
             if plugins := other_plugins(made_by):
                 one.notes.append(f"recorded where these plug-ins were installed: {', '.join(plugins)}")
             one.cut = bool(summary.problem)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Final
 
+from touchline.recordings.code_identity import code_digest, commit
 from touchline.schemas.plugin_packages import installed
 
 MADE_BY: Final = "touchline_made_by"
@@ -26,8 +27,17 @@ def made_by() -> dict[str, str]:
         "system": platform.system(),
         "libc": " ".join(platform.libc_ver()).strip(),
     }
+    code = {"commit": commit(), "code": code_digest()}
     plugins = {f"{_PLUGIN}{name}": number for name, number in installed().items()}
-    return {name: version(name) for name in _PACKAGES} | own | plugins
+    return {name: version(name) for name in _PACKAGES} | code | own | plugins
+
+
+def other_code(then: Mapping[str, str]) -> str:
+    """Return the version and commit of a recording made by other code than this; empty if it was made by the same."""
+    if then.get("code") == code_digest():
+        return ""
+    made = then.get("commit", "")
+    return f"Touchline {then.get('touchline', 'of an unknown version')}{f' ({made[:12]})' if made else ''}"
 
 
 def other_plugins(then: Mapping[str, str]) -> list[str]:

@@ -1,0 +1,25 @@
+"""Changes of sessions from version to version: why a recording of an earlier one may come out otherwise."""
+
+from importlib.metadata import version
+from typing import Final
+
+SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {"0.2.0": ()}
+"""Lines marked [session] of CHANGELOG.md, by the version that brought them; the oldest first."""
+
+
+def changes_since(recorded: str, made_by: str) -> list[str]:
+    """Return remarks on a recording made by other code.
+
+    Args:
+        recorded: Its version; empty if unknown.
+        made_by: Its code in words; empty if it is the present one.
+    """
+    if not made_by:
+        return []
+    since = [line for number, lines in SESSION_CHANGES.items() if _parts(number) > _parts(recorded) for line in lines]
+    changed = f"; since then: {'; '.join(since)}" if since else ""
+    return [f"recorded by {made_by}, checked by {version('touchline')}{changed}"]
+
+
+def _parts(number: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in number.split(".") if part.isdigit())
