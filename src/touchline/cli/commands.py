@@ -12,6 +12,7 @@ from touchline.cli.display import Verbosity
 from touchline.cli.groups import in_panel
 from touchline.cli.options import ExitCode
 from touchline.cli.overview import PANELS, bare
+from touchline.cli.settings_file import PREFIX, command_of, defaults_for, settings
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
 from touchline.schemas.plugin_packages import blamed
@@ -48,7 +49,9 @@ def execute() -> int:
             stream.reconfigure(errors="replace")  # where the locale has no ² or ·, print a question mark
     completing = "_TOUCHLINE_COMPLETE" in os.environ
     try:
-        command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)()
+        app = command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)
+        defaults = defaults_for(command_of(app), settings())
+        app(default_map=defaults, auto_envvar_prefix=PREFIX)
     except TouchlineError as error:
         return _report(error)
     except Exception as error:

@@ -43,6 +43,10 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
         "estimate_command": ("estimate",),
         "picture_command": ("picture",),
     },
+    "This installation": {
+        "config_command": ("config",),
+        "doctor_command": ("doctor",),
+    },
     "Processes, each alone": {
         "service_commands": ("planner", "robot-sim", "bridge", "coordinator", "tui"),
     },

@@ -40,9 +40,8 @@ class WorkersChoice:
 
         `lost` makes the result of a task whose process died.
         """
-        from touchline.jobs.task_pool import cores, here, in_processes, on_dask
+        from touchline.jobs.task_pool import on_dask, spread
 
         if self.dask is not None:
             return on_dask(work, shared, tasks, self.dask, lost)
-        count = min(self.workers or cores(), len(tasks))
-        return in_processes(work, shared, tasks, count, lost) if count > 1 else here(work, shared, tasks)
+        return spread(work, shared, tasks, self.workers or None, lost)

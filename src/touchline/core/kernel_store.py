@@ -42,6 +42,11 @@ def cache_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
 
 
+def shipped_count() -> int:
+    """Number of kernels whose code came with the package."""
+    return sum(1 for _ in _SHIPPED.glob("*.o"))
+
+
 def name_of(function: Any, arguments: Sequence[Tree]) -> str | None:
     """The name of a kernel's code for arguments of these types; None if code cannot be found again by a name.
 

@@ -61,7 +61,7 @@ def running_pid(config: BusConfig) -> int | None:
         TouchlineError: The lock is held, but not by the process that the file names.
     """
     path = _lock_path(config)
-    return _holder(path) if path.exists() else None
+    return holder_of(path) if path.exists() else None
 
 
 def running_pids(config: BusConfig, robots: Sequence[str]) -> list[int]:
@@ -73,11 +73,16 @@ def running_pids(config: BusConfig, robots: Sequence[str]) -> list[int]:
     if robots:
         pids = [running_pid(config.of(robot)) for robot in robots]
     else:
-        pids = [_holder(path) for path in run_folder().glob(f"{_file_name(config.endpoint)}-*.pid")]
+        pids = [holder_of(path) for path in run_folder().glob(f"{_file_name(config.endpoint)}-*.pid")]
     return sorted({pid for pid in pids if pid is not None})
 
 
-def _holder(path: Path) -> int | None:
+def holder_of(path: Path) -> int | None:
+    """Return the process id that holds a lock file; None if nobody does.
+
+    Raises:
+        TouchlineError: It is locked, but does not name the process that holds it.
+    """
     with os.fdopen(open_private(path, os.O_RDWR), "r") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
