@@ -88,7 +88,7 @@ def table_of(path: Path, topics: Sequence[str]) -> TableRows:
     known: set[RecordingKind] = set()
     for message in RecordedTopics(path, topics).messages():
         if message.kind not in known:
-            found = _columns(message)
+            found = columns_of(message)
             if layout(message.kind) is not None:
                 known.add(message.kind)
             columns.update((column.path, column) for column in found if column.path not in columns)
@@ -99,7 +99,8 @@ def table_of(path: Path, topics: Sequence[str]) -> TableRows:
     return TableRows(path, topics, list(columns.values()))
 
 
-def _columns(message: Recorded) -> list[TableColumn]:
+def columns_of(message: Recorded) -> list[TableColumn]:
+    """Find the columns of a message's fields; none if it cannot be decoded."""
     fields = layout(message.kind)
     if fields is None:
         try:
@@ -123,8 +124,13 @@ def _of_field(path: str, form: str) -> Iterator[TableColumn]:
 
 
 def _cell(values: object, column: TableColumn) -> object:
-    try:
-        found = at_path(values, column.path)
-    except SpecError:  # of another topic, or an older version of this one
-        return None
+    found = value_in(values, column)
     return json.dumps(found) if column.form == JSON_FORM and isinstance(found, (list, dict)) else found
+
+
+def value_in(values: object, column: TableColumn) -> object:
+    """Return a column's value in a message; None if it has none, being of another topic or an older version."""
+    try:
+        return at_path(values, column.path)
+    except SpecError:
+        return None
