@@ -61,25 +61,39 @@ def plot_plan(
     with plan_style():
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.add_subplot()
-        axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
-        axes.set_facecolor(GRASS)
-        axes.set_title(template.title or template.name, fontsize=14, fontweight="bold", color=INK, pad=20)
-        axes.annotate(
-            _figures(plan),
-            xy=(0.5, 1.0),
-            xycoords="axes fraction",
-            xytext=(0.0, 5.0),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            color=INK,
-        )
-        if colour == "plain":
-            _draw(axes, plan, template, vehicle or Vehicle())
-        else:
-            _draw_along(axes, plan, template, vehicle or Vehicle(), colour)
+        draw_plan(axes, plan, template, colour, vehicle or Vehicle())
         figure.legend(loc="outside lower center", ncols=4, frameon=False)
         save(figure, path, DPI)
+
+
+def draw_plan(axes: "Axes", plan: Plan, template: Template, colour: str, vehicle: Vehicle) -> None:
+    """Draw a plan into axes, whose scale is set; see `plot_plan`.
+
+    Args:
+        axes: Axes to draw into.
+        plan: Plan to draw.
+        template: Template of the plan.
+        colour: "plain", "speed" or "curvature".
+        vehicle: Vehicle of the plan.
+    """
+    low, high = _bounds(plan)
+    axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
+    axes.set_facecolor(GRASS)
+    axes.set_title(template.title or template.name, fontsize=14, fontweight="bold", color=INK, pad=20)
+    axes.annotate(
+        _figures(plan),
+        xy=(0.5, 1.0),
+        xycoords="axes fraction",
+        xytext=(0.0, 5.0),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        color=INK,
+    )
+    if colour == "plain":
+        _draw(axes, plan, template, vehicle)
+    else:
+        _draw_along(axes, plan, template, vehicle, colour)
 
 
 def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:

@@ -48,6 +48,22 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
         ValueError: The file's ending names no known format.
     """
     from matplotlib.figure import Figure
+
+    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+    cover(figure.add_subplot(), template, strokes, caption)
+    with writing(path):
+        figure.savefig(path, dpi=140)
+
+
+def cover(axes: "Axes", template: Template, strokes: Iterable[PaintMarks], caption: str = "") -> None:
+    """Draw what ``strokes`` of a covering tool have made of the template's areas into axes.
+
+    Args:
+        axes: Axes of matplotlib.
+        template: The template, with areas.
+        strokes: Strokes of the tool.
+        caption: The main figures.
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -58,8 +74,7 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     area = union([each.polygon for each in template.areas])
     swept, twice = swept_ground(drawn)
     missed = difference(area, swept)
-    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-    axes = figure.add_subplot(facecolor=GROUND)
+    axes.set_facecolor(GROUND)
     for ground, colour, name in ((swept, COVERED, "covered"), (twice, TWICE, "twice"), (missed, MISSED, "missed")):
         fill_ground(axes, ground, colour, name)
     fill_ground(axes, union([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
@@ -69,15 +84,19 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     _name_patches(axes, missed)
     kinds: list[Artist] = [Patch(color=COVERED, label="covered"), Patch(color=TWICE, label="more than once")]
     kinds += [Patch(color=MISSED, label="missed"), Line2D([], [], color=BOUNDARY, linestyle="--", label="boundary")]
-    figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds), frameon=False, fontsize="small")
+    axes.legend(
+        handles=kinds,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.06),
+        ncols=len(kinds),
+        frameon=False,
+        fontsize="small",
+    )
     axes.set_aspect("equal")
     axes.margins(0.03)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    figure.suptitle(plain(template.title or template.name, 200), fontweight="bold")
-    axes.set_title(caption, fontsize="small")
-    with writing(path):
-        figure.savefig(path, dpi=140)
+    axes.set_title(f"{plain(template.title or template.name, 200)}\n{caption}", fontsize="small")
 
 
 def covered_caption(area: AreaReport) -> str:

@@ -46,11 +46,29 @@ def draw_painted(
         SpecError: The file cannot be written.
         ValueError: The file's ending names no known format.
     """
-    from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
-    axes = figure.add_subplot(facecolor=GRASS)
+    paint(figure.add_subplot(), template, strokes, caption, smears)
+    with writing(path):
+        figure.savefig(path, dpi=140)
+
+
+def paint(
+    axes: "Axes", template: Template, strokes: Iterable[PaintMarks], caption: str = "", smears: Iterable[Smear] = ()
+) -> None:
+    """Draw ``strokes`` and ``smears`` into axes; see `draw_painted`.
+
+    Args:
+        axes: Axes of matplotlib.
+        template: The template, with lines.
+        strokes: True paint.
+        caption: The main figures.
+        smears: Paint printed by wheels and casters.
+    """
+    from matplotlib.collections import LineCollection
+
+    axes.set_facecolor(GRASS)
     curves = {segment.id: segment.curve() for segment in template.segments}
     edges = [edge for area in template.areas for edge in area.edges()]
     _frame(axes, [*curves.values(), *edges])
@@ -74,11 +92,9 @@ def draw_painted(
         colours.set_linewidth(width_pt)
         axes.add_collection(colours)
     if colours is not None:
-        figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")
+        axes.figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")
     axes.set_title(plain(template.title or template.name, 200), fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")
-    with writing(path):
-        figure.savefig(path, dpi=140)
 
 
 def painted_caption(paint: Mapping[str, Any]) -> str:
