@@ -26,7 +26,8 @@ from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
 from touchline.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
-from touchline.onboard.tracking_state import COMMAND
+from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, REFERENCE_SPEED
+from touchline.schemas.messages import TraversalStatus
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
 from touchline.services.robot_sim.estimator_error import enter_error
@@ -47,6 +48,9 @@ ASKING: Final = 3  # a stage more than the emulator's: the follower is to be cal
 
 UNLOGGED: Final[Rows] = np.zeros((0, 0))
 """Rows for ticks that are not logged."""
+
+RUNNING: Final = TraversalStatus.RUNNING
+"""State of the traversal in nominal ticks."""
 
 RETRY_TICKS: Final = 10
 """Ticks after one that was not nominal, in which others are likely not to be either."""
@@ -195,6 +199,9 @@ def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, com
             heading_sigma_rad,
             row[tick_log.CONSISTENCY : tick_log.ELAPSED_S],
         )
+    leg, at = computer[0].leg, tick_log.PROGRESS
+    row[at], row[at + 1], row[at + 2] = leg.arc_m, leg.now[LATERAL], leg.now[HEADING_ERROR]
+    row[at + 3], row[at + 4] = leg.now[REFERENCE_SPEED], RUNNING
     row[tick_log.FIXES] = fixes
     if fixes > 0:
         copy(transport.arrivals[0], row[tick_log.REPORT :])

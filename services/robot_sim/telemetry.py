@@ -23,6 +23,7 @@ from touchline.schemas.template import Template
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
+from touchline.services.robot_sim.drive_log import DriveLog
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.packing import (
@@ -153,6 +154,7 @@ class Telemetry:
 
     Args:
         emulator: The robot.
+        log: Log of the whole drive, if one is wanted.
         report_at_once: True to make the final report, which takes a moment, in the tick in which the traversal ends;
             otherwise the caller checks `ended`, has the report made and passes it to `conclude`.
 
@@ -162,8 +164,8 @@ class Telemetry:
         final: Published reports, once the observation of the traversal has ended.
     """
 
-    def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
-        self._emulator, self._at_once = emulator, report_at_once
+    def __init__(self, emulator: Emulator, *, report_at_once: bool = True, log: DriveLog | None = None) -> None:
+        self._emulator, self._at_once, self._drive_log = emulator, report_at_once, log
         self.ended: Figures | None = None
         self._columns = tick_log.columns(len(emulator.vehicle.drive.actuators))
         self._log: Rows = np.zeros((_MOST_HELD, self._columns))
@@ -272,6 +274,11 @@ class Telemetry:
         if row[tick_log.TICK] != tick:
             self._note(row)
             self._positions += [(last, payload) for payload in positions(emulator.sensors)]
+            reported = emulator.sensors.transport.arrivals[0] if emulator.sensors.gnss_reports else None
+        else:
+            reported = None
+        if self._drive_log is not None:
+            self._drive_log.take(self._log[first : self._held], reported)
         due = sensor_samples(emulator.samples, emulator.auxiliary.kinds)
         if tick % WHEREABOUTS_TICKS == 0 and (message := emulator.onboard.whereabouts) is not None:
             due.append((topics.WHEREABOUTS, whereabouts(time, message)))
@@ -369,6 +376,8 @@ class Telemetry:
         row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
         if tick % tick_log.ESTIMATOR_TICKS == 0:
             row[tick_log.CONSISTENCY : tick_log.ELAPSED_S] = emulator.onboard.consistency
+        if self._drive_log is not None and isinstance(emulator.onboard, Onboard):
+            row[tick_log.PROGRESS : tick_log.FIXES] = emulator.onboard.progress
 
     def news(self) -> list[Payload]:
         """Return the changes made by a command: events, the status and the truth beside it."""
@@ -471,7 +480,10 @@ class Telemetry:
         return self._payloads(self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count))
 
     def _events(self) -> list[Payload]:
-        return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
+        events = self._emulator.take_events()
+        if self._drive_log is not None:
+            self._drive_log.take_events(events, self._emulator.tick_count)
+        return [_event(event, self._emulator.tick_count) for event in events]
 
     def _orders(self) -> list[Payload]:
         return [_order(order) for order in self._emulator.orders.take()]

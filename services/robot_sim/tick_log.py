@@ -31,7 +31,8 @@ POWER_W: Final = BATTERY_WH + 1
 CONSISTENCY: Final = POWER_W + 1  # as `Consistency`, every ESTIMATOR_TICKS
 ELAPSED_S: Final = CONSISTENCY + len(interface.Consistency._fields)  # in the traversal: nominal ticks when guided only
 STOP: Final = ELAPSED_S + 1  # east, north of its stopping point: as ELAPSED_S, every WHEREABOUTS_TICKS
-FIXES: Final = STOP + 2  # position reports that arrived: 0 or 1
+PROGRESS: Final = STOP + 2  # arc length, lateral and heading error as believed, reference speed, state
+FIXES: Final = PROGRESS + 5  # position reports that arrived: 0 or 1
 REPORT: Final = FIXES + 1  # the report, as in `position_report`
 READINGS: Final = REPORT + position_report.COLUMNS  # of the three sensors, as in `interface`, then the commands
 

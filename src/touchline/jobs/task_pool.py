@@ -30,6 +30,29 @@ def here(work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task]) 
         yield work(shared, task)
 
 
+def spread(
+    work: Work[Shared, Task, Done],
+    shared: Shared,
+    tasks: Sequence[Task],
+    workers: int | None,
+    lost: Lost[Task, Done],
+) -> Generator[Done, None, None]:
+    """Perform the tasks in this process or in several; see `in_processes`.
+
+    Args:
+        work: Function that does a task.
+        shared: Data shared by all tasks.
+        tasks: The tasks.
+        workers: Number of processes; None: one per core.
+        lost: Result of a task whose process died.
+
+    Raises:
+        TouchlineError: Not one process starts.
+    """
+    count = min(workers or cores(), len(tasks))
+    return in_processes(work, shared, tasks, count, lost) if count > 1 else here(work, shared, tasks)
+
+
 def in_processes(
     work: Work[Shared, Task, Done], shared: Shared, tasks: Sequence[Task], workers: int, lost: Lost[Task, Done]
 ) -> Generator[Done, None, None]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.onboard.computer_state import Computer, ComputerState
-from touchline.onboard.control import Ask, make_follower, nobody
+from touchline.onboard.control import Ask, Follower, make_follower, nobody
 from touchline.onboard.control.guarded_follower import GuardedFollower
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
@@ -43,6 +43,7 @@ from touchline.onboard.interface import (
     Status,
 )
 from touchline.onboard.nominal_tick import CourseArrays
+from touchline.onboard.tracking_state import HEADING_ERROR, LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
@@ -73,16 +74,20 @@ class Onboard:
         vehicle: The nominal robot.
         config: Follower, data sheets of the sensors, fence.
         ask: Function that calls an external follower.
+        follower: Follower in place of the configured one.
     """
 
-    def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
+    def __init__(
+        self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody, follower: Follower | None = None
+    ) -> None:
         self._log = EventLog()
         self._state, self._drive = ComputerState.sized(len(vehicle.drive.actuators))(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._team = config.team
-        follower = make_follower(config.follower, vehicle, ask, config)
-        self._follower = GuardedFollower(follower, config.follower, self._drive)
+        name = config.follower if follower is None else follower.name
+        follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
+        self._follower = GuardedFollower(follower, name, self._drive)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
@@ -284,6 +289,12 @@ class Onboard:
     def computer(self) -> Computer:
         """State for kernels, (1,)."""
         return self._state.array
+
+    @property
+    def progress(self) -> tuple[float, ...]:
+        """Arc length [m], lateral [m] and heading error [rad], reference speed [m/s], and state of the traversal."""
+        leg = self._state.leg
+        return leg.arc_m, *leg.now[[LATERAL, HEADING_ERROR, REFERENCE_SPEED]].tolist(), self.state
 
     @property
     def state(self) -> int:

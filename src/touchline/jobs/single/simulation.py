@@ -24,6 +24,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.drive_log import DriveLog
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
@@ -114,11 +115,13 @@ class Products:
         hashed: Whether to compute the session hash; a recorded run always has one.
         record: MCAP file to write.
         strokes: Whether the outcome holds the paint itself.
+        log: Log of all ticks to fill in, if one is wanted; the run is then hashed, too.
     """
 
     hashed: bool = False
     record: Path | None = None
     strokes: bool = False
+    log: DriveLog | None = None
 
 
 _REPORT_ALONE = Products()
@@ -162,7 +165,24 @@ def simulate(
         CommandRefused: The robot does not take the plan.
         RecordingError: The recording cannot be written.
     """
-    emulator = Emulator(job.vehicle, scenario, config)
+    return simulate_with(Emulator(job.vehicle, scenario, config), job, products, progress)
+
+
+def simulate_with(
+    emulator: Emulator, job: Job, products: Products, progress: Progress = lambda done, doing: None
+) -> Outcome:
+    """Simulate ``job`` with a robot that has just been switched on; see `simulate`.
+
+    Args:
+        emulator: The robot.
+        job: The planned job.
+        products: Products besides the report.
+        progress: As for `simulate`.
+
+    Raises:
+        CommandRefused: The robot does not take the plan.
+        RecordingError: The recording cannot be written.
+    """
     drive = GivenDrive(job.trajectory, job.template, Taking.CARRIED, PlanCause.of(job.options, job.plan_report))
     done = carry_out(emulator, drive, products, progress)
     return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
@@ -187,8 +207,8 @@ def carry_out(
         RecordingError: The recording cannot be written.
     """
     watch = Stopwatch()
-    telemetry = Telemetry(emulator)
-    listened = products.record is not None or products.hashed
+    telemetry = Telemetry(emulator, log=products.log)
+    listened = products.record is not None or products.hashed or products.log is not None
     before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()] if listened else []
     emulator.check_load()
     emulator.take(emulator.prepare(drive.trajectory, drive.template, taking=drive.taking, cause=drive.cause))
@@ -232,7 +252,7 @@ def carry_out(
 
 
 def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
-    """Run to the end and return the reason; abort a robot that waits for an operator for minutes."""
+    """Run to the end and return the reason; abort a robot that waits for a person, or does not move on for minutes."""
     reached, patience = -1.0, _PATIENCE_SLICES
     while emulator.active:
         run_slice()
@@ -241,7 +261,10 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
             progress(status.arc_length_m / status.total_length_m, status.segment_id)
         patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
         reached = status.arc_length_m
-        if patience == 0:
+        if status.pause is not None and not status.pause.ends_by_itself:
+            emulator.abort(f"aborted by the simulation, in which nobody resumes: {status.reason}")
+            patience = _PATIENCE_SLICES
+        elif patience == 0:
             if status.state not in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
                 break  # it ended, and rolls on
             waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100

@@ -14,6 +14,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import EVERY_FIELD, parse, problems_of
 from touchline.schemas.team import TeamScenario
+from touchline.schemas.template import Template
 from touchline.services.planner.goal_plan import GOAL_OPTIONS
 
 Setting = dict[str, Any]
@@ -42,7 +43,7 @@ class SweepCase:
     """
 
     setting: Setting
-    work: str | PoseGoal | TeamScenario
+    work: str | Template | PoseGoal | TeamScenario
     scenario: Scenario
     config: OnboardConfig
     options: PlanOptions
@@ -66,7 +67,7 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def cases(
-    work: str | PoseGoal,
+    work: str | Template | PoseGoal,
     scenario: Scenario,
     options: PlanOptions,
     settings: Mapping[str, Sequence[Any]],
@@ -115,19 +116,19 @@ def _case(base: SweepCase, setting: Setting) -> SweepCase:
     assert not isinstance(base.work, TeamScenario), "a team has cases of its own"
     work = _work(base.work, setting, aimed)
     of_plans, owner = (
-        (PlanOptions.model_fields, "a plan") if isinstance(work, str) else (GOAL_OPTIONS, "a plan to a goal")
+        (GOAL_OPTIONS, "a plan to a goal") if isinstance(work, PoseGoal) else (PlanOptions.model_fields, "a plan")
     )
     options = _changed(base.options, PLAN_PREFIX, planned, of_plans, f"an option of {owner}")
     world, config = parse(Scenario, json.dumps(lived), "--set"), parse(OnboardConfig, json.dumps(computer), "--set")
     return SweepCase(setting, work, world, config, options)
 
 
-def _work(work: str | PoseGoal, setting: Setting, aimed: Mapping[str, Any]) -> str | PoseGoal:
-    if isinstance(work, str):
+def _work(work: str | Template | PoseGoal, setting: Setting, aimed: Mapping[str, Any]) -> str | Template | PoseGoal:
+    if not isinstance(work, PoseGoal):
         for name in aimed:
             remedy = "give --goal X,Y[,HEADING] in place of a template"
             raise SpecError("command line", f"--set {GOAL_PREFIX}{name}", "needs a goal, and there is none", remedy)
-        return str(setting.get(TEMPLATE, work))
+        return str(setting[TEMPLATE]) if TEMPLATE in setting else work
     if TEMPLATE in setting:
         raise SpecError("command line", f"--set {TEMPLATE}", "is given beside --goal", "give one of them")
     return _changed(work, GOAL_PREFIX, aimed, PoseGoal.model_fields, "a field of a goal")

@@ -11,6 +11,7 @@ from touchline.jobs.goal.arrival import NEAR_M, NEAR_RAD, goal_figures
 from touchline.jobs.sweep.combinations import SweepCase
 from touchline.jobs.sweep.task import SweepRun
 from touchline.recordings.writing import replacing
+from touchline.schemas.messages import PoseGoal
 from touchline.schemas.team import TeamScenario
 
 #: Figures of which more is better; of all others less is.
@@ -54,10 +55,10 @@ def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
     names = dict.fromkeys(
         name for run in finished for name in run.figures
     )  # the time of arrival exists only for runs that arrived
-    work: dict[str, Any] = {"template": case.work}
+    work: dict[str, Any] = {"template": getattr(case.work, "name", case.work)}
     if isinstance(case.work, TeamScenario):
         work = {"team": case.work.name, "task": case.work.task.kind}
-    elif not isinstance(case.work, str):
+    elif isinstance(case.work, PoseGoal):
         work = {"goal": goal_figures(case.work), "within_2cm_2deg_pct": _within_pct(runs)}
     return {
         "set": case.setting,

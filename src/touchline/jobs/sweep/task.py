@@ -14,6 +14,7 @@ from touchline.schemas.messages import AreaReport, PoseGoal, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.team import TeamScenario
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 
 SweepJob = Job | GoalJob | TeamJob
@@ -79,8 +80,9 @@ def prepare(
 
 
 def _job(case: SweepCase, vehicle: Vehicle, progress: Progress) -> SweepJob:
-    if isinstance(case.work, str):
-        return Job.prepare(load_template(case.work), case.options, vehicle, progress)
+    if isinstance(case.work, str | Template):
+        template = case.work if isinstance(case.work, Template) else load_template(case.work)
+        return Job.prepare(template, case.options, vehicle, progress)
     if isinstance(case.work, TeamScenario):
         return TeamJob(case.work, RANDOM_FAULTS in case.setting)
     return GoalJob.prepare(case.work, case.options, vehicle, case.scenario.standing())

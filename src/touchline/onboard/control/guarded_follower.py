@@ -43,7 +43,7 @@ class GuardedFollower:
         self.name = inner.name
         self.ahead_rows, self.fine_rows = inner.ahead_rows, inner.fine_rows
         self.timed = keeps_time(inner)
-        self.can_fail = inner.can_fail or not FOLLOWERS.is_shipped(name)
+        self.can_fail = inner.can_fail
         self._whose, self._limit = FOLLOWERS.described(name), drive.limit
         self._flaw = ""
         self._stood_in = 0
