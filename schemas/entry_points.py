@@ -5,10 +5,12 @@ The format is that of the entry points specification in the Python Packaging Use
 
 import sys
 from collections.abc import Callable
-from importlib.metadata import EntryPoint, entry_points
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from touchline.schemas.plain_text import plain
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 
 class Offer(NamedTuple):
@@ -27,6 +29,8 @@ class Offer(NamedTuple):
 
 def offers(group: str) -> list[Offer]:
     """Entry points of a group in all installed packages, sorted by package and name; imports nothing."""
+    from importlib.metadata import entry_points  # a third of the time of `import touchline`
+
     found = [Offer(point.name, _package(point), point.load) for point in entry_points(group=group)]
     return sorted(found, key=lambda offer: (offer.package, offer.name))
 
@@ -37,5 +41,5 @@ def leave_out(kind: str, offer: Offer, problem: str) -> None:
     sys.stderr.write(f"warning: {plain(text, 400)}\n")
 
 
-def _package(point: EntryPoint) -> str:
+def _package(point: "EntryPoint") -> str:
     return f"{point.dist.name} {point.dist.version}" if point.dist else "that names none"

@@ -37,6 +37,8 @@ REPLACED = {
 QUESTION = re.compile(r"\W*(What|Who|Where|How)\b")
 #: Names that say in every room what the room's file is for.
 COMMON_MODULES = frozenset(("__init__", "service"))
+#: The public interface calls things as its users do, whatever has that name inside.
+PUBLIC = Path("src/touchline/api")
 #: Methods of a Typer application that make a subcommand of a function.
 REGISTERING = frozenset(("command", "callback"))
 NESTING = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.Match)
@@ -108,7 +110,7 @@ def twice() -> list[str]:
         if path.stem not in COMMON_MODULES:
             named[f"module {path.stem}"].append(str(path))
         for node in tree.body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and PUBLIC not in path.parents:
                 named[f"class {node.name}"].append(str(path))
     return [f"{name}: {', '.join(paths)}" for name, paths in sorted(named.items()) if len(paths) > 1]
 

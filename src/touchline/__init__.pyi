@@ -1,0 +1,41 @@
+"""Public names of Touchline; see `__init__.py`."""
+
+from touchline.api.checks import Check as Check
+from touchline.api.checks import check as check
+from touchline.api.function_follower import FollowerAhead as FollowerAhead
+from touchline.api.function_follower import FollowerState as FollowerState
+from touchline.api.given_arguments import followers as followers
+from touchline.api.given_arguments import load_template as load_template
+from touchline.api.given_arguments import templates as templates
+from touchline.api.given_arguments import vehicles as vehicles
+from touchline.api.goal_drive import GoalRun as GoalRun
+from touchline.api.goal_drive import goto as goto
+from touchline.api.live_robot import AsyncRobot as AsyncRobot
+from touchline.api.live_robot import Robot as Robot
+from touchline.api.live_robot import RobotUnavailable as RobotUnavailable
+from touchline.api.live_robot import connect as connect
+from touchline.api.live_robot import connect_async as connect_async
+from touchline.api.plan_options import PlanOptions as PlanOptions
+from touchline.api.planned import Plan as Plan
+from touchline.api.planned import plan as plan
+from touchline.api.recording import Recording as Recording
+from touchline.api.recording import Series as Series
+from touchline.api.simulated import Run as Run
+from touchline.api.simulated import simulate as simulate
+from touchline.api.sweeps import Table as Table
+from touchline.api.sweeps import sweep as sweep
+from touchline.api.teams import FleetRun as FleetRun
+from touchline.api.teams import fleet as fleet
+from touchline.bus.calls import CallError as CallError
+from touchline.recordings.recording_file import RecordingError as RecordingError
+from touchline.schemas.catalogue import load_vehicle as load_vehicle
+from touchline.schemas.errors import CommandRefused as CommandRefused
+from touchline.schemas.errors import PlanningError as PlanningError
+from touchline.schemas.errors import SpecError as SpecError
+from touchline.schemas.errors import TouchlineError as TouchlineError
+from touchline.schemas.onboard import OnboardConfig as OnboardConfig
+from touchline.schemas.scenario import Scenario as Scenario
+from touchline.schemas.template import Template as Template
+from touchline.schemas.vehicles import Vehicle as Vehicle
+
+__version__: str

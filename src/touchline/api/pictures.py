@@ -1,0 +1,31 @@
+"""Pictures: axes to draw into, and figures in a notebook."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from io import StringIO
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH_IN, HEIGHT_IN = 8.0, 5.0
+
+
+def own_axes(ax: Axes | None) -> Axes:
+    """The axes given, or those of a new figure, which no global state of matplotlib knows."""
+    if ax is not None:
+        return ax
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH_IN, HEIGHT_IN), layout="constrained").add_subplot()
+
+
+def figure_html(title: str, draw: Callable[[], Axes]) -> str:
+    """HTML of a picture below its title."""
+    figure, text = draw().get_figure(root=True), StringIO()
+    assert figure is not None, "axes have a figure"
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    picture = text.getvalue()
+    return f"<p><code>{html.escape(title)}</code></p>{picture[picture.index('<svg') :]}"
