@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import touchline
 from touchline.checking import session_changes
 from touchline.checking.session_changes import SESSION_CHANGES, changes_since
 from touchline.recordings.code_identity import code_digest, commit
@@ -15,6 +16,10 @@ from touchline.recordings.provenance import made_by, other_code
 ROOT = Path(__file__).parents[2]
 CHANGES = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+
+
+def test_the_package_says_this_version() -> None:
+    assert touchline.__version__ == VERSION == made_by()["touchline"]
 
 
 def test_the_newest_entry_is_of_this_version() -> None:

@@ -52,7 +52,7 @@ def test_who_gives_up_a_simulation_is_told():
     blocked = [{"kind": "corrections-lost", "start_s": 0.0}]
     outcome = painted(gnss=GnssNoise(hold_s=0.0), faults=blocked)
     assert not outcome.report.success
-    assert outcome.reason.startswith("aborted by the simulation after 180 s without progress: ")
+    assert outcome.reason.startswith("aborted by the simulation, in which nobody resumes: ")
 
 
 def test_a_robot_that_was_told_wrong_of_its_receiver_believes_too_much_of_it():

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.api.drive_table import drive_table
 from touchline.api.data_frames import Kind, as_frame
+from touchline.api.drive_table import drive_table
 from touchline.api.function_follower import FunctionFollower
 from touchline.api.given_arguments import Progress, no_progress, setup_of
 from touchline.api.planned import Plan, plan

@@ -1,5 +1,5 @@
 """Version of the installed package."""
 
-from importlib.metadata import version
+from touchline.recordings.code_identity import own_version
 
-__version__ = version("touchline")
+__version__ = own_version()

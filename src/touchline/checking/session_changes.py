@@ -1,7 +1,8 @@
 """Changes of sessions from version to version: why a recording of an earlier one may come out otherwise."""
 
-from importlib.metadata import version
 from typing import Final
+
+from touchline.recordings.code_identity import own_version
 
 SESSION_CHANGES: Final[dict[str, tuple[str, ...]]] = {"0.2.0": ()}
 """Lines marked [session] of CHANGELOG.md, by the version that brought them; the oldest first."""
@@ -18,7 +19,7 @@ def changes_since(recorded: str, made_by: str) -> list[str]:
         return []
     since = [line for number, lines in SESSION_CHANGES.items() if _parts(number) > _parts(recorded) for line in lines]
     changed = f"; since then: {'; '.join(since)}" if since else ""
-    return [f"recorded by {made_by}, checked by {version('touchline')}{changed}"]
+    return [f"recorded by {made_by}, checked by {own_version()}{changed}"]
 
 
 def _parts(number: str) -> tuple[int, ...]:

@@ -58,10 +58,10 @@ def doctor(*, as_json: JsonOption = False) -> None:
 
 
 def _versions() -> Iterator[Finding]:
-    from touchline.recordings.code_identity import commit
+    from touchline.recordings.code_identity import commit, own_version
 
     at = commit()
-    yield Finding("Touchline", f"{version('touchline')}{f' ({at})' if at else ''}")
+    yield Finding("Touchline", f"{own_version()}{f' ({at})' if at else ''}")
     yield Finding("Python", f"{platform.python_version()}, {platform.system()} on {platform.machine()}")
 
 

@@ -73,9 +73,9 @@ def touchline(
 ) -> None:
     """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
     if version:
-        from importlib.metadata import version as version_of
+        from touchline.recordings.code_identity import own_version
 
-        typer.echo(f"touchline {version_of('touchline')}")
+        typer.echo(f"touchline {own_version()}")
         raise typer.Exit
 
 

@@ -3,8 +3,10 @@
 import hashlib
 import os
 import subprocess
+import tomllib
 from functools import cache
 from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +14,17 @@ _ROOMS: Final = ("touchline", "touchline.schemas", "touchline.services")
 """Packages on which a session depends; beside them there are only the console and the studies."""
 _SUFFIXES: Final = (".py", ".msg", ".srv")
 _GIT_TIMEOUT_S: Final = 5.0
+
+
+@cache
+def own_version() -> str:
+    """Version of the package: in a checkout as its pyproject.toml says, since an installation keeps that of its day."""
+    project = Path(import_module("touchline").__path__[0]).parents[1] / "pyproject.toml"
+    if project.is_file():
+        told = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {})
+        if told.get("name") == "touchline":
+            return str(told["version"])
+    return version("touchline")
 
 
 @cache

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Final
 
-from touchline.recordings.code_identity import code_digest, commit
+from touchline.recordings.code_identity import code_digest, commit, own_version
 from touchline.schemas.plugin_packages import installed
 
 MADE_BY: Final = "touchline_made_by"
 """Name of the metadata record."""
-_PACKAGES: Final = ("touchline", "numpy", "numba", "scipy", "shapely", "eclipse-zenoh", "mcap")
+_PACKAGES: Final = ("numpy", "numba", "scipy", "shapely", "eclipse-zenoh", "mcap")
 _PLUGIN: Final = "plugin "
 """Prefix of the keys of packages that offer plug-ins."""
 DECIDES: Final = ("numpy", "numba", "machine", "system", "libc")
@@ -27,7 +27,7 @@ def made_by() -> dict[str, str]:
         "system": platform.system(),
         "libc": " ".join(platform.libc_ver()).strip(),
     }
-    code = {"commit": commit(), "code": code_digest()}
+    code = {"touchline": own_version(), "commit": commit(), "code": code_digest()}
     plugins = {f"{_PLUGIN}{name}": number for name, number in installed().items()}
     return {name: version(name) for name in _PACKAGES} | code | own | plugins
 
