@@ -1,4 +1,4 @@
-"""A robot's bus, and an operator on it."""
+"""A robot's bus, an operator on it, and a place for its journal."""
 
 import pytest
 
@@ -16,3 +16,9 @@ def bus(bus_config):
 def operator(bus_config, bus):
     with Bus.open(topics.OPERATOR, bus_config) as operator:
         yield operator
+
+
+@pytest.fixture
+def path(tmp_path):
+    """Of a journal, in a folder that is not there yet."""
+    return tmp_path / "deep" / "tt2.journal"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.positioning import settings
+from tests.with_full import with_full
 from touchline.onboard.interface import CameraSample
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -28,6 +29,7 @@ from touchline.services.robot_sim.world.effects import Effects
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 
 TURTLEBOT = SHIPPED["turtlebot2"].vehicle
+SMALL = ("turtlebot3-waffle-pi", "turtlebot2")
 GOAL = PoseGoal(x_m=2.5, y_m=1.0, heading_rad=0.8)
 
 
@@ -104,8 +106,10 @@ def test_a_robot_has_one_of_both_and_tells_of_that() -> None:
     assert [names & (camera | gnss) for names in said] == [camera, gnss, set()]
 
 
-@pytest.mark.parametrize("name", ["turtlebot3-waffle-pi", "turtlebot2"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    with_full(*((name, 1) for name in SMALL), full=((name, seed) for name in SMALL for seed in (2, 3))),
+)
 def test_both_small_robots_arrive_by_the_camera(name: str, seed: int) -> None:
     goal = PoseGoal(x_m=3.0, y_m=2.0, heading_rad=1.2)
     made = emulator(name, seed, goal=goal)

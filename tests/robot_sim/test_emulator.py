@@ -1,4 +1,4 @@
-"""A whole robot in-process: what a tick does, and that the same session gives the same bytes."""
+"""A whole robot in-process: what a tick does, and what is said of a session."""
 
 from contextlib import suppress
 
@@ -21,15 +21,10 @@ from touchline.schemas.messages import (
     CurveMessage,
     CurveType,
     Line,
-    NavSatFix,
-    Odometry,
-    PaintMarks,
     Path,
     PathActuationParameter,
     Point,
     Segment,
-    SprayerState,
-    TraversalReport,
     TraversalStatus,
 )
 from touchline.schemas.scenario import Pose2, Scenario
@@ -95,6 +90,7 @@ def test_a_session_from_load_to_report(session):
     assert truth.coverage_pct == pytest.approx(report.coverage_pct)
     assert not truth.flowing
     assert abs(emulator.world.state.speed_mps) < 1e-6
+    assert of(said, topics.TRUTH)[-1].pose.pose.position.x == pytest.approx(emulator.world.pose.east_m, abs=1e-3)
 
 
 def test_rates_are_those_of_the_topic_table(session):
@@ -117,48 +113,31 @@ def test_stamps_are_sim_time_and_never_go_back(session):
         times = [stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps]
         assert times == sorted(times)
     fixes = of(said, topics.GNSS_FIX)
-    assert isinstance(fixes[0], NavSatFix)
     assert fixes[0].header.stamp.nanosec == 100_000_000
 
 
 def test_sprayer_state_is_told_when_it_changes(session):
     _, said = session
     states = of(said, topics.SPRAYER)
-    changes = [(state.valve_commanded, state.valve_open) for state in states if isinstance(state, SprayerState)]
+    changes = [(state.valve_commanded, state.valve_open) for state in states]
     order = [pair for index, pair in enumerate(changes) if index == 0 or pair != changes[index - 1]]
     assert order == [(False, False), (True, False), (True, True), (False, True), (False, False)]
 
 
-def test_same_seed_same_bytes_other_seed_others():
-    first, second, other = (
-        run(scripted(Scenario(seed=seed), lambda tick: line_script(tick) if tick < 250 else None)) for seed in (7, 7, 8)
-    )
-    assert first == second
-    assert [topic for topic, _ in other[:50]] == [topic for topic, _ in first[:50]]
-    assert other != first
-
-
-def test_touchlines_own_computer_paints_reproducibly():
-    def painted():
-        emulator = Emulator(Vehicle(), Scenario(seed=3))
-        telemetry = Telemetry(emulator)
-        start = [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))]
-        plan = trajectory(start, [0, 1, 0], speed_mps=0.5)
-        emulator.load(plan)
-        emulator.start()
-        said, runner = [], FastRunner(emulator)
-        while emulator.active:
-            said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
-        return said
-
-    first = painted()
-    assert first == painted()
-    (report,) = of(first, topics.REPORT)
+def test_touchlines_own_computer_paints_and_knows_how_far_it_may_err():
+    emulator = Emulator(Vehicle(), Scenario(seed=3))
+    telemetry, runner, said = Telemetry(emulator), FastRunner(emulator), []
+    start = [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))]
+    emulator.load(trajectory(start, [0, 1, 0], speed_mps=0.5))
+    emulator.start()
+    while emulator.active:
+        said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
+    (report,) = of(said, topics.REPORT)
     assert report.success
     assert report.coverage_pct > 98.0
     assert report.lateral_error_max_m < 0.03
     assert 0.0 < report.position_rmse_m < 0.05
-    pairs = list(zip(of(first, topics.ODOMETRY), of(first, topics.TRUTH), strict=True))[50:]
+    pairs = list(zip(of(said, topics.ODOMETRY), of(said, topics.TRUTH), strict=True))[50:]
     for at, rate in ((0, lambda odometry: odometry.twist.twist.linear.x), (35, lambda o: o.twist.twist.angular.z)):
         variance = np.array([told.twist.covariance[at] for told, _ in pairs])
         errors = np.array([rate(told) - rate(true) for told, true in pairs])
@@ -242,15 +221,6 @@ def test_a_command_acts_from_the_next_tick_on():
     assert emulator.world.drive.rate_radps[0] > 0.0
 
 
-def test_odometry_and_truth_are_whole_messages(session):
-    emulator, said = session
-    truth, estimate = of(said, topics.TRUTH)[-1], of(said, topics.ODOMETRY)[-1]
-    assert isinstance(truth, Odometry)
-    assert isinstance(estimate, Odometry)
-    assert truth.pose.pose.position.x == pytest.approx(emulator.world.pose.east_m, abs=1e-3)
-    assert truth.child_frame_id == "base_link"
-
-
 def test_report_of_an_aborted_traversal_is_no_success():
     emulator = scripted()
     telemetry = Telemetry(emulator)
@@ -264,11 +234,8 @@ def test_report_of_an_aborted_traversal_is_no_success():
         emulator.tick()
         said += telemetry.after_tick()
     (report,) = of(said, topics.REPORT)
-    assert isinstance(report, TraversalReport)
     assert not report.success
     assert 0.0 < report.coverage_pct < 50.0
-    marks = of(said, topics.PAINT)
-    assert all(isinstance(mark, PaintMarks) for mark in marks)
 
 
 ANY_NUMBER = st.floats(allow_nan=True, allow_infinity=True)

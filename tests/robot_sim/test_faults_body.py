@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
+from tests.robot_sim.open_loop import drive, fault, second
 from touchline.onboard.interface import Command
 
 
@@ -47,13 +47,6 @@ def test_a_valve_stuck_closed_sprays_nothing():
 def test_stuck_discs_stay():
     run = drive(300, second("disc-stuck", position="up"))
     assert [run[tick].state.disc_down for tick in (99, 100, 199, 240, 251)] == [True, False, False, False, True]
-
-
-def test_a_clogged_nozzle_paints_a_narrower_line_with_less_paint():
-    run = drive(300, second("nozzle-clogged", share=0.25))
-    assert [run[tick].width for tick in (50, 150, 250)] == [1.0, 0.5, 1.0]
-    flow = VEHICLE.tool.paint_l_per_m * VEHICLE.tool.paint_speed_mps
-    assert [run[tick].state.flow_lps for tick in (50, 150, 250)] == pytest.approx([flow, flow / 4, flow])
 
 
 def test_the_bumper_is_pressed():

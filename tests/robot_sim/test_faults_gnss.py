@@ -94,6 +94,8 @@ def test_without_corrections_a_fix_is_held_drifts_and_then_jumps():
     ages = {round(fix.stamp_s, 2): fix.correction_age_s for fix in fixes(run)}
     assert ages[5.0] == pytest.approx(4.0)
     assert ages[8.0] < 1.0
+    sigmas = {round(fix.stamp_s, 2): math.sqrt(fix.variance_m2) for fix in fixes(run)}  # half of the drift
+    assert [sigmas[at] for at in (1.0, 3.0, 5.0)] == pytest.approx([0.001, 0.01, 0.02], rel=0.01)
 
 
 def test_corrections_that_come_back_in_time_leave_the_fix_as_it_was():

@@ -14,7 +14,6 @@ from touchline.schemas.faults import ImuBias
 from touchline.schemas.messages import Guidance, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
-from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED, on_its_ground, with_its_own
 from touchline.services.robot_sim import tick_log
@@ -28,10 +27,10 @@ ROOM = np.array([(1.0, 0.0, 3.0), (-1.0, 0.0, -0.9), (0.0, 1.0, 2.0), (0.0, -1.0
 LEASE_S = OnboardConfig().team.lease_s
 
 
-def guided(seed: int = 1, start: tuple[float, float, float] = (1.0, 1.0, 2.0)) -> Emulator:
+def guided(start: tuple[float, float, float] = (1.0, 1.0, 2.0)) -> Emulator:
     """A robot that has just been told to be guided."""
     x_m, y_m, heading_rad = start
-    world = Scenario(seed=seed, start=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+    world = Scenario(start=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     robot = Emulator(SHIPPED[NAME].vehicle, on_its_ground(NAME, world), with_its_own(NAME, OnboardConfig()))
     robot.begin_guided()
     return robot
@@ -67,9 +66,12 @@ def drive(robot: Emulator, ticks: int, x_m: float, y_m: float) -> list[tuple[flo
     return places
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_it_comes_to_rest_at_its_target(seed: int) -> None:
-    robot = aligned(guided(seed))
+def test_it_stands_until_it_is_told_a_cell_and_comes_to_rest_at_its_target() -> None:
+    robot = aligned(guided())
+    for _ in range(200):
+        robot.tick()
+    assert off(robot, 1.0, 1.0) < 1e-3
+    assert robot.onboard.whereabouts.adopted == 0
     drive(robot, 1000, 2.5, 1.6)
     assert off(robot, 2.5, 1.6) < 0.02
     assert abs(robot.world.state.speed_mps) < 1e-3
@@ -209,8 +211,7 @@ def test_a_robot_that_cannot_turn_on_the_spot_is_not_guided() -> None:
 
 
 def test_a_marker_is_guided_like_any_other_and_sprays_nothing() -> None:
-    world = Scenario(start=Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0))
-    robot = Emulator(Vehicle(), world)
+    robot = Emulator(Vehicle(), Scenario(start=Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0)))
     robot.begin_guided()
     aligned(robot)
     field = np.array([(1.0, 0.0, 9.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 9.0), (0.0, -1.0, 0.0)])
@@ -223,7 +224,6 @@ def test_a_marker_is_guided_like_any_other_and_sprays_nothing() -> None:
 
 
 def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> None:
-    setup = Setup(vehicle=SHIPPED[NAME].vehicle, onboard=with_its_own(NAME, OnboardConfig()))
     world = Scenario.model_validate(
         {
             "start": {"x_m": 1.0, "y_m": 1.0, "heading_rad": 0.0},
@@ -232,7 +232,7 @@ def test_a_lost_camera_pauses_it_and_it_goes_on_when_that_sees_it_again() -> Non
             "drive": {"slip_relative": 0.3},
         }
     )
-    robot = Emulator(setup.vehicle, world, setup.onboard)
+    robot = Emulator(SHIPPED[NAME].vehicle, world, with_its_own(NAME, OnboardConfig()))
     robot.begin_guided()
     aligned(robot)
     states = set()

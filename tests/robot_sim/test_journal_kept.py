@@ -34,11 +34,6 @@ def found(path):
     return found_with(path, setup=SETUP)
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "deep" / "tt2.journal"
-
-
 @contextmanager
 def disk_of(size):
     """Files cannot grow beyond this many bytes: what a full disk is to a program."""
@@ -81,6 +76,9 @@ class Robot:
     def hear(self, payloads):
         events = [decode(m.Event, payload) for topic, payload in payloads if topic is topics.EVENTS]
         self.warnings += [event.text for event in events if event.code == "journal"]
+
+    def order(self, service):
+        return self.commands.handlers[service](m.CommandRequest(request_id="x"))
 
     def drive(self, until_m=99.0):
         """Drive to an arc length, exact to the tick, or to the end, as the robot's process does."""
@@ -202,14 +200,13 @@ def test_what_is_done_cannot_be_resumed(path):
     assert not refused.success and "nothing to resume" in refused.message
 
 
-@pytest.mark.parametrize("every", [1, 7])
-def test_a_note_every_few_ticks_will_do(path, every):
+def test_a_note_every_few_ticks_will_do(path):
     with Journal(path) as journal:
         robot = Robot(journal)
         robot.load()
         robot.emulator.start()
         while robot.emulator.onboard.status.arc_length_m < 3.0:
-            for _ in range(every):
+            for _ in range(7):
                 robot.emulator.tick()
             assert robot.commands.note_progress() == []
         points = robot.emulator.ledger.rows(0)
@@ -229,7 +226,7 @@ def test_tank_and_battery_are_after_a_restart_as_they_were_and_what_is_filled_up
     with Journal(path) as journal:
         robot = Robot(journal)
         assert robot.emulator.world.supplies == left
-        assert order(robot, topics.REFILL_TANK).success
+        assert robot.order(topics.REFILL_TANK).success
         assert robot.emulator.world.supplies[:2] == (full_l, left[1])
         robot.hear(robot.commands.note_progress())
     with Journal(path) as journal:  # killed once more, before it went on
@@ -239,17 +236,13 @@ def test_tank_and_battery_are_after_a_restart_as_they_were_and_what_is_filled_up
         robot.drive(until_m=3.5)
         assert robot.emulator.onboard.state == m.TraversalStatus.RUNNING
         assert full_l - 0.1 < robot.emulator.world.supplies[0] < full_l
-        assert order(robot, topics.ABORT).success
+        assert robot.order(topics.ABORT).success
     with Journal(path) as journal:  # another job is done with what is left
         robot = Robot(journal)
         begun = robot.emulator.world.supplies
         assert robot.load().success
         assert robot.emulator.initial is not None, "its recording is to be checked"
         assert robot.emulator.world.supplies == begun
-
-
-def order(robot, service):
-    return robot.commands.handlers[service](m.CommandRequest(request_id="x"))
 
 
 def test_a_robot_of_another_setup_has_its_own_levels(path):

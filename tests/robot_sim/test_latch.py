@@ -10,15 +10,6 @@ from touchline.schemas.faults import parse_fault
 from touchline.services.robot_sim.journal import _SLOT, Journal
 
 
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "tt2.journal"
-
-
-def order(robot, service):
-    return robot.commands.handlers[service](m.CommandRequest(request_id="x"))
-
-
 @pytest.mark.parametrize("cause", ["order", "bumper"])
 def test_the_next_process_is_stopped_until_it_is_reset_and_then_goes_on(path, cause):
     journal = Journal(path)  # never closed: killed
@@ -26,7 +17,7 @@ def test_the_next_process_is_stopped_until_it_is_reset_and_then_goes_on(path, ca
     robot.load()
     robot.drive(until_m=1.0)
     if cause == "order":
-        assert order(robot, topics.ESTOP).message == "done"
+        assert robot.order(topics.ESTOP).message == "done"
     else:
         robot.emulator.inject_fault(parse_fault('{"kind": "bumper", "duration_s": 0.1}'))
         robot.emulator.tick()
@@ -43,13 +34,13 @@ def test_the_next_process_is_stopped_until_it_is_reset_and_then_goes_on(path, ca
         assert any("from before the restart" in text for text in told)
         refused = robot.load(resume=True)
         assert not refused.success and "reset it first" in refused.message
-        assert not order(robot, topics.START).success
+        assert not robot.order(topics.START).success
     with Journal(path) as kept:  # again
         robot = Robot(kept)
         assert robot.emulator.onboard.status.reason == reason
-        assert order(robot, topics.RESET).success
+        assert robot.order(topics.RESET).success
         assert robot.load(resume=True).success
-        assert order(robot, topics.START).success
+        assert robot.order(topics.START).success
     with Journal(path) as kept:
         assert Robot(kept).emulator.onboard.state == m.TraversalStatus.IDLE
 
@@ -57,7 +48,7 @@ def test_the_next_process_is_stopped_until_it_is_reset_and_then_goes_on(path, ca
 def test_without_a_journal_it_stops_and_says_that_it_would_not_last(path):
     with disk_of(100), Journal(path) as journal:
         robot = Robot(journal)
-        answer = order(robot, topics.ESTOP)
+        answer = robot.order(topics.ESTOP)
         robot.hear(robot.commands.take())
     assert answer.success and "would not survive a restart" in answer.message
     assert robot.emulator.onboard.state == m.TraversalStatus.ESTOPPED
@@ -65,6 +56,7 @@ def test_without_a_journal_it_stops_and_says_that_it_would_not_last(path):
 
 
 def test_an_older_journal_has_no_latch_and_a_torn_one_stops(path):
+    path.parent.mkdir()
     path.write_bytes(b"\xff" * (2 * _SLOT))
     with Journal(path) as journal:
         assert journal.latched is None

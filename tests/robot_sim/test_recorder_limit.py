@@ -3,8 +3,6 @@
 import time
 from collections.abc import Callable
 
-import pytest
-
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, ask, process, turn_until
 from touchline.bus import Bus
@@ -70,11 +68,10 @@ def test_it_does_not_wait_for_a_recorder_that_is_gone(bus: Bus, operator: Bus) -
     assert time.monotonic() - held_s > 0.9 * FRESH_S
 
 
-@pytest.mark.parametrize("stop", [topics.PAUSE, topics.ABORT, topics.ESTOP])
-def test_a_robot_that_is_stopped_comes_to_rest_beyond_the_limit(bus: Bus, operator: Bus, stop: topics.Service) -> None:
+def test_a_robot_that_is_stopped_comes_to_rest_beyond_the_limit(bus: Bus, operator: Bus) -> None:
     rig = Rig(bus, operator, speed=20.0)
     rig.turn_until(lambda: rig.time_s >= LIMIT_S)
-    assert ask(operator, rig.robot, stop).success
+    assert ask(operator, rig.robot, topics.PAUSE).success
     rig.turn_until(lambda: not rig.robot._emulator.world.state.speed_mps)
 
 

@@ -17,14 +17,10 @@ FULL_L, FULL_WH = Vehicle().tool.tank_l, Vehicle().body.battery_wh
 def test_a_full_tank_is_told_also_while_sim_time_stands_still():
     robot = Robot(None)
     robot.emulator.world.state.tank_l = 1.0
-    assert order(robot, topics.REFILL_TANK).success
+    assert robot.order(topics.REFILL_TANK).success
     told = {topic.name: payload for topic, payload in robot.commands.take()}
     assert decode(m.SprayerState, told[topics.SPRAYER.name]).tank_l == FULL_L
     assert decode(m.BatteryState, told[topics.BATTERY.name]).percentage == 1.0
-
-
-def order(robot, service):
-    return robot.commands.handlers[service](m.CommandRequest(request_id="x"))
 
 
 def test_a_job_that_stopped_empty_goes_on_once_refilled():
@@ -34,17 +30,17 @@ def test_a_job_that_stopped_empty_goes_on_once_refilled():
     while robot.emulator.onboard.status.arc_length_m < 2.5:
         robot.emulator.tick()
     robot.emulator.world.state.tank_l = 0.031
-    assert "pause it first" in order(robot, topics.REFILL_TANK).message
+    assert "pause it first" in robot.order(topics.REFILL_TANK).message
     while robot.emulator.onboard.state == m.TraversalStatus.RUNNING:
         robot.emulator.tick()
-    assert "wait until it stands" in order(robot, topics.REFILL_TANK).message
+    assert "wait until it stands" in robot.order(topics.REFILL_TANK).message
     for _ in range(200):
         robot.emulator.tick()
-    assert "tank" in order(robot, topics.RESUME).message
-    answer = order(robot, topics.REFILL_TANK)
+    assert "tank" in robot.order(topics.RESUME).message
+    answer = robot.order(topics.REFILL_TANK)
     assert answer.success and f"{FULL_L:.2f} l now" in answer.message
     robot.emulator.tick()
-    assert order(robot, topics.RESUME).success
+    assert robot.order(topics.RESUME).success
     robot.drive()
     assert robot.emulator.onboard.state == m.TraversalStatus.DONE
     metrics = robot.emulator.metrics()
@@ -55,7 +51,7 @@ def test_a_job_that_stopped_empty_goes_on_once_refilled():
 def test_both_are_full_afterwards(service):
     robot = Robot(None)
     robot.emulator.world.supply((1.0, 20.0, 3.0, 5.0))
-    assert order(robot, service).success
+    assert robot.order(service).success
     tank_l, battery_wh, *_ = robot.emulator.world.supplies
     assert (tank_l, battery_wh) == ((FULL_L, 20.0) if service is topics.REFILL_TANK else (1.0, FULL_WH))
     assert any(topic is topics.EVENTS for topic, _ in robot.commands.take())
@@ -71,7 +67,7 @@ def test_a_fault_of_what_is_filled_ends_with_it(kind, service, full):
     robot.emulator.faults.inject(f.parse_fault(json.dumps({"kind": "bumper"})), robot.emulator.tick_count)
     for _ in range(3):
         robot.emulator.tick()
-    assert order(robot, service).success
+    assert robot.order(service).success
     for _ in range(3):
         robot.emulator.tick()
     level = robot.emulator.world.supplies[0 if service is topics.REFILL_TANK else 1]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.robot_sim.open_loop import REST, STILL, drive, fault, fixes, lived
+from tests.robot_sim.open_loop import REST, STILL, drive, fixes, lived
 from touchline.schemas.scenario import GnssNoise, ImuNoise, MagnetometerNoise, Obstruction, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -37,14 +37,6 @@ def test_the_accelerometer_errs_as_its_data_sheet_says():
     assert np.std(walked) == pytest.approx(0.01 * math.sqrt(1.0), rel=0.2)
 
 
-def test_the_accelerometers_bias_drifts_as_it_warms_up():
-    figures = {"accel_temperature_mps2_per_k": 0.002, "warming_k": 10.0, "warming_tau_s": 2.0}
-    drifts = [ahead(seed, (139, 5000), **figures) for seed in range(300)]  # τ·ln 2, and warm
-    half, all_of_it = np.transpose(drifts)
-    assert np.std(all_of_it) == pytest.approx(0.02, rel=0.15)
-    assert half / all_of_it == pytest.approx(0.5, abs=0.01)
-
-
 def test_the_magnetic_disturbance_wanders():
     figures = MagnetometerNoise(white_rad=0, bias_rad=0, soft_iron_relative=0, disturbance_tau_s=0.5)
     sensors = Sensors(VEHICLE, Scenario(magnetometer=figures))
@@ -73,11 +65,3 @@ def test_by_the_trees_errors_grow_as_the_receiver_admits():
     assert {fix.fix for fix in run} == {3}
     assert np.std([fix.east_m for fix in run]) == pytest.approx(4 * 0.00471, rel=0.1)
     assert math.sqrt(run[0].variance_m2) == pytest.approx(4 * 0.00471, rel=0.01)
-
-
-def test_a_held_fix_admits_half_of_its_drift():
-    quiet = GnssNoise(white_m=0, gauss_markov_1_m=0, gauss_markov_2_m=0, hold_s=9.0, hold_drift_mps=0.01)
-    run = fixes(drive(600, fault("corrections-lost", start_s=1.0), gnss=quiet, command=REST))
-    sigmas = {round(fix.stamp_s, 2): math.sqrt(fix.variance_m2) for fix in run}
-    assert sigmas[1.0] == pytest.approx(0.001)
-    assert [sigmas[3.0], sigmas[5.0]] == pytest.approx([0.01, 0.02], rel=0.01)

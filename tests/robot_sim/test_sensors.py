@@ -176,13 +176,16 @@ def test_bias_walk_grows_with_the_root_of_time():
 
 def test_biases_drift_as_the_sensor_warms_up():
     quiet = {"gyro_density_radps_rthz": 0.0, "gyro_bias_walk_radps_rts": 0.0, "gyro_turn_on_bias_radps": 0.0}
-    imu = ImuNoise(**quiet, gyro_temperature_radps_per_k=0.001, warming_k=10.0, warming_tau_s=2.0)
+    quiet |= {"accel_density_mps2_rthz": 0.0, "accel_turn_on_bias_mps2": 0.0, "accel_bias_walk_mps2_rts": 0.0}
+    drifts = {"gyro_temperature_radps_per_k": 0.001, "accel_temperature_mps2_per_k": 0.002}
+    imu = ImuNoise(**quiet, **drifts, warming_k=10.0, warming_tau_s=2.0)
     ends, half = [], []
     for seed in range(300):
         sensors = Sensors(VEHICLE, Scenario(seed=seed, imu=imu))
-        half.append(sensors.read(139, STILL).imu.gyro_z_radps)  # τ·ln 2
-        ends.append(sensors.read(5000, STILL).imu.gyro_z_radps)
-    assert np.std(ends) == pytest.approx(0.01, rel=0.12)
+        for found, tick in ((half, 139), (ends, 5000)):  # τ·ln 2, and warm
+            read = sensors.read(tick, STILL).imu
+            found.append((read.gyro_z_radps, read.accel_x_mps2))
+    assert np.std(ends, axis=0) == pytest.approx([0.01, 0.02], rel=0.12)
     assert np.divide(half, ends) == pytest.approx(0.5, abs=0.01)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, session, turn_until
+from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, turn_until
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.digest import SessionDigest
@@ -31,11 +31,6 @@ def test_another_seed_or_follower_has_another_hash(said):
     hashes = {hash_in(said), hash_in(alone(seed=6)), hash_in(alone(seed=5, follower="pure-pursuit"))}
     assert len(hashes) == 3
     assert "" not in hashes
-
-
-def test_the_bus_and_the_pace_change_nothing(said, bus, operator):
-    heard = session(bus, process(bus, speed=40.0, seed=5), operator)
-    assert hash_in([(topics.REPORT, payload) for payload in heard[topics.REPORT.name]]) == hash_in(said)
 
 
 def test_holding_the_clock_changes_nothing(said, bus, operator):

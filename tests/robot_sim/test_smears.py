@@ -178,22 +178,6 @@ def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on()
     assert 40.0 < then.traversal.coverage_pct < 60.0
 
 
-def test_nominal_ticks_keep_the_same_track():
-    template = Template.model_validate(
-        {"name": "line", "line_width_m": 0.12, "segments": [{"id": "a", "line": {"start": (0, 0), "end": (1, 0)}}]}
-    )
-    trajectory = plan(template, Vehicle(), PlanOptions()).trajectory
-    emulators = [Emulator(Vehicle(), Scenario(seed=2)) for _ in range(2)]
-    for emulator in emulators:
-        emulator.load(trajectory, template)
-        emulator.start()
-    FastRunner(emulators[0]).run(1_000_000)
-    while emulators[1].active:
-        emulators[1].tick()
-    assert np.array_equal(emulators[0].track.rows, emulators[1].track.rows)
-    assert len(emulators[0].track.rows) > 30
-
-
 def test_a_long_way_of_prints_has_room(monkeypatch):
     ledger, track = painted((11.75, northward(5.0)))
     known = smearing(ledger, track, vehicle())

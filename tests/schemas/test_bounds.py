@@ -1,4 +1,4 @@
-"""Every number of a vehicle and of the computer's configuration is bounded on both sides."""
+"""Every number of a vehicle, of the computer's configuration and of a fault is bounded on both sides."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,6 +7,7 @@ import annotated_types
 import pytest
 from pydantic.fields import FieldInfo
 
+from touchline.schemas.faults import fault_models
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicles import Vehicle
@@ -26,6 +27,12 @@ def numbers(spec: Spec, group: str = "") -> Iterator[tuple[str, FieldInfo]]:
 
 
 FIELDS = dict(numbers(Vehicle())) | dict(numbers(CLAY_ROLLER, "roller.")) | dict(numbers(OnboardConfig(), "onboard."))
+FIELDS |= {
+    f"{kind}.{name}": field
+    for kind, model in fault_models().items()
+    for name, field in model.model_fields.items()
+    if field.annotation is float
+}
 
 
 @pytest.mark.parametrize("name", FIELDS)

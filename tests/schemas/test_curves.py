@@ -46,13 +46,6 @@ def test_line_is_sampled_evenly():
     np.testing.assert_array_equal(curvature, 0.0)
 
 
-def test_offset_outside_a_left_turn_is_longer():
-    arc = Curve.from_arc((9.15, 0.0), (0.0, 0.0), 2 * math.pi)
-    outside = arc.offset(-0.41124)
-    assert 1 / outside.curvature_1pm == pytest.approx(9.15 + 0.41124)
-    assert (outside.x_m, outside.y_m) == pytest.approx((9.15 + 0.41124, 0.0))
-
-
 def test_offset_beyond_the_centre_is_refused():
     with pytest.raises(ValueError, match=r"radius 0\.300 m"):
         Curve.from_arc((0.3, 0.0), (0.0, 0.0), 1.0).offset(0.41124)
