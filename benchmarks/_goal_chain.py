@@ -16,8 +16,9 @@ from touchline.schemas.scenario import Noise, Pose2, Scenario
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.tick_log import columns, commanded
 
 FIELD_M = 5.0

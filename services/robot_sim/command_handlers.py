@@ -20,12 +20,13 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
-from touchline.services.robot_sim.emulator import Emulator, LoadedJob, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.guided_warm_up import warm_up_guided
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.journal_keeper import JournalKeeper, Taken
-from touchline.services.robot_sim.packing import Payload, header
-from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
+from touchline.services.robot_sim.loaded_job import LoadedJob, Taking
+from touchline.services.robot_sim.packing import Payload, header, job_payloads
+from touchline.services.robot_sim.telemetry import Telemetry
 
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0

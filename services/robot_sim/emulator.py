@@ -7,12 +7,10 @@ session to the bit, whatever the pace.
 from __future__ import annotations
 
 import math
-from enum import Enum, auto
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from touchline.onboard import Onboard
 from touchline.onboard.control import Ask, nobody
-from touchline.onboard.executive.localization_monitor import max_fix_age_s
 from touchline.onboard.executive.traversal import (
     ABORTED_BY_OPERATOR,
     BY_SHUT_DOWN,
@@ -28,108 +26,40 @@ from touchline.onboard.interface import (
     standstill,
 )
 from touchline.onboard.trajectory.trajectory import resume_pose
-from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import BatteryLow, Fault, TankEmpty
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus
-from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plan_cause import PlanCause
-from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
-from touchline.schemas.vehicles import ODOMETRY, OVERHEAD_CAMERA, Vehicle
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.initial_state import InitialState, RobotParts
+from touchline.services.robot_sim.loaded_job import LoadedJob, Taking, ledger_of, lines_and_start, place_of
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.order_log import OrderLog
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
-from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
+from touchline.services.robot_sim.receiver_check import check_receiver
 from touchline.services.robot_sim.recovery_state import EarlierWork, Totals, restored_json
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.settling import RESTING_MPS, Settling
 from touchline.services.robot_sim.world.world import TruePose, World
 
-SETTLE_TICKS: Final = 100
-"""Ticks for which a traversal that has ended is observed, until the robot has come to rest and all paint has fallen."""
-RESTING_MPS: Final = 0.02
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
 # Stage of a tick that was begun elsewhere.
 WHOLE: Final = 0  # all is done
 SENSED: Final = 1  # the onboard computer has not seen it
 PERCEIVED: Final = 2  # the onboard computer has seen it, and has yet to decide
-
-
-class Taking(Enum):
-    """Way to get to the start of a trajectory."""
-
-    CARRIED = auto()
-    """The robot is carried to the start, or to where a job continues."""
-    HERE = auto()
-    """The robot stands there."""
-    UNDER_WAY = auto()
-    """The robot drives along another trajectory, and continues on this one."""
-
-
-class LoadedJob(NamedTuple):
-    """A trajectory and its lines to be painted, checked and ready to be taken.
-
-    Attributes:
-        course: Course of the onboard computer.
-        start: (x m, y m, heading rad) of the robot.
-        ledger: Ledger for its paint; of a job that continues, with the paint so far.
-        account: Account of its areas, if a covering tool works on any.
-        resume, earlier: Checkpoint and earlier work of a job that continues.
-        taking: Way to get to the start.
-        cause: Request that the plan was made from, if known.
-    """
-
-    course: Any
-    start: tuple[float, float, float]
-    ledger: PaintLedger
-    account: AreaAccount | None
-    resume: Checkpoint | None
-    earlier: EarlierWork | None
-    taking: Taking = Taking.CARRIED
-    cause: PlanCause | None = None
-
-
-def _check_receiver(vehicle: Vehicle, scenario: Scenario, config: OnboardConfig) -> None:
-    """Refuse a receiver or a camera with which the robot would never paint, before anything is driven.
-
-    Raises:
-        SpecError: Its fixes are always older than its data sheet lets the robot's computer accept.
-    """
-    if vehicle.positioning == ODOMETRY:
-        return
-    seen = vehicle.positioning == OVERHEAD_CAMERA
-    group = "camera" if seen else "gnss"
-    receiver: GnssNoise | CameraNoise = scenario.camera if seen else scenario.gnss
-    sheet: GnssSheet | CameraSheet = config.camera if seen else config.gnss
-    oldest_s, allowed_s = 1.0 / receiver.rate_hz + receiver.latency_s, max_fix_age_s(sheet)
-    if oldest_s > allowed_s:
-        what = "poses" if seen else "fixes"
-        problem = (
-            f"make {what} up to {oldest_s:.2f} s old, which is more than the {allowed_s:.2f} s of the robot's computer"
-        )
-        raise SpecError(
-            "scenario",
-            f"{group}.rate_hz and {group}.latency_s",
-            problem,
-            f"give the {'camera' if seen else 'receiver'}'s data sheet in --onboard",
-        )
-
-
-def _of_body(pose: tuple[float, float, float], point_m: tuple[float, float]) -> tuple[float, float]:
-    """Return the place of a point of the robot in the map."""
-    (east_m, north_m, heading_rad), (x_m, y_m) = pose, point_m
-    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
-    return east_m + cos * x_m - sin * y_m, north_m + sin * x_m + cos * y_m
 
 
 class Emulator:
@@ -150,7 +80,7 @@ class Emulator:
         orders: Commands that were carried out.
         ledger, account, track: Accounts of the loaded traversal; `account` only if a covering tool works on areas in
             it.
-        settled: True if the observation of an ended traversal ended with the last tick: its figures are final.
+        settling: Observation of the traversal after its end.
         frame: Sensor frame of the last tick of which all or the end was done here.
         command: Command of the computer in the last tick.
         estimator_error: Error of the estimate in the loaded traversal.
@@ -167,7 +97,7 @@ class Emulator:
         ask: Ask = nobody,
     ) -> None:
         self.vehicle, self.scenario, self.config = vehicle, scenario, config or OnboardConfig()
-        _check_receiver(vehicle, scenario, self.config)
+        check_receiver(vehicle, scenario, self.config)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
         self.auxiliary = AuxiliaryTruth(vehicle, scenario)
@@ -184,8 +114,7 @@ class Emulator:
         self._used = False
         self.frame: SensorFrame | None = None
         self.command = standstill(len(vehicle.drive.actuators))
-        self.settled = False
-        self._ended_ticks = SETTLE_TICKS
+        self.settling = Settling()
         if scenario.start is not None:
             self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
@@ -201,7 +130,12 @@ class Emulator:
     @property
     def active(self) -> bool:
         """True if a traversal is under way or has not yet come to rest."""
-        return self.onboard.state in UNDER_WAY or self._ended_ticks < SETTLE_TICKS
+        return self.onboard.state in UNDER_WAY or self.settling.observes
+
+    @property
+    def settled(self) -> bool:
+        """True if the observation of an ended traversal ended with the last tick: its figures are final."""
+        return self.settling.just_over
 
     def load(
         self,
@@ -255,21 +189,14 @@ class Emulator:
         Raises:
             CommandRefused: The trajectory cannot be driven.
         """
-        try:
-            wanted = targets(trajectory, template, self.vehicle, cause.left_out if cause is not None else ())
-            start = start_pose(trajectory)
-        except ValueError as error:
-            raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
+        wanted, start = lines_and_start(trajectory, template, self.vehicle, cause.left_out if cause is not None else ())
         boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
         course = self.onboard.prepare(trajectory, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
-        width_m = template.line_width_m if template is not None else self.vehicle.tool.width_m
-        tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
-        tool = self.vehicle.tool
-        ledger = PaintLedger(wanted, width_m, tool.width_m, tolerance_m, thins=tool.covers)
+        ledger = ledger_of(wanted, template, self.vehicle.tool)
         if earlier is not None:
-            ledger.restore(earlier.paint, _of_body(start, tool.point_m))
+            ledger.restore(earlier.paint, place_of(self.vehicle.tool.point_m, start))
         account = area_account(template, trajectory, self.vehicle)
         return LoadedJob(course, start, ledger, account, resume, earlier, taking, cause)
 
@@ -361,7 +288,7 @@ class Emulator:
         self._note("begin-guided")
         self.ledger, self.account, self.track = self._no_paint(), None, Track()
         self.estimator_error = EstimatorError()
-        self._ended_ticks = 0
+        self.settling.begin()
 
     def take_guidance(self, guidance: Guidance) -> None:
         """Take guidance from the coordinator; do nothing if it cannot be used, or the robot is not guided."""
@@ -372,7 +299,7 @@ class Emulator:
         """Begin the loaded traversal."""
         self.onboard.start()
         self._note("start")
-        self._ended_ticks = 0
+        self.settling.begin()
 
     def pause(self) -> None:
         """Brake with the valve closed."""
@@ -522,12 +449,7 @@ class Emulator:
 
     def _follow_up(self) -> None:
         self.sense_auxiliary()
-        self.settled = False
-        if self.onboard.state in UNDER_WAY:
-            self._ended_ticks = 0
-            self.estimator_error.add(self.world.pose, self.world.state.speed_mps, self.onboard.estimate)
-        elif self._ended_ticks < SETTLE_TICKS:
-            # One that was aborted at speed still brakes, and is watched for half of that once it rests.
-            moving = abs(self.world.state.speed_mps) > RESTING_MPS
-            self._ended_ticks = min(self._ended_ticks, SETTLE_TICKS // 2 - 1) + 1 if moving else self._ended_ticks + 1
-            self.settled = self._ended_ticks == SETTLE_TICKS
+        under_way, speed_mps = self.onboard.state in UNDER_WAY, self.world.state.speed_mps
+        self.settling.end_tick(speed_mps, under_way=under_way)
+        if under_way:
+            self.estimator_error.add(self.world.pose, speed_mps, self.onboard.estimate)

@@ -6,15 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, Pause, Status
+from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, OnboardEvent, Pause, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.frames import MAP_FRAME
+from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
+from touchline.services.robot_sim.order_log import ObeyedOrder
+from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
@@ -42,15 +45,10 @@ def stamp_of(time_s: float) -> Stamp:
     return nanoseconds // 1_000_000_000, nanoseconds % 1_000_000_000
 
 
-def header(tick: int, frame_id: str = MAP_FRAME) -> m.Header:
-    """Make the header of a message.
-
-    Args:
-        tick: Tick after which it is sent.
-        frame_id: Frame of its contents.
-    """
+def header(tick: int) -> m.Header:
+    """Make the header of a message in the map frame that is sent after `tick`."""
     sec, nanosec = stamp(tick)
-    return m.Header(stamp=m.Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
+    return m.Header(stamp=m.Time(sec=sec, nanosec=nanosec), frame_id=MAP_FRAME)
 
 
 def gnss(report: GnssReport) -> list[Payload]:
@@ -247,3 +245,43 @@ def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> 
         m.BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
         True,
     )
+
+
+def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
+    """Make the payloads of the plan and the template, which are published once.
+
+    Args:
+        trajectory: The plan.
+        template: Its template, if there is one.
+    """
+    return [
+        (topics.PLAN, encode(trajectory)),
+        (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
+    ]
+
+
+def order_payload(order: ObeyedOrder) -> Payload:
+    """Pack an order that was carried out."""
+    message = m.RobotOrder(header=header(order.tick), name=order.name, details_json=order.details_json)
+    return topics.ORDERS, encode(message)
+
+
+def event_payload(event: OnboardEvent, tick: int) -> Payload:
+    """Pack an event for the operator."""
+    message = m.Event(
+        header=header(tick), severity=event.severity, source=topics.ROBOT_SIM, code=event.code, text=event.text
+    )
+    return topics.EVENTS, encode(message)
+
+
+def paint_payloads(ledger: PaintLedger, strokes: list[Marks], time: Stamp) -> list[Payload]:
+    """Pack strokes of a ledger, each with the id of the line that it belongs to, "" for none."""
+    return [
+        (
+            topics.PAINT,
+            layouts.paint_marks(ledger.ids[marks.target] if marks.target >= 0 else "", len(marks.x_m)).pack(
+                *time, marks.first_index, marks.width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
+            ),
+        )
+        for marks in strokes
+    ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Final
 
 from touchline.bus import Bus
@@ -19,15 +18,14 @@ _LOOK_S: Final = 0.02
 class RecorderLimit:
     """The last limit of sim time that the recorder has set; it is only checked at a pace that can be held back."""
 
-    def __init__(self, bus: Bus, clock: Callable[[], float] = time.monotonic) -> None:
-        """Subscribe on the bus of the robot; `clock` is in seconds."""
+    def __init__(self, bus: Bus) -> None:
+        """Subscribe on the bus of the robot."""
         self._inbox = bus.inbox([topics.RECORDER_LIMIT], keep="latest")
-        self._clock = clock
         self._limit_s = self._heard_s = self._look_at_s = float("-inf")
 
     def passed(self, time_s: float) -> bool:
         """Return True if a sim time (s) lies beyond the limit."""
-        now_s = self._clock()
+        now_s = time.monotonic()
         if now_s >= self._look_at_s:
             self._look_at_s = now_s + _LOOK_S
             for _, message in self._inbox.messages():

@@ -28,7 +28,8 @@ from touchline.services.robot_sim.memory import give_back
 from touchline.services.robot_sim.pace import FORGIVEN_S, LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recorder_limit import RecorderLimit
-from touchline.services.robot_sim.telemetry import MOST_TICKS, Reports, Telemetry
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
+from touchline.services.robot_sim.traversal_figures import Reports
 
 SERVED_AT_ONCE: Final = 4
 """Requests of one service that are served in a turn; others wait for the next one."""

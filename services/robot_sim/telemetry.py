@@ -6,7 +6,6 @@ Everything is stamped with sim time, so the same session gives the same bytes at
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import Final, NamedTuple
 
@@ -17,21 +16,22 @@ from touchline.onboard import Onboard
 from touchline.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
-from touchline.schemas.cdr import encode
+from touchline.schemas.cdr import decode, encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
 from touchline.services.robot_sim import layouts, tick_log
-from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
-from touchline.services.robot_sim.area_messages import area_report, covering_report
+from touchline.services.robot_sim.accounting.area_metrics import area_metrics
 from touchline.services.robot_sim.drive_log import DriveLog
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.packing import (
     Payload,
     Stamp,
     about_to_move,
+    event_payload,
     gnss,
-    header,
+    job_payloads,
+    order_payload,
+    paint_payloads,
     pause_status,
     positions,
     sensor_samples,
@@ -41,13 +41,11 @@ from touchline.services.robot_sim.packing import (
     whereabouts,
     whereabouts_at,
 )
-from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
-from touchline.services.robot_sim.paint.metrics import paint_metrics
-from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
-from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
+from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.samples import Placed, Samples, Series, battery_state, odometry_of, sprayer_state
 from touchline.services.robot_sim.standing_twin import StandingTwin
 from touchline.services.robot_sim.tick_log import WHEREABOUTS_TICKS, Rows, period
+from touchline.services.robot_sim.traversal_figures import Figures, Reports
 from touchline.services.robot_sim.world.world import held
 
 _CLOCK_TICKS: Final = period(topics.CLOCK)
@@ -58,88 +56,6 @@ MOST_TICKS: Final = math.gcd(WHEREABOUTS_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PA
 """Largest number of ticks between two checks of the low-rate topics."""
 _MOST_HELD: Final = 32 * MOST_TICKS
 """Largest number of ticks that can be published at once."""
-
-
-class Reports(NamedTuple):
-    """Reports of a traversal; `area` if a covering tool has worked on areas."""
-
-    traversal: m.TraversalReport
-    area: m.AreaReport | None
-
-
-class Figures(NamedTuple):
-    """Data for the report of a traversal, in any thread: a copy of its end, while the robot may continue.
-
-    Attributes:
-        tick: Tick of the copy.
-        status: Status of the onboard computer.
-        rmse: Error of the estimate: position [m], heading [rad].
-        ledger: Paint.
-        smearing: Computes the smears of it.
-        areas: Computes the figures of areas that a covering tool has worked on, if there are any.
-        digest: Hash of the messages until then.
-    """
-
-    tick: int
-    status: Status
-    rmse: tuple[float, float]
-    ledger: PaintLedger
-    smearing: Callable[[], Smearing]
-    areas: Callable[[], AreaMetrics] | None
-    digest: SessionDigest
-
-    def reports(self) -> Reports:
-        """Compute the reports; takes a moment."""
-        return self._of_areas(self.areas()) if self.areas is not None else Reports(self._of_lines(), None)
-
-    def final_reports(self) -> Reports:
-        """Compute the reports; that of the traversal has the hash of all messages of the session, both included."""
-        reports = self.reports()
-        self.digest.add(_payloads_of(reports))
-        traversal = reports.traversal.model_copy(update={"session_hash": self.digest.hexdigest()})
-        return reports._replace(traversal=traversal)
-
-    def _of_areas(self, metrics: AreaMetrics) -> Reports:
-        status, head = self.status, header(self.tick)
-        traversal = covering_report(head, metrics, done=status.state == m.TraversalStatus.DONE).model_copy(
-            update={
-                "total_time_s": status.elapsed_s,
-                "position_rmse_m": self.rmse[0],
-                "heading_rmse_rad": self.rmse[1],
-                "follower_fallbacks": status.follower_fallbacks,
-            }
-        )
-        return Reports(traversal, area_report(head, metrics))
-
-    def _of_lines(self) -> m.TraversalReport:
-        metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status
-        return m.TraversalReport(
-            header=header(self.tick),
-            success=status.state == m.TraversalStatus.DONE and metrics.verdict.accepted,
-            total_time_s=status.elapsed_s,
-            coverage_pct=metrics.coverage_pct,
-            area_coverage_pct=metrics.area_coverage_pct,
-            tolerance_m=self.ledger.tolerance_m,
-            within_tolerance_pct=metrics.within_pct,
-            paint_accepted=metrics.verdict.accepted,
-            verdict=metrics.verdict.text,
-            gap_m=metrics.gap_m,
-            overspray_m2=metrics.overspray_m2,
-            double_paint_m2=metrics.double_paint_m2,
-            lateral_error_mean_m=metrics.lateral.mean_m,
-            lateral_error_p95_m=metrics.lateral.p95_m,
-            lateral_error_max_m=metrics.lateral.max_m,
-            position_rmse_m=self.rmse[0],
-            heading_rmse_rad=self.rmse[1],
-            painted_length_m=metrics.painted_length_m,
-            template_length_m=metrics.template_length_m,
-            follower_fallbacks=status.follower_fallbacks,
-            wet_crossings=smearing.crossings,
-            wet_youngest_s=smearing.youngest_s,
-            smeared_m2=smearing.area_m2,
-            smears=tuple(_smear(smear, self.ledger.ids) for smear in smearing.smears),
-            segments=tuple(_segment(segment) for segment in metrics.segments),
-        )
 
 
 class _Steady(NamedTuple):
@@ -345,7 +261,7 @@ class Telemetry:
     def conclude(self, reports: Reports) -> list[Payload]:
         """Take the final reports of the traversal that has `ended`."""
         self.ended, self.final = None, reports
-        return _payloads_of(reports)
+        return reports.payloads()
 
     def until_due(self, most: int) -> int:
         """Return the number of ticks (at most `most`) after which `hold` has to be called at the latest.
@@ -401,7 +317,7 @@ class Telemetry:
 
     def report_event(self, event: OnboardEvent) -> Payload:
         """Return an event for the operator from outside the onboard computer."""
-        payload = _event(event, self._emulator.tick_count)
+        payload = event_payload(event, self._emulator.tick_count)
         self.digest.add([payload])
         return payload
 
@@ -456,18 +372,7 @@ class Telemetry:
 
     def strokes(self) -> tuple[m.PaintMarks, ...]:
         """Return all paint of this traversal."""
-        head = header(self._emulator.tick_count)
-        return tuple(
-            m.PaintMarks(
-                header=head,
-                segment_id=self._line(marks),
-                first_index=marks.first_index,
-                width_m=marks.width_m,
-                x_m=marks.x_m,
-                y_m=marks.y_m,
-            )
-            for marks in self._emulator.ledger.all_marks()
-        )
+        return tuple(decode(m.PaintMarks, payload) for _, payload in self.all_paint())
 
     def restored_paint(self) -> list[Payload]:
         """Return the paint of an earlier process, once a job has been loaded that continues from there."""
@@ -477,90 +382,18 @@ class Telemetry:
 
     def all_paint(self) -> list[Payload]:
         """Return all paint of this traversal again; not entered in the digest."""
-        return self._payloads(self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count))
+        return paint_payloads(
+            self._emulator.ledger, self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count)
+        )
 
     def _events(self) -> list[Payload]:
         events = self._emulator.take_events()
         if self._drive_log is not None:
             self._drive_log.take_events(events, self._emulator.tick_count)
-        return [_event(event, self._emulator.tick_count) for event in events]
+        return [event_payload(event, self._emulator.tick_count) for event in events]
 
     def _orders(self) -> list[Payload]:
-        return [_order(order) for order in self._emulator.orders.take()]
-
-    def _line(self, marks: Marks) -> str:
-        """Return the id of the line that marks belong to, "" for none."""
-        return self._emulator.ledger.ids[marks.target] if marks.target >= 0 else ""
+        return [order_payload(order) for order in self._emulator.orders.take()]
 
     def _paint(self, time: Stamp) -> list[Payload]:
-        return self._payloads(self._emulator.ledger.take_marks(), time)
-
-    def _payloads(self, strokes: list[Marks], time: Stamp) -> list[Payload]:
-        return [
-            (
-                topics.PAINT,
-                layouts.paint_marks(self._line(marks), len(marks.x_m)).pack(
-                    *time, marks.first_index, marks.width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
-                ),
-            )
-            for marks in strokes
-        ]
-
-
-def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-    """Make the payloads of the plan and the template, which are published once.
-
-    Args:
-        trajectory: The plan.
-        template: Its template, if there is one.
-    """
-    return [
-        (topics.PLAN, encode(trajectory)),
-        (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
-    ]
-
-
-def _payloads_of(reports: Reports) -> list[Payload]:
-    """Pack reports; that of the areas comes first, because that of the traversal ends the session."""
-    payloads = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
-    return [*payloads, (topics.REPORT, encode(reports.traversal))]
-
-
-def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
-    return m.SegmentPaint(
-        id=segment.id,
-        length_m=segment.length_m,
-        coverage_pct=segment.coverage_pct,
-        area_coverage_pct=segment.area_coverage_pct,
-        within_tolerance_pct=segment.within_pct,
-        gap_m=segment.gap_m,
-        width_m=segment.width_m,
-        overspray_m2=segment.areas.overspray_m2,
-        double_paint_m2=segment.areas.double_paint_m2,
-        lateral_error_mean_m=segment.lateral.mean_m,
-        lateral_error_p95_m=segment.lateral.p95_m,
-        lateral_error_max_m=segment.lateral.max_m,
-    )
-
-
-def _smear(smear: SmearPrint, ids: Sequence[str]) -> m.Smear:
-    return m.Smear(
-        segment_id=ids[smear.line] if smear.line >= 0 else "",
-        age_s=smear.age_s,
-        strength=smear.strength,
-        width_m=smear.width_m,
-        x_m=smear.points[:, 0],
-        y_m=smear.points[:, 1],
-    )
-
-
-def _order(order: ObeyedOrder) -> Payload:
-    message = m.RobotOrder(header=header(order.tick), name=order.name, details_json=order.details_json)
-    return topics.ORDERS, encode(message)
-
-
-def _event(event: OnboardEvent, tick: int) -> Payload:
-    message = m.Event(
-        header=header(tick), severity=event.severity, source=topics.ROBOT_SIM, code=event.code, text=event.text
-    )
-    return topics.EVENTS, encode(message)
+        return paint_payloads(self._emulator.ledger, self._emulator.ledger.take_marks(), time)

@@ -15,8 +15,9 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import Telemetry
 

@@ -30,8 +30,9 @@ from touchline.schemas.messages import (
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.emulator import RESTING_MPS, SETTLE_TICKS, Emulator
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.settling import RESTING_MPS, SETTLE_TICKS
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 pytestmark = pytest.mark.xdist_group("scripted session")  # which is driven once

@@ -10,8 +10,9 @@ import pytest
 from benchmarks.positioning import settings
 from touchline.schemas.messages import PlanOptions, PoseGoal, TraversalStatus
 from touchline.services.planner.goal_plan import plan_to_goal
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 
 pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
 

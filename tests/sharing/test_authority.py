@@ -13,8 +13,9 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 
 VEHICLE = Vehicle()
 LINES = (("a", (0.0, 0.0), (6.0, 0.0)), ("b", (6.0, 5.0), (0.0, 5.0)))

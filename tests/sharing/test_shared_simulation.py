@@ -14,7 +14,8 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.loaded_job import Taking
 
 pytestmark = pytest.mark.xdist_group("shared lines")  # by one worker, so that they are planned and driven once
 GRID = {

@@ -9,9 +9,10 @@ from touchline.checking.recorded_session import GivenJob, NotRebuilt, RecordedSe
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import Guidance
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.initial_state import DamagedState, InitialState
+from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recovery_state import restored_from

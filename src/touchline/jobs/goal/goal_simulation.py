@@ -15,7 +15,8 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.loaded_job import Taking
 
 LOST_S: Final = 30.0
 """Sim time, s, in which a standing robot must be localized."""

@@ -37,7 +37,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.emulator import RESTING_MPS
+from touchline.services.robot_sim.settling import RESTING_MPS
 
 _CALL_S: Final = 10.0
 _LOAD_S: Final = 30.0

@@ -29,7 +29,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.services.planner.sequencing.wet_paint import NO_LINES
-from touchline.services.robot_sim.emulator import Taking
+from touchline.services.robot_sim.loaded_job import Taking
 
 PATIENCE_S: Final = 180.0
 """Sim time without progress after which an operator would have to act."""

@@ -20,9 +20,11 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.messages import NavPath, TraversalStatus
 from touchline.schemas.setup import Setup
 from touchline.services.robot_sim import tick_log
-from touchline.services.robot_sim.emulator import RESTING_MPS, UNDER_WAY, Emulator, Taking
+from touchline.services.robot_sim.emulator import UNDER_WAY, Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.settling import RESTING_MPS
 from touchline.services.robot_sim.telemetry import Telemetry
 
 SLICE_TICKS: Final = 10

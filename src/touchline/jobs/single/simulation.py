@@ -25,8 +25,9 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.drive_log import DriveLog
-from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.loaded_job import Taking
 from touchline.services.robot_sim.telemetry import Telemetry
 
 Progress = Callable[[float, str], None]

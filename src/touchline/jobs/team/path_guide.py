@@ -32,7 +32,7 @@ from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.running_leg import RunningLeg
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import send
-from touchline.services.robot_sim.emulator import Taking
+from touchline.services.robot_sim.loaded_job import Taking
 
 Place = tuple[float, float]
 

@@ -28,7 +28,7 @@ from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import String
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import TeamScenario
-from touchline.services.robot_sim.emulator import SETTLE_TICKS
+from touchline.services.robot_sim.settling import SETTLE_TICKS
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]

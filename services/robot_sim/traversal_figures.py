@@ -1,0 +1,134 @@
+"""The figures of a traversal when it ends, and its reports, which may be made later and by another thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from touchline.onboard.interface import Status
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.digest import SessionDigest
+from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics
+from touchline.services.robot_sim.area_messages import area_report, covering_report
+from touchline.services.robot_sim.packing import Payload, header
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.paint.segment_metrics import SegmentMetrics
+from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint
+
+
+class Reports(NamedTuple):
+    """Reports of a traversal; `area` if a covering tool has worked on areas."""
+
+    traversal: m.TraversalReport
+    area: m.AreaReport | None
+
+    def payloads(self) -> list[Payload]:
+        """Pack them; that of the areas comes first, because that of the traversal ends the session."""
+        areas = [(topics.AREA_REPORT, encode(self.area))] if self.area is not None else []
+        return [*areas, (topics.REPORT, encode(self.traversal))]
+
+
+class Figures(NamedTuple):
+    """Data for the report of a traversal, in any thread: a copy of its end, while the robot may continue.
+
+    Attributes:
+        tick: Tick of the copy.
+        status: Status of the onboard computer.
+        rmse: Error of the estimate: position [m], heading [rad].
+        ledger: Paint.
+        smearing: Computes the smears of it.
+        areas: Computes the figures of areas that a covering tool has worked on, if there are any.
+        digest: Hash of the messages until then.
+    """
+
+    tick: int
+    status: Status
+    rmse: tuple[float, float]
+    ledger: PaintLedger
+    smearing: Callable[[], Smearing]
+    areas: Callable[[], AreaMetrics] | None
+    digest: SessionDigest
+
+    def reports(self) -> Reports:
+        """Compute the reports; takes a moment."""
+        return self._of_areas(self.areas()) if self.areas is not None else Reports(self._of_lines(), None)
+
+    def final_reports(self) -> Reports:
+        """Compute the reports; that of the traversal has the hash of all messages of the session, both included."""
+        reports = self.reports()
+        self.digest.add(reports.payloads())
+        traversal = reports.traversal.model_copy(update={"session_hash": self.digest.hexdigest()})
+        return reports._replace(traversal=traversal)
+
+    def _of_areas(self, metrics: AreaMetrics) -> Reports:
+        status, head = self.status, header(self.tick)
+        traversal = covering_report(head, metrics, done=status.state == m.TraversalStatus.DONE).model_copy(
+            update={
+                "total_time_s": status.elapsed_s,
+                "position_rmse_m": self.rmse[0],
+                "heading_rmse_rad": self.rmse[1],
+                "follower_fallbacks": status.follower_fallbacks,
+            }
+        )
+        return Reports(traversal, area_report(head, metrics))
+
+    def _of_lines(self) -> m.TraversalReport:
+        metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status
+        return m.TraversalReport(
+            header=header(self.tick),
+            success=status.state == m.TraversalStatus.DONE and metrics.verdict.accepted,
+            total_time_s=status.elapsed_s,
+            coverage_pct=metrics.coverage_pct,
+            area_coverage_pct=metrics.area_coverage_pct,
+            tolerance_m=self.ledger.tolerance_m,
+            within_tolerance_pct=metrics.within_pct,
+            paint_accepted=metrics.verdict.accepted,
+            verdict=metrics.verdict.text,
+            gap_m=metrics.gap_m,
+            overspray_m2=metrics.overspray_m2,
+            double_paint_m2=metrics.double_paint_m2,
+            lateral_error_mean_m=metrics.lateral.mean_m,
+            lateral_error_p95_m=metrics.lateral.p95_m,
+            lateral_error_max_m=metrics.lateral.max_m,
+            position_rmse_m=self.rmse[0],
+            heading_rmse_rad=self.rmse[1],
+            painted_length_m=metrics.painted_length_m,
+            template_length_m=metrics.template_length_m,
+            follower_fallbacks=status.follower_fallbacks,
+            wet_crossings=smearing.crossings,
+            wet_youngest_s=smearing.youngest_s,
+            smeared_m2=smearing.area_m2,
+            smears=tuple(_smear(smear, self.ledger.ids) for smear in smearing.smears),
+            segments=tuple(_segment(segment) for segment in metrics.segments),
+        )
+
+
+def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
+    return m.SegmentPaint(
+        id=segment.id,
+        length_m=segment.length_m,
+        coverage_pct=segment.coverage_pct,
+        area_coverage_pct=segment.area_coverage_pct,
+        within_tolerance_pct=segment.within_pct,
+        gap_m=segment.gap_m,
+        width_m=segment.width_m,
+        overspray_m2=segment.areas.overspray_m2,
+        double_paint_m2=segment.areas.double_paint_m2,
+        lateral_error_mean_m=segment.lateral.mean_m,
+        lateral_error_p95_m=segment.lateral.p95_m,
+        lateral_error_max_m=segment.lateral.max_m,
+    )
+
+
+def _smear(smear: SmearPrint, ids: Sequence[str]) -> m.Smear:
+    return m.Smear(
+        segment_id=ids[smear.line] if smear.line >= 0 else "",
+        age_s=smear.age_s,
+        strength=smear.strength,
+        width_m=smear.width_m,
+        x_m=smear.points[:, 0],
+        y_m=smear.points[:, 1],
+    )
