@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tests.planner.strategies import floats
 from touchline.core.angles import nearest_turn, wrapped, wrapped_all
 from touchline.core.arcs import abreast, arc, beside, unit
+from touchline.core.near_points import near_pairs
 from touchline.core.polygons import apart_squared, off_squared, within
 from touchline.core.random import whole
 from touchline.schemas.curves import Curve
@@ -78,3 +79,13 @@ def test_whole_numbers_are_splitmix64s() -> None:
     assert [whole(1234567, k, 1 << 53) for k in range(5)] == [number >> 11 for number in known]
     assert [whole(7, k, 0) for k in range(3)] == [0, 0, 0]
     assert {whole(7, k, 5) for k in range(100)} == {0, 1, 2, 3, 4}
+
+
+POINTS = st.lists(st.tuples(st.integers(-4, 4), st.integers(-4, 4)), max_size=12)
+
+
+@given(POINTS, POINTS)
+def test_pairs_are_those_of_a_full_search(first, second):
+    a, b = (np.array(points, dtype=np.float64).reshape(-1, 2) for points in (first, second))
+    apart = np.hypot(*(a[:, None] - b).transpose(2, 0, 1))
+    assert near_pairs(a, b, 2.0).tolist() == np.argwhere(apart <= 2.0).tolist()

@@ -13,13 +13,12 @@ from pydantic import ValidationError
 from tests.checking.day_of_jobs import Day, write
 from tests.plugins import range_finder, wheel_slip_radar
 from tests.robot_sim.bus_rig import setup
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.checking.check_session import check_recording
 from touchline.onboard.estimation.auxiliary_models import OnboardSensor, ScalarUpdate
 from touchline.onboard.filter_model import HEADING, SPEED, STATES
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.curves import Curve
 from touchline.schemas.messages import SensorSample, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FAULTS, SENSORS
@@ -31,7 +30,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.initial_state import InitialState
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
-STRAIGHT = trajectory([Curve.from_line((0, 0), (6, 0))], [0], speed_mps=0.8)
+STRAIGHT = along_x(0, 6, sprayed=[0], speed_mps=0.8)
 LINE = Template(name="line", segments=[{"id": "side", "line": {"start": (0.0, 0.0), "end": (1.5, 0.0)}}])
 MOST_S = 25.0
 """A robot that pauses for a fault is watched no longer."""
@@ -204,14 +203,6 @@ def test_a_wrong_sensor_is_refused_by_its_field(sensors, place):
     with pytest.raises(ValidationError) as refused:
         Vehicle(sensors=sensors)
     assert [".".join(map(str, each["loc"])) for each in refused.value.errors()] == [place]
-
-
-def test_a_kind_that_cannot_be_imported_disturbs_no_other():
-    SENSORS.register("broken", "", "nowhere.to_be_found:PARTS")
-    try:
-        assert Vehicle(sensors=[RADAR]).sensors[0].kind == "wheel-slip-radar"
-    finally:
-        SENSORS.forget("broken")
 
 
 def test_vehicles_and_scenarios_without_sensors_are_written_as_before():

@@ -4,12 +4,11 @@ import time
 import uuid
 
 from tests.meeting import caught_up
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.bus import HealthReporter
 from touchline.checking.divergence import stamp_ns
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
-from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Header, TraversalReport, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
@@ -21,14 +20,9 @@ from touchline.services.robot_sim.frame import CARRIED
 from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (0.8, 0)), Curve.from_line((0.8, 0), (1.4, 0)), Curve.from_line((1.4, 0), (1.9, 0))],
-    [0, 1, 0],
-    ids=["t0", "line", "t1"],
-    speed_mps=0.8,
-)
+PLAN = along_x(0, 0.8, 1.4, 1.9, sprayed=[0, 1, 0], ids=["t0", "line", "t1"], speed_mps=0.8)
 TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.8, -0.41124), "end": (1.4, -0.41124)}}])
-LONG_PLAN = trajectory([Curve.from_line((0, 0), (5, 0))], [0], speed_mps=0.5)
+LONG_PLAN = along_x(0, 5, sprayed=[0], speed_mps=0.5)
 """Of 12 s, for what has to happen in real time while the robot drives."""
 
 

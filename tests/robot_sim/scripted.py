@@ -1,5 +1,7 @@
 """An onboard computer that plays a script, for tests of everything round it."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from tests.two_wheels import STANDSTILL
@@ -12,6 +14,7 @@ from touchline.onboard.interface import (
     SensorFrame,
     Status,
 )
+from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, TraversalStatus
 from touchline.schemas.trajectories import assemble, segment, velocity
@@ -30,6 +33,12 @@ def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):
         switches,
         (velocity(s, v) for s, v in ((0.0, 0.0), (0.5, speed_mps), (at - 0.5, speed_mps), (at, 0.0))),
     )
+
+
+def along_x(*ends_m, sprayed, ids=None, speed_mps=1.0):
+    """A trajectory along the x axis, in pieces from each of these ends to the next."""
+    curves = [Curve.from_line((a, 0), (b, 0)) for a, b in pairwise(ends_m)]
+    return trajectory(curves, sprayed, ids, speed_mps=speed_mps)
 
 
 class ScriptedOnboard:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.onboard.control import MpcFollower, PurePursuitFollower
 from touchline.onboard.control.follower import BodyTwist
-from touchline.schemas.curves import Curve
 from touchline.schemas.messages import PauseStatus, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS, VERBOSE
@@ -21,11 +20,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (8, 0)), Curve.from_line((8, 0), (9, 0))],
-    [0, 1, 0],
-    speed_mps=0.8,
-)
+PLAN = along_x(0, 2, 8, 9, sprayed=[0, 1, 0], speed_mps=0.8)
 NAME = "failing"
 GOOD_TICKS = 300
 

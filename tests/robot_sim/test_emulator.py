@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from tests.robot_sim.scripted import ScriptedOnboard, along_x, line_script, trajectory
 from tests.two_wheels import STANDSTILL
 from touchline.onboard.interface import Command
 from touchline.schemas import topics
@@ -36,9 +36,7 @@ from touchline.services.robot_sim.settling import RESTING_MPS, SETTLE_TICKS
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 pytestmark = pytest.mark.xdist_group("scripted session")  # which is driven once
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (9, 0)), Curve.from_line((9, 0), (12, 0))], [0, 1, 0]
-)
+PLAN = along_x(0, 2, 9, 12, sprayed=[0, 1, 0])
 TEMPLATE = Template(name="one", segments=[{"id": "s1", "line": {"start": (2.0, -0.41124), "end": (9.0, -0.41124)}}])
 
 

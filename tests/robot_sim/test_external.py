@@ -8,7 +8,7 @@ import pytest
 from examples.external_follower import serve
 from examples.external_follower import steer as example
 from tests.meeting import caught_up
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.bus import Bus
 from touchline.onboard.control import nobody
 from touchline.onboard.control.lead import lead_ticks
@@ -16,7 +16,6 @@ from touchline.onboard.control.timed.regularised import RegularisedLaw
 from touchline.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.schemas import topics
-from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.scenario import Scenario
@@ -26,11 +25,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.telemetry import Telemetry
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (0.6, 0)), Curve.from_line((0.6, 0), (1.2, 0)), Curve.from_line((1.2, 0), (1.7, 0))],
-    [0, 1, 0],
-    speed_mps=0.8,
-)
+PLAN = along_x(0, 0.6, 1.2, 1.7, sprayed=[0, 1, 0], speed_mps=0.8)
 VEHICLE = Vehicle()
 
 

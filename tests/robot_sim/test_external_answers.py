@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.bus import CallError
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
@@ -14,7 +14,6 @@ from touchline.onboard.control.guarded_follower import GuardedFollower
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.trajectory import path_projection as t
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
@@ -23,11 +22,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
-    [0, 1, 0],
-    speed_mps=0.8,
-)
+PLAN = along_x(0, 2, 4, 5, sprayed=[0, 1, 0], speed_mps=0.8)
 VEHICLE = Vehicle()
 LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 

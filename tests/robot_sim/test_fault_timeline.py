@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.robot_sim.open_loop import fault
 from tests.robot_sim.scripted import ScriptedOnboard, line_script
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -25,10 +26,6 @@ from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world.effects import Effects
 
 DRIVE = Vehicle().drive
-
-
-def fault(kind, **fields):
-    return parse_fault(json.dumps({"kind": kind, **fields}))
 
 
 def acting(timeline, effect, ticks):
@@ -187,15 +184,6 @@ def test_the_order_of_faults_does_not_matter(faults, rng):
     assert amounts_of(effects_of(*mixed)) == pytest.approx(amounts_of(effects_of(*faults)), rel=1e-12)
 
 
-def test_beginning_and_end_are_told_once():
-    timeline = FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)], DRIVE)
-    told = []
-    for tick in range(1, 40):
-        timeline.step(tick)
-        told += [(tick, event.code) for event in timeline.take_events()]
-    assert told == [(11, "fault-begins"), (16, "fault-ends")]
-
-
 def test_an_injected_fault_counts_from_now():
     timeline = FaultTimeline([], DRIVE)
     timeline.step(100)
@@ -203,18 +191,12 @@ def test_an_injected_fault_counts_from_now():
     assert [tick for tick in acting(timeline, "bumper", 110) if tick > 100] == [103, 104]
 
 
-def test_there_is_an_end_to_injecting():
-    timeline = FaultTimeline([], DRIVE)
-    for _ in range(MAX_FAULTS):
-        timeline.inject(fault("bumper"), 0)
-    with pytest.raises(CommandRefused, match="faults"):
-        timeline.inject(fault("bumper"), 0)
-
-
-def test_faults_that_are_over_make_room_for_others():
+def test_there_is_an_end_to_injecting_and_faults_that_are_over_make_room_for_others():
     timeline = FaultTimeline([], DRIVE)
     for _ in range(MAX_FAULTS):
         timeline.inject(fault("bumper", duration_s=0.05), 0)
+    with pytest.raises(CommandRefused, match="faults"):
+        timeline.inject(fault("bumper"), 0)
     for tick in range(1, 8):
         timeline.step(tick)
     timeline.inject(fault("operator-lost"), 7)
@@ -263,20 +245,6 @@ def test_a_bad_command_is_refused_with_a_reason_and_changes_nothing(text):
     assert commands.take() == []
     emulator.tick()
     assert same(emulator.faults.effects, Effects.sized(2)())
-
-
-def test_what_the_computer_is_told_of_the_body():
-    emulator, _, _ = robot(
-        fault("battery-low", fraction=0.1, start_s=0.01, duration_s=0.01),
-        fault("tank-empty", litres=0.5, start_s=0.01, duration_s=0.01),
-        fault("operator-lost", start_s=0.01, duration_s=0.01),
-    )
-    seen = []
-    for _ in range(3):
-        emulator.tick()
-        frame = emulator.frame
-        seen.append((round(frame.battery_fraction, 3), frame.tank_l, frame.operator_alive))
-    assert seen == [(1.0, 20.0, True), (0.1, 0.5, False), (1.0, 20.0, True)]
 
 
 @pytest.mark.parametrize(("actuator", "slots"), [("left", [1, 0]), ("right", [0, 1]), ("all", [1, 1])])

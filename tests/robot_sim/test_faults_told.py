@@ -6,10 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from tests.robot_sim.scripted import ScriptedOnboard, along_x, line_script
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.curves import Curve
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import JointState
 from touchline.schemas.scenario import Scenario
@@ -17,7 +16,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
 
-PLAN = trajectory([Curve.from_line((0, 0), (12, 0))], [0])
+PLAN = along_x(0, 12, sprayed=[0])
 TOPICS = {
     "gnss": (topics.GNSS_FIX, topics.GNSS_STATUS),
     "imu": (topics.IMU,),

@@ -7,8 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks._goal_chain import GoalChain
 from benchmarks.positioning import settings
+from tests.with_full import with_full
 from touchline.schemas.messages import PlanOptions, PoseGoal, TraversalStatus
+from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
@@ -46,3 +49,22 @@ def test_a_turn_alone_turns_on_the_spot(follower: str, heading_rad: float) -> No
     x_m, y_m, turned_rad = arrived(follower, PoseGoal(x_m=0.0, y_m=0.0, heading_rad=heading_rad), PlanOptions())
     assert math.hypot(x_m, y_m) < 0.01
     assert abs(math.remainder(turned_rad - heading_rad, math.tau)) < math.radians(1.0)
+
+
+@pytest.mark.parametrize("vehicle", with_full("turtlebot3-waffle-pi", full=("turtlebot2", "turf-tank-two")))
+def test_goals_that_replace_each_other_are_reached(vehicle):
+    chain = GoalChain(vehicle, SHIPPED[vehicle].follower, np.random.default_rng(4))
+    for others in (0, 2, 3):
+        chain.drive(others)
+    assert len(chain.ends) == 3
+    assert chain.taken >= 4, chain.refused
+    for off_m, turned, late_s in chain.ends:
+        assert off_m < 0.02
+        assert turned < math.radians(2.0)
+        assert abs(late_s) < 1.5
+    largest = np.max(chain.jumps, axis=0)
+    assert largest[0] < 2e-3
+    assert largest[1] < math.radians(1.0)
+    assert largest[2] < 0.05
+    assert chain.wheel_share <= 1.0 + 1e-6
+    assert chain.commanded_share <= 1.0 + 1e-6

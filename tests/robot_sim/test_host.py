@@ -9,11 +9,10 @@ import pytest
 
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, setup
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.bus import Bus, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
 from touchline.services.robot_sim import robot_process
@@ -22,7 +21,7 @@ from touchline.services.robot_sim.together import check_together
 
 ROBOTS = {"r1": {"seed": 1}, "r2": {"seed": 2, "follower": "pure-pursuit"}, "club/r3": {"seed": 3}}
 
-ENDLESS_PLAN = trajectory([Curve.from_line((0, 0), (1000, 0))], [0], speed_mps=0.5)
+ENDLESS_PLAN = along_x(0, 1000, sprayed=[0], speed_mps=0.5)
 """A drive of half an hour, for a robot at full pace: it is still under way when all has been asked."""
 
 
@@ -156,14 +155,11 @@ def test_no_garbage_is_collected_while_any_of_the_robots_drives(rig, monkeypatch
     here.turn_until(lambda: collected)
 
 
-def test_one_that_waits_for_a_follower_outside_needs_a_process_of_its_own():
+def test_what_cannot_be_of_robots_of_one_process_is_told(tmp_path):
     waits = setup(follower="external")
     check_together({"r1": waits})
     with pytest.raises(SpecError, match=r"robot r2: onboard.follower is 'external'.*--apart"):
         check_together({"r1": setup(), "r2": waits})
-
-
-def test_several_robots_cannot_keep_one_journal(tmp_path):
     check_together({"r1": setup()}, tmp_path / "journal")
     with pytest.raises(SpecError, match="--journal is one file for 2 robots"):
         check_together({"r1": setup(), "r2": setup()}, tmp_path / "journal")

@@ -7,10 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from tests.with_full import with_full
 from touchline.onboard.interface import Checkpoint
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
@@ -20,11 +19,9 @@ from touchline.services.robot_sim.paint import record
 from touchline.services.robot_sim.recovery_state import Totals
 from touchline.services.robot_sim.setup_text import SetupText
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))], [0, 1, 0]
-)
+PLAN = along_x(0, 2, 4, 5, sprayed=[0, 1, 0])
 SETUP = SetupText.of(Setup())
-OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
+OTHER = along_x(0, 3, sprayed=[0])
 POINTS = np.arange(60.0).reshape(-1, 5)
 
 

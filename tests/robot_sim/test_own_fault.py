@@ -83,21 +83,6 @@ def test_it_acts_by_the_scenario_as_long_as_it_says() -> None:
     assert told == ["signals are reflected (white_m 0.3)", "no longer: signals are reflected"]
 
 
-def test_it_acts_by_the_live_command() -> None:
-    emulator, _, commands = robot()
-    answer = commands.inject_fault(InjectFaultRequest(request_id="1", fault_json=TEXT))
-    assert answer.success, answer.message
-    assert answer.message == "signals are reflected (white_m 0.3)"
-    assert whites(emulator, 5) == [0.0, 0.0, 0.3, 0.3, 0.0]
-
-
-def test_it_adds_to_a_shipped_one() -> None:
-    timeline = FaultTimeline(map(parse_fault, (TEXT, '{"kind": "gnss-noisy", "white_m": 0.4}')), Vehicle().drive)
-    timeline.step(3)
-    assert timeline.effects.gnss_white_m == pytest.approx(0.5)
-    assert timeline.effects.gnss_hidden_m == 0.3
-
-
 def test_a_robot_of_a_team_has_it() -> None:
     team = parse(TeamScenario, f'{{"robots": 2, "faults": {{"tb1": [{TEXT}]}}}}', "t.json")
     assert isinstance(team.faults["tb1"][0], Glare)

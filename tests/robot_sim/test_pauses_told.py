@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from tests.meeting import caught_up
-from tests.robot_sim.bus_rig import AWAKE, LONG_PLAN, PLAN, TEMPLATE, alone, ask, drain, process, turn_until
+from tests.robot_sim.bus_rig import AWAKE, PLAN, TEMPLATE, alone, drain, process, turn_until
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -89,32 +88,3 @@ def test_levels_and_place_are_known_before_anything_is_started(bus, operator):
     assert decoded(said, topics.SPRAYER)[0].tank_l == 20.0
     assert decoded(said, topics.BATTERY)[0].percentage == 1.0
     assert decoded(said, topics.ODOMETRY)[0].header.stamp.seconds == 0.0
-
-
-def test_the_watchdogs_pause_is_not_the_operators(bus, operator):
-    robot = process(bus, speed=25.0)
-    inbox = operator.inbox([topics.PAUSE_STATUS, topics.STATUS])
-    caught_up(bus, operator)
-    assert ask(operator, robot, topics.LOAD, trajectory=LONG_PLAN).success
-    assert ask(operator, robot, topics.START).success
-    turn_until(robot, lambda: robot._emulator.onboard.status.arc_length_m > 0.5)
-    robot._commands.fail_safe(0.31)
-    said = []
-    turn_until(robot, lambda: decoded(drain(inbox, said), topics.PAUSE_STATUS))
-    pause = decoded(said, topics.PAUSE_STATUS)[0]
-    assert (pause.cause, pause.source, pause.ends_by_itself) == (m.PauseStatus.WATCHDOG, "watchdog", False)
-    turn_until(robot, lambda: decoded(drain(inbox, said), topics.STATUS)[-1].state == m.TraversalStatus.PAUSED)
-    assert decoded(said, topics.STATUS)[-1].reason == "the control loop did not turn for 0.31 s; resume to go on"
-    assert ask(operator, robot, topics.RESUME).success
-
-
-def test_switching_it_off_is_not_the_operators_pause(bus, operator):
-    robot = process(bus, speed=25.0)
-    inbox = operator.inbox([topics.PAUSE_STATUS])
-    caught_up(bus, operator)
-    assert ask(operator, robot, topics.LOAD, trajectory=LONG_PLAN).success
-    assert ask(operator, robot, topics.START).success
-    turn_until(robot, lambda: robot._emulator.onboard.status.arc_length_m > 0.5)
-    robot.close()
-    caught_up(bus, operator)
-    assert {p.cause for p in decoded(drain(inbox, []), topics.PAUSE_STATUS)} == {m.PauseStatus.SHUT_DOWN}

@@ -1,17 +1,12 @@
 """A killed process, and the one that comes after it: paint without gaps or twice, and figures of the whole job."""
 
 import itertools
-import uuid
 
 import pytest
 
 from benchmarks._drive_to import drive_to
-from tests.robot_sim import bus_rig
-from tests.robot_sim.scripted import trajectory
-from touchline.bus import Bus
+from tests.robot_sim.scripted import along_x
 from touchline.onboard.interface import Checkpoint
-from touchline.schemas import topics
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
@@ -19,14 +14,10 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.recovery_state import EarlierWork
 
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (5, 0)), Curve.from_line((5, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],
-    [0, 1, 0],
-)
-OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
+PLAN = along_x(0, 5, 10, 12, sprayed=[0, 1, 0])
+OTHER = along_x(0, 3, sprayed=[0])
 RUNNING, DONE = TraversalStatus.RUNNING, TraversalStatus.DONE
 
 
@@ -115,13 +106,6 @@ def test_what_has_gone_wrong_does_not_do_so_again():
     assert after.onboard.state == DONE
 
 
-def test_nothing_to_resume_after_the_end():
-    emulator = killed_at(6.0, "none")
-    drive(emulator)
-    assert emulator.onboard.state == DONE
-    assert emulator.onboard.checkpoint is None
-
-
 @pytest.mark.parametrize("checkpoint", [Checkpoint(3, 1.0, None), Checkpoint(0, 99.0, None), Checkpoint(-1, 0.0, None)])
 def test_a_checkpoint_of_another_path_is_refused(checkpoint):
     with pytest.raises(CommandRefused, match="the path has no such place"):
@@ -190,37 +174,3 @@ def test_all_marks_come_once_more_as_the_last_ones_may_have_reached_nobody():
     assert again[0].first_index == 0
     assert again[-1].first_index + len(again[-1].x_m) == before.ledger.points
     assert after.ledger.take_marks() == []
-
-
-def test_over_the_bus(bus_config, tmp_path):
-    def process(bus, journal, **scenario):
-        return bus_rig.process(bus, journal=journal, noise="none", **scenario)
-
-    def ask(robot, service, **fields):
-        request = service.request(request_id=str(uuid.uuid4()), **fields)
-        return operator.call(service, request, while_waiting=robot.turn)
-
-    path = tmp_path / "tt2.journal"
-    with Bus.open(topics.OPERATOR, bus_config) as operator:
-        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
-            robot = process(bus, journal, speed=2.0)  # a turn is no more than half a second of it: 0.4 m
-            answer = ask(robot, topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
-            assert not answer.success and "nothing to resume" in answer.message
-            assert ask(robot, topics.LOAD, trajectory=bus_rig.PLAN).success
-            assert ask(robot, topics.START).success
-            while robot._emulator.onboard.status.arc_length_m < 0.95:
-                robot.turn()
-            first = robot._emulator
-        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
-            answer = ask(process(bus, journal, seed=7), topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
-            assert not answer.success and "seed was 1, is 7" in answer.message
-        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
-            robot = process(bus, journal)
-            answer = ask(robot, topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
-            assert answer.success and "loaded, to go on at" in answer.message
-            assert ask(robot, topics.START).success
-            while robot.active:
-                robot.turn()
-            whole = strokes(robot._emulator)
-            assert whole[0] == strokes(first)[0] and len(whole) == 2
-            assert all(-0.02 < joint < 0.01 for joint in joints(robot._emulator))

@@ -11,7 +11,7 @@ from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, ask, process, ses
 from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
+from touchline.schemas.messages import Event, GetPaintResponse, PauseStatus, Trajectory, TraversalStatus
 from touchline.schemas.paint_history import PaintHistory
 from touchline.schemas.scenario import Origin
 from touchline.services.robot_sim.guards import LinkWatch
@@ -46,14 +46,6 @@ def _points(stroke):
     return list(zip(stroke.x_m, stroke.y_m, strict=True))
 
 
-def test_start_traversal_as_a_foreign_client_calls_it(bus, operator):
-    robot = process(bus, speed=0.1)  # it is under way when it is asked again
-    answer = ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
-    assert answer.success
-    assert answer.total_time == pytest.approx(4.5, abs=1.0)
-    assert not ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN).success
-
-
 def test_every_command_is_answered_with_a_reason(bus, operator):
     robot = process(bus)
     for service in (topics.START, topics.PAUSE, topics.RESUME, topics.ABORT):
@@ -71,19 +63,6 @@ def test_every_command_is_answered_with_a_reason(bus, operator):
     assert not ask(operator, robot, topics.SET_SPEED, factor=float("nan")).success
     assert not ask(operator, robot, topics.SET_SPEED, factor=1e9).success
     assert ask(operator, robot, topics.SET_SPEED, factor=0.0).success
-
-
-def test_hold_stops_sim_time_and_nothing_else(bus, operator):
-    robot = process(bus, speed=0.0)
-    ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
-    for _ in range(20):
-        robot.turn()
-    answer = ask(operator, robot, topics.diagnostics_service(topics.ROBOT_SIM))
-    values = {pair.key: pair.value for pair in answer.diagnostics.status[0].values}
-    assert values["ticks"] == "0"
-    assert values["state"] == str(TraversalStatus.RUNNING)
-    ask(operator, robot, topics.SET_SPEED, factor=-1.0)
-    turn_until(robot, lambda: not robot.active)
 
 
 def test_without_operator_and_planner_the_robot_stops_by_itself_with_its_valve_closed(bus, bus_config):
@@ -150,9 +129,10 @@ def _paused(sample):
 
 def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
     robot = process(bus, speed=1.0)
-    inbox = operator.inbox([topics.SPRAYER, topics.TRUTH])
+    inbox = operator.inbox([topics.SPRAYER, topics.TRUTH, topics.PAUSE_STATUS])
     caught_up(bus, operator)
-    ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
+    assert ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN).total_time == pytest.approx(4.5, abs=1.0)
+    assert not ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN).success
     said = []
 
     def last(topic):
@@ -164,3 +144,5 @@ def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
     caught_up(operator, bus)
     assert not last(topics.SPRAYER).valve_open
     assert last(topics.TRUTH).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)
+    causes = {sample.decode().cause for sample in said if sample.topic is topics.PAUSE_STATUS}
+    assert causes == {PauseStatus.SHUT_DOWN}, "it is not the operator's pause"

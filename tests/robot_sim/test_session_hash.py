@@ -41,9 +41,10 @@ def test_holding_the_clock_changes_nothing(said, bus, operator):
     heard: list = []
     turn_until(robot, lambda: robot._emulator.onboard.spraying)
     ask(operator, robot, topics.SET_SPEED, factor=0.0)
+    held_s = robot._emulator.time_s
     for _ in range(10):
         robot.turn()
-    assert robot.active
+    assert robot.active and robot._emulator.time_s == held_s
     ask(operator, robot, topics.SET_SPEED, factor=-1.0)
     turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, heard)))
     assert hash_in(heard) == hash_in(said)

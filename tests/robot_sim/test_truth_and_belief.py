@@ -2,11 +2,10 @@
 
 import pytest
 
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from touchline.onboard.interface import Checkpoint
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
@@ -16,11 +15,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 VEHICLE = Vehicle()
-PLAN = trajectory(
-    [Curve.from_line((0, 0), (4, 0)), Curve.from_line((4, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],
-    [0, 1, 0],
-    ids=["to", "line", "on"],
-)
+PLAN = along_x(0, 4, 10, 12, sprayed=[0, 1, 0], ids=["to", "line", "on"])
 
 
 def told(scenario, until_s=30.0, resume=None):

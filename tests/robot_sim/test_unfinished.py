@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.robot_sim.scripted import trajectory
+from tests.robot_sim.scripted import along_x
 from tests.robot_sim.test_journal import PLAN
 from tests.robot_sim.test_journal_kept import QUIET, Robot
 from tests.robot_sim.test_resume import joints
@@ -11,13 +11,12 @@ from tests.with_full import with_full
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.curves import Curve
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.recovery_state import restored_from
 
-DRIVE = trajectory([Curve.from_line((0, 0), (1, 0))], [0])
+DRIVE = along_x(0, 1, sprayed=[0])
 ABORTED, DONE, IDLE = m.TraversalStatus.ABORTED, m.TraversalStatus.DONE, m.TraversalStatus.IDLE
 
 
@@ -85,23 +84,6 @@ def test_a_job_that_was_aborted_is_gone_on_with_and_nothing_is_painted_twice(pat
         assert robot.emulator.onboard.state == DONE
         assert robot.emulator.metrics().coverage_pct >= whole_pct - 1.0
         assert all(-0.03 < joint < 0.01 for joint in joints(robot.emulator))
-
-
-def test_the_tank_that_was_filled_up_after_an_abort_stays_full_and_so_it_does_in_another_process(path):
-    with Journal(path) as journal:
-        robot = Teller(journal)
-        robot.take(PLAN)
-        robot.give_up(3.5)
-        used = robot.emulator.world.supplies[0]
-        robot.order(topics.REFILL_TANK)
-        full = robot.emulator.world.supplies[0]
-        assert full > used
-        robot.take(resume=True)
-        assert robot.emulator.world.supplies[0] == full
-    with Journal(path) as journal:
-        again = Teller(journal)
-        again.take(resume=True)
-        assert again.emulator.world.supplies[0] == full
 
 
 def test_another_process_tells_what_is_left_and_needs_no_plan_to_go_on(path, whole_pct):
@@ -182,7 +164,9 @@ def test_an_abort_and_what_came_after_it_can_be_done_again_from_the_orders(path,
         robot.take(PLAN)
         robot.give_up(2.7)
         robot.order(topics.REFILL_TANK)
+        full = robot.emulator.world.supplies[0]
         robot.take(resume=True)
+        assert robot.emulator.world.supplies[0] == full
         robot.drive()
     again = Emulator(QUIET.vehicle, QUIET.scenario, QUIET.onboard)
     runner = FastRunner(again)

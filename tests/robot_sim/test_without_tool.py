@@ -2,10 +2,9 @@
 
 import pytest
 
-from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from tests.robot_sim.scripted import ScriptedOnboard, along_x, line_script
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
@@ -13,7 +12,7 @@ from touchline.schemas.vehicles import NoTool, Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
 
-LINE = trajectory([Curve.from_line((0.0, 0.0), (3.0, 0.0))], [True])
+LINE = along_x(0.0, 3.0, sprayed=[True])
 
 
 def robot(vehicle: Vehicle) -> tuple[Emulator, Telemetry]:
@@ -55,7 +54,7 @@ def test_there_is_no_tank_to_fill() -> None:
 def test_its_own_computer_drives_along_lines_and_misses_no_paint() -> None:
     vehicle = Vehicle(tool=NoTool())
     emulator = Emulator(vehicle, Scenario(noise="none"))
-    emulator.load(trajectory([Curve.from_line((0.0, 0.0), (3.0, 0.0))], [False]))
+    emulator.load(along_x(0.0, 3.0, sprayed=[False]))
     emulator.start()
     while emulator.active:
         emulator.tick()

@@ -188,13 +188,6 @@ def test_battery_holds_a_bit_over_five_hours_of_work():
     assert 5.0 < VEHICLE.body.battery_wh / np.mean(powers) < 6.0
 
 
-def test_the_nozzle_is_on_the_right():
-    world = World(VEHICLE, QUIET)
-    world.place(TruePose(3.0, 4.0, math.pi / 2))
-    world.step(Command((0.0, 0.0), False, False), 1)
-    assert world.trace[-1, :2] == pytest.approx([3.0 + 0.41124, 4.0], abs=1e-12)
-
-
 def test_trace_is_unbroken():
     world = World(VEHICLE, Scenario(seed=3))
     world.step(Command((9.0, 11.0), True, True), 1)

@@ -11,7 +11,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.spec import parse
+from touchline.schemas.spec import MAX_KEYS, MAX_SPEC_BYTES, parse
 from touchline.schemas.vehicles import Vehicle
 
 LINE = {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}
@@ -175,3 +175,23 @@ def test_noise_none_silences_everything_but_latency():
 def test_a_vehicle_that_cannot_keep_its_speed_is_refused():
     with pytest.raises(SpecError, match=r"transit_speed_mps is 2\.5; give at most 2 m/s"):
         parse(Vehicle, '{"drive": {"transit_speed_mps": 2.5}}', "robot.json")
+
+
+SEGMENT = '{"id": "%d", "line": {"start": [0, 0], "end": [5, 0]}}'
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{" + ",".join(f'"k{i}": 1' for i in range(100_000)) + ', "k5": 2}', "key 'k5' is given twice"),
+        ("{" + ",".join(f'"k{i}": 1' for i in range(100_000)) + "}", f"give at most {MAX_KEYS:,}"),
+        ('{"name": "' + "x" * MAX_SPEC_BYTES + '"}', f"give at most {MAX_SPEC_BYTES:,}"),
+        ('{"name": ' + "[" * 100_000 + "]" * 100_000 + "}", "nested too deeply"),
+        ('{"name": ' + "1" * 100_000 + "}", "thousands of digits"),
+        ('{"name": "t", "line_width_m": 1e999}', "is inf"),
+    ],
+    ids=["repeated", "many keys", "large", "deep", "digits", "infinite"],
+)
+def test_what_is_too_much_is_refused_by_name(text: str, says: str) -> None:
+    with pytest.raises(SpecError, match=says):
+        parse_template(text)
