@@ -210,9 +210,10 @@ class Guarded:
 
     def _check_fence(self, state: int, ticks: int) -> None:
         onboard = self.emulator.onboard
-        fence, estimator = onboard._hazards.fence, onboard._estimator  # type: ignore[attr-defined]
+        fence, estimator = onboard._hazards.fence, onboard._estimator
         if not estimator.started:
             return
+        assert fence is not None, "made with the job"
         allowed_m = fence.margin_m + 3.0 * estimator.heading_sigma_rad * fence.radius_m
         beyond = fence.beyond_m(*estimator.state[:3].tolist()) > allowed_m
         self._outside = _longer(self._outside, ticks) if beyond and state in (RUNNING, PAUSED) else 0
@@ -220,10 +221,11 @@ class Guarded:
 
     def _check_paint(self) -> None:
         onboard = self.emulator.onboard
-        estimator = onboard._estimator  # type: ignore[attr-defined]
-        nozzle_m = onboard._traversal.job._nozzle_m()  # type: ignore[attr-defined]
+        estimator = onboard._estimator
+        nozzle_m = onboard._traversal.job._nozzle_m()  # type: ignore[union-attr]
         fix, sigma = estimator.last_fix, estimator.position_sigma_m
         self._hold(fix is not None and fix.fix == 3 and fix.correction_age_s <= 10.0, "paint without an RTK fix")
+        assert fix is not None
         self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
         self._hold(sigma <= 0.025, "paint without a position")
         counters = estimator.counters

@@ -62,8 +62,8 @@ def drive(
     """Run a session; return also the nozzle's estimated distances from its line, and the follower's times."""
     emulator = Emulator(VEHICLE, scenario, config)
     onboard = emulator.onboard
-    timed = Timed(onboard._traversal._follower)  # type: ignore[attr-defined]
-    onboard._traversal._follower = timed  # type: ignore[attr-defined]
+    timed = Timed(onboard._traversal._follower)
+    onboard._traversal._follower = timed  # type: ignore[assignment]
     emulator.load(trajectory, template)
     emulator.start()
     followed = []

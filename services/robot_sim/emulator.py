@@ -40,7 +40,6 @@ from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.initial_state import InitialState, RobotParts
 from touchline.services.robot_sim.loaded_job import LoadedJob, Taking, ledger_of, lines_and_start, place_of
-from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.order_log import OrderLog
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
@@ -93,7 +92,7 @@ class Emulator:
         vehicle: Vehicle,
         scenario: Scenario,
         config: OnboardConfig | None = None,
-        onboard: OnboardComputer | None = None,
+        onboard: Onboard | None = None,
         ask: Ask = nobody,
     ) -> None:
         self.vehicle, self.scenario, self.config = vehicle, scenario, config or OnboardConfig()
@@ -103,7 +102,7 @@ class Emulator:
         self.auxiliary = AuxiliaryTruth(vehicle, scenario)
         self.samples: tuple[AuxiliarySample, ...] = ()
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
-        self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
+        self.onboard = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
         self.ledger = self._no_paint()
         self.account: AreaAccount | None = None
         self.track = Track()

@@ -18,7 +18,7 @@ from touchline.core.arrays import copy
 from touchline.core.jit import kernel, unlocked
 from touchline.core.records import Record
 from touchline.onboard import filter_model as model
-from touchline.onboard.computer import Nominal, Onboard
+from touchline.onboard.computer import Nominal
 from touchline.onboard.computer_state import Computer, ReceivedFix
 from touchline.onboard.control import PurePursuitFollower
 from touchline.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
@@ -311,11 +311,10 @@ def run_nominal_ticks(
 
 
 class FastRunner:
-    """Runner of an emulator; without Touchline's own onboard computer it runs tick by tick."""
+    """Runner of an emulator."""
 
     def __init__(self, emulator: Emulator) -> None:
         self._emulator = emulator
-        self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._progress = TickProgress()
         self._fix = ReceivedFix.row(1)
         count = len(emulator.vehicle.drive.actuators)
@@ -347,15 +346,14 @@ class FastRunner:
         """
         emulator = self._emulator
         first = emulator.tick_count
-        if self._onboard is not None:
-            self._run_nominal(self._onboard, first + most, rows)
+        self._run_nominal(first + most, rows)
         if emulator.tick_count == first:
             emulator.tick()
         return emulator.tick_count - first
 
-    def _run_nominal(self, onboard: Onboard, last_tick: int, rows: Rows) -> None:
+    def _run_nominal(self, last_tick: int, rows: Rows) -> None:
         """Run from the emulator's tick to `last_tick` at most; to the end of the first tick that is not nominal."""
-        emulator = self._emulator
+        emulator, onboard = self._emulator, self._emulator.onboard
         first = emulator.tick_count
         emulator.hand_over_samples()
         last_tick = min(last_tick, emulator.faults.unchanged_until, emulator.auxiliary.next_tick)
@@ -369,7 +367,7 @@ class FastRunner:
         else:
             self._not_before = first + RETRY_TICKS
             return
-        self._hand_over(onboard)
+        self._hand_over()
 
     def _drive_guided(self, computer: Computer, course: GuidedCourse, last_tick: int, rows: Rows) -> None:
         arguments = self._progress.array, self._hardware(last_tick), computer, course, self._accounts(last_tick, rows)
@@ -413,11 +411,11 @@ class FastRunner:
                 progress.last_tick = progress.tick  # the present tick: the next one is decided
             run(*arguments)
 
-    def _hand_over(self, onboard: Onboard) -> None:
+    def _hand_over(self) -> None:
         """Return everything to the emulator, which does the rest of the last tick."""
         emulator, progress = self._emulator, self._progress
         tick, stage = progress.tick, progress.stage
-        emulator.command = onboard.driven(tick if stage == WHOLE else tick - 1)
+        emulator.command = emulator.onboard.driven(tick if stage == WHOLE else tick - 1)
         emulator.tick_count = tick
         emulator.ledger.put_aside()
         if stage == WHOLE:

@@ -23,7 +23,6 @@ from touchline.onboard.estimation.filter import Estimator, Gathered
 from touchline.onboard.interface import ANGLES, Command
 from touchline.schemas.errors import SpecError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline, TimedFault
-from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth, UnderWay
 from touchline.services.robot_sim.sensors.gnss_truth import FIXED
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -88,7 +87,7 @@ class RobotParts(NamedTuple):
     sensors: Sensors
     auxiliary: AuxiliaryTruth
     faults: FaultTimeline
-    onboard: OnboardComputer
+    onboard: Onboard
 
     def fields(self) -> Arrays:
         """Return the fields of all records that are kept, by their paths: views, to be read and set."""
@@ -100,9 +99,8 @@ class RobotParts(NamedTuple):
             ("receiver", sensing.gnss),
             ("camera", sensing.camera),
             (_TRANSPORT, sensing.transport),
+            (COMPUTER, self.onboard.computer),
         ]
-        if isinstance(self.onboard, Onboard):
-            records.append((COMPUTER, self.onboard.computer))
         found = {path: field for name, array in records for path, field in _leaves(name, array)}
         return {path: field for path, field in found.items() if not _is_made(path)} | {"trace": world.trace}
 
@@ -154,7 +152,7 @@ class InitialState(NamedTuple):
             command: Command in force.
         """
         fields = {path: field.copy() for path, field in parts.fields().items()}
-        gathered = parts.onboard.estimator.gathered if isinstance(parts.onboard, Onboard) else None
+        gathered = parts.onboard.estimator.gathered
         return cls(tick, orders, command, parts.faults.timed, gathered, fields, parts.auxiliary.under_way)
 
     def restore(self, parts: RobotParts) -> None:
@@ -167,8 +165,7 @@ class InitialState(NamedTuple):
         self._set(parts.fields())
         parts.faults.restore(self.faults, self.tick)
         parts.auxiliary.restore(self.under_way, self.tick)
-        if isinstance(parts.onboard, Onboard):
-            parts.onboard.estimator.gathered = self.gathered
+        parts.onboard.estimator.gathered = self.gathered
 
     def restore_estimator(self, estimator: Estimator, computer: ComputerState) -> None:
         """Bring an estimator and its computer into this state.

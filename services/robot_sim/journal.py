@@ -21,15 +21,13 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Final, NamedTuple, Protocol, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Final, NamedTuple, Self
 
 from touchline.onboard.interface import Checkpoint
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
 from touchline.schemas.messages import LoadRequest, Trajectory
+from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.record import PaintRecord
 from touchline.services.robot_sim.recovery_state import EarlierWork, Totals
 from touchline.services.robot_sim.setup_text import SetupText
@@ -53,13 +51,6 @@ _NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0)
 def digest(trajectory: Trajectory) -> bytes:
     """Compute the digest of a trajectory, 16 bytes."""
     return hashlib.blake2b(encode(trajectory), digest_size=16).digest()
-
-
-class Paint(Protocol):
-    """The part of a `PaintLedger` that the journal uses."""
-
-    def rows(self, first: int) -> NDArray[np.float64]:
-        """Return the points from an index on."""
 
 
 class _Entry(NamedTuple):
@@ -209,7 +200,7 @@ class Journal:
         if self._paint is not None:
             self.problem, self._keeps_paint = "", True
 
-    def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint | None = None) -> None:
+    def write(self, checkpoint: Checkpoint, totals: Totals, paint: PaintLedger | None = None) -> None:
         """Write the progress, after the paint that has fallen since the last time, if any may have.
 
         Args:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from touchline.onboard import Onboard
 from touchline.onboard.interface import AuxiliarySample, CameraSample, MoveOffWarning, OnboardEvent, Pause, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -15,7 +16,6 @@ from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.order_log import ObeyedOrder
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.sensors.gnss_truth import GnssReport
@@ -137,7 +137,7 @@ def whereabouts_at(time: Stamp, message: m.Whereabouts, stamp_s: float, place: S
     return layouts.WHEREABOUTS.pack(*time, stamp_s, message.aligned, *place, message.adopted, message.decided)
 
 
-def status(time: Stamp, current: Status, speed_mps: float, onboard: OnboardComputer) -> Payload:
+def status(time: Stamp, current: Status, speed_mps: float, onboard: Onboard) -> Payload:
     """Pack the status of the traversal, as estimated by the onboard computer.
 
     Args:

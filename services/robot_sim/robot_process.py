@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal
 
 from touchline.bus import Bus, HealthReporter, ServedCall
 from touchline.bus.calls import Server
@@ -25,6 +25,7 @@ from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
 from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.memory import give_back
+from touchline.services.robot_sim.outbox import RobotOutlet
 from touchline.services.robot_sim.pace import FORGIVEN_S, LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recorder_limit import RecorderLimit
@@ -61,28 +62,6 @@ BRAKING_TICKS: Final = 300
 HELD_BACK_S: Final = 1.0
 """Time for which it is reported that sim time was held for a slow receiver of telemetry."""
 ClockPolicy = Literal["held", "free"]
-
-
-class Outlet(Protocol):
-    """Receiver of telemetry that never makes the loop wait: an `Outbox`."""
-
-    @property
-    def behind(self) -> bool:
-        """True if so much waits that sim time should not run ahead."""
-
-    @property
-    def dropped(self) -> int:
-        """Number of messages for which there was no room."""
-
-    @property
-    def restarts(self) -> int:
-        """Number of times that the process that publishes was replaced."""
-
-    def send(self, payloads: Sequence[Payload]) -> None:
-        """Publish messages, in this order."""
-
-    def turn(self) -> bool:
-        """Turn; called in every turn of the loop. Return True if all paint has to be published anew."""
 
 
 class Beside:
@@ -148,7 +127,7 @@ class RobotProcess:
         bus: Bus,
         health: HealthReporter,
         setup: Setup,
-        outlet: Outlet,
+        outlet: RobotOutlet,
         *,
         speed: float,
         clock: ClockPolicy,

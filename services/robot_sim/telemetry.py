@@ -12,7 +12,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.onboard import Onboard
 from touchline.onboard.interface import TICKS_PER_S, MoveOffWarning, OnboardEvent, Status
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -272,7 +271,7 @@ class Telemetry:
         emulator = self._emulator
         self._steady, onboard = None, emulator.onboard
         nothing_new = emulator.faults.no_events and not emulator.ledger.points
-        if nothing_new and isinstance(onboard, Onboard) and onboard.steady:
+        if nothing_new and onboard.steady:
             message = onboard.whereabouts
             assert message is not None, "it is guided"
             self._steady = _Steady(onboard.status, message)
@@ -292,7 +291,7 @@ class Telemetry:
         row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
         if tick % tick_log.ESTIMATOR_TICKS == 0:
             row[tick_log.CONSISTENCY : tick_log.ELAPSED_S] = emulator.onboard.consistency
-        if self._drive_log is not None and isinstance(emulator.onboard, Onboard):
+        if self._drive_log is not None:
             row[tick_log.PROGRESS : tick_log.FIXES] = emulator.onboard.progress
 
     def news(self) -> list[Payload]:

@@ -126,8 +126,7 @@ def test_sprayer_state_is_told_when_it_changes(session):
 def test_touchlines_own_computer_paints_and_knows_how_far_it_may_err():
     emulator = Emulator(Vehicle(), Scenario(seed=3))
     telemetry, runner, said = Telemetry(emulator), FastRunner(emulator), []
-    start = [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))]
-    emulator.load(trajectory(start, [0, 1, 0], speed_mps=0.5))
+    emulator.load(along_x(0, 2, 4, 5, sprayed=[0, 1, 0], speed_mps=0.5))
     emulator.start()
     while emulator.active:
         said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tests.robot_sim.bus_rig import AWAKE, PLAN, TEMPLATE, alone, drain, process, turn_until
+from tests.robot_sim.bus_rig import AWAKE, alone, drain, process, turn_until
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
@@ -12,31 +12,16 @@ from touchline.schemas.faults import parse_fault
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
+from touchline.services.robot_sim.telemetry import Telemetry
 
 
 def decoded(said, *wanted):
     return [decode(topic.type, payload) for topic, payload in said if topic in wanted]
 
 
-def an_outage(duration_s=4.0):
-    """A drive whose fix is lost on the line: all that is said until it drives on."""
-    emulator = Emulator(Vehicle(), Scenario(noise="none"))
-    telemetry = Telemetry(emulator)
-    emulator.load(PLAN, TEMPLATE)
-    said = telemetry.loaded(PLAN, TEMPLATE)
-    emulator.inject_fault(parse_fault(f'{{"kind": "gnss-outage", "start_s": 1.0, "duration_s": {duration_s}}}'))
-    emulator.start()
-    said += telemetry.news()
-    runner = FastRunner(emulator)
-    while emulator.active:
-        said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
-    return said
-
-
 def test_a_pause_that_ends_by_itself_says_so_and_the_robot_warns_before_it_moves_off():
-    said = an_outage()
+    outage = {"kind": "gnss-outage", "start_s": 1.0, "duration_s": 4.0}
+    said = alone(noise="none", faults=[outage])
     (began,) = [w for w in decoded(said, topics.ABOUT_TO_MOVE) if w.active and w.reason == "goes on by itself"]
     warned_s, moves_s = began.header.stamp.seconds, began.earliest.sec + began.earliest.nanosec / 1e9
     assert moves_s == pytest.approx(warned_s + 2.0)

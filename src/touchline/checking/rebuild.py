@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from touchline.checking.recorded_session import GivenJob, NotRebuilt, RecordedSession, TimedOrder
+from touchline.onboard import Onboard
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import Guidance
@@ -13,7 +14,6 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.initial_state import DamagedState, InitialState
 from touchline.services.robot_sim.loaded_job import Taking
-from touchline.services.robot_sim.onboard_computer import OnboardComputer
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.recovery_state import restored_from
 from touchline.services.robot_sim.sensors.auxiliary_truth import AuxiliaryTruth
@@ -44,7 +44,7 @@ class Rebuild:
     def __init__(
         self,
         session: RecordedSession,
-        onboard: OnboardComputer | None = None,
+        onboard: Onboard | None = None,
         sensors: tuple[Sensors, AuxiliaryTruth] | None = None,
     ) -> None:
         setup = session.setup
