@@ -355,14 +355,6 @@ def test_diagnostics_have_the_time_of_the_bus_and_wall_time_as_a_value(pair):
     assert abs(datetime.fromisoformat(values["wall_time"]).timestamp() - time.time()) < 600
 
 
-@pytest.mark.parametrize(
-    "fields", [{"namespaces": ("a b",)}, {"namespaces": ("",)}, {"namespaces": ()}, {"endpoint": "7461"}]
-)
-def test_unusable_configuration(fields):
-    with pytest.raises(SpecError):
-        BusConfig(**fields)
-
-
 def test_configuration_file(tmp_path, bus_config):
     path = tmp_path / "zenoh.json5"
     path.write_text(
@@ -371,18 +363,14 @@ def test_configuration_file(tmp_path, bus_config):
     )
     with Bus.open("bridge", BusConfig(config_file=path)) as bus:
         assert bus.wait_for({"bridge"}, 60.0) == set()
+    with pytest.raises(SpecError):
+        BusConfig(endpoint="7461")
     path.write_text("{mode: ")
     with (
         pytest.raises(SpecError, match=r"not a Zenoh configuration \((?!.* at /)"),
         Bus.open("x", BusConfig(config_file=path)),
     ):
         pass
-
-
-def test_configuration_travels_by_environment(monkeypatch, bus_config):
-    for name, value in bus_config.environment().items():
-        monkeypatch.setenv(name, value)
-    assert BusConfig.from_environment() == bus_config
 
 
 def test_requests_that_nobody_polls_block_nothing_else(pair):

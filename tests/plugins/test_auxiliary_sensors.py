@@ -16,7 +16,7 @@ from tests.robot_sim.bus_rig import setup
 from tests.robot_sim.scripted import along_x
 from touchline.checking.check_session import check_recording
 from touchline.onboard.estimation.auxiliary_models import OnboardSensor, ScalarUpdate
-from touchline.onboard.filter_model import HEADING, SPEED, STATES
+from touchline.onboard.filter_model import SPEED, STATES
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import SensorSample, TraversalStatus
@@ -131,21 +131,6 @@ def test_ranges_to_a_known_wall_place_the_robot():
     used, rejected = (getattr(with_lidar.emulator.onboard.auxiliary, name)["lidar"] for name in ("used", "rejected"))
     assert used > 20 * max(rejected, 1)
     assert np.abs(with_lidar.east_errors).max() < 0.7 * np.abs(without.east_errors).max()
-
-
-def test_the_range_finders_jacobian_is_that_of_its_model():
-    spec = range_finder.RangeFinderSpec(walls=((4.0, -3.0, 5.0, 6.0),), beams=8, x_m=0.3, y_m=-0.2)
-    model = range_finder.RangeFinderOnboard(spec, Vehicle())
-    state = np.zeros(STATES)
-    state[: HEADING + 1] = 0.4, 0.7, 0.15
-    ranges = (5.0,) * 8
-    found = model.updates(ranges, state)
-    assert found
-    for index in range(HEADING + 1):
-        step = np.zeros(STATES)
-        step[index] = 1e-6
-        for update, after in zip(found, model.updates(ranges, state + step), strict=True):
-            assert update.jacobian[index] == pytest.approx((update.innovation - after.innovation) / 1e-6, abs=1e-4)
 
 
 class Wild(OnboardSensor):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, ages, drive, errors, fixes, second
+from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, drive, errors, second
 from touchline.schemas.plugins import SENSORS
 
 TOUCHES = {
@@ -44,18 +44,6 @@ def test_a_fault_of_one_sensor_changes_no_bit_of_another_nor_of_itself_once_it_i
         assert all(same[:100]), name
         assert all(same) == (name not in touched), name
         assert all(same[-50:]), name
-
-
-@pytest.mark.parametrize("sensor", ["gnss", "imu", "magnetometer", "encoder"])
-@pytest.mark.parametrize("kind", ["messages-late", "messages-lost", "messages-duplicated", "messages-reordered"])
-def test_messages_that_go_astray_change_no_measurement(kind, sensor):
-    fields = {"sensor": sensor, **({"delay_s": 0.1} if kind == "messages-late" else {})}
-    run, plain = drive(400, second(kind, **fields)), QUIET_RUNS(400)
-    assert set(fixes(run)) <= set(fixes(plain))
-    for name, age in (("imu", "imu"), ("mag", "mag"), ("encoders", "encoder")):
-        for index, tick in enumerate(run):
-            assert getattr(tick.frame, name) == getattr(plain[index - ages([tick], age)[0]].frame, name)
-    assert run[-1].state == plain[-1].state
 
 
 def test_a_fault_of_the_drive_changes_no_sensor_noise():

@@ -49,13 +49,10 @@ def test_stuck_discs_stay():
     assert [run[tick].state.disc_down for tick in (99, 100, 199, 240, 251)] == [True, False, False, False, True]
 
 
-def test_the_bumper_is_pressed():
-    assert [tick.frame.bumper for tick in drive(300, second("bumper"))] == [False] * 100 + [True] * 100 + [False] * 100
-
-
-def test_nobody_is_heard():
-    alive = [tick.frame.operator_alive for tick in drive(300, second("operator-lost"))]
-    assert alive == [True] * 100 + [False] * 100 + [True] * 100
+def test_the_bumper_is_pressed_and_nobody_is_heard():
+    run = drive(300, second("bumper"), second("operator-lost"))
+    assert [tick.frame.bumper for tick in run] == [False] * 100 + [True] * 100 + [False] * 100
+    assert [tick.frame.operator_alive for tick in run] == [True] * 100 + [False] * 100 + [True] * 100
 
 
 def test_a_low_battery_is_reported_and_replaced():

@@ -85,14 +85,6 @@ def test_it_stops_at_the_side_of_its_cell_however_far_the_target_is() -> None:
     assert places[-1][0] > 2.95
 
 
-def test_it_stands_until_it_is_told_a_cell() -> None:
-    robot = aligned(guided())
-    for _ in range(200):
-        robot.tick()
-    assert off(robot, 1.0, 1.0) < 1e-3
-    assert robot.onboard.whereabouts.adopted == 0
-
-
 def test_it_brakes_when_its_lease_is_over_and_drives_on_when_it_is_heard_again() -> None:
     robot = aligned(guided())
     drive(robot, 300, 2.9, 1.0)

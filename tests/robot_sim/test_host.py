@@ -8,13 +8,13 @@ from contextlib import ExitStack
 import pytest
 
 from tests.meeting import caught_up
-from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, setup
+from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, ask, setup, turn_until
 from tests.robot_sim.scripted import along_x
 from touchline.bus import Bus, HealthReporter
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
+from touchline.schemas.messages import CommandRequest, SetSpeedRequest, TraversalStatus
 from touchline.services.robot_sim import robot_process
 from touchline.services.robot_sim.robot_process import RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together
@@ -45,20 +45,16 @@ class Rig:
         for host, operator in zip(buses, operators, strict=True):
             caught_up(host, operator)
 
-    def ask(self, name, service_, request):
-        response = self.operators[name].call(service_, request, 100.0, while_waiting=self.host.turn)
+    def ask(self, name, service, **fields):
+        response = ask(self.operators[name], self.host, service, **fields)
         assert response.success, response.message
 
     def start(self, name, plan=LONG_PLAN, template_json=""):
-        load = LoadRequest(request_id=f"load {name}", trajectory=plan, template_json=template_json)
-        self.ask(name, topics.LOAD, load)
-        self.ask(name, topics.START, CommandRequest(request_id=f"start {name}"))
+        self.ask(name, topics.LOAD, trajectory=plan, template_json=template_json)
+        self.ask(name, topics.START)
 
     def turn_until(self, condition):
-        deadline = time.monotonic() + 100.0
-        while not condition():
-            assert time.monotonic() < deadline, "it never happened"
-            self.host.turn()
+        turn_until(self.host, condition)
 
     def state(self, name):
         for _, message in self.latest[name].messages():
@@ -114,7 +110,7 @@ def test_stops_are_looked_for_though_no_robot_has_its_turn(rig):
     here = rig(1.0)
     here.start("r2")
     here.host._due_s = [math.inf] * len(ROBOTS)
-    here.ask("r2", topics.ESTOP, CommandRequest(request_id="stop"))
+    here.ask("r2", topics.ESTOP)
     here.turn_until(lambda: here.state("r2") == TraversalStatus.ESTOPPED)
 
 
@@ -136,7 +132,7 @@ def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their
     assert slowest_s < robot_process.WATCHDOG_S
     assert {name: here.state(name) for name in ROBOTS} == dict.fromkeys(ROBOTS, TraversalStatus.RUNNING)
     asked = time.monotonic()
-    here.ask("r2", topics.ESTOP, CommandRequest(request_id="stop"))
+    here.ask("r2", topics.ESTOP)
     assert time.monotonic() - asked < 0.3
 
 
@@ -151,7 +147,7 @@ def test_no_garbage_is_collected_while_any_of_the_robots_drives(rig, monkeypatch
     for _ in range(50):
         here.host.turn()
     assert not collected
-    here.ask("r2", topics.ABORT, CommandRequest(request_id="abort"))
+    here.ask("r2", topics.ABORT)
     here.turn_until(lambda: collected)
 
 

@@ -64,8 +64,8 @@ class Robot:
         self.commands = Commands(self.emulator, self.telemetry, lambda factor: None, journal)
         self.warnings = []
 
-    def load(self, **fields):
-        request = m.LoadRequest(request_id="load", trajectory=PLAN, **fields)
+    def load(self, plan=PLAN, **fields):
+        request = m.LoadRequest(request_id="load", trajectory=plan, **fields)
         try:
             answer = self.commands.load(self.commands.prepare_load(request))
         except CommandRefused as error:

@@ -35,9 +35,7 @@ class Teller(Robot):
         ]
 
     def take(self, plan=None, **fields):
-        plan = plan if plan is not None else m.Trajectory()
-        answer = self.commands.load(self.commands.prepare_load(m.LoadRequest(trajectory=plan, **fields)))
-        self.hear(self.commands.take())
+        answer = self.load(plan if plan is not None else m.Trajectory(), **fields)
         assert answer.success, answer.message
 
     def order(self, service):
