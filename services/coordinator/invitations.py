@@ -30,12 +30,7 @@ class Invitations:
         self._reasons: dict[str, str] = {}
 
     def due(self, there: Iterable[str], now_s: float) -> list[str]:
-        """Return the robots to invite now; one that has left the bus starts over.
-
-        Args:
-            there: Robots on the bus.
-            now_s: Now.
-        """
+        """Return the robots to invite now; one that has left the bus starts over."""
         self._invited = {name: self._invited.get(name) or _Invited(now_s) for name in there}
         found = [name for name, each in self._invited.items() if each.again_s <= now_s]
         for name in found:

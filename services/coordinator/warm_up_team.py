@@ -17,12 +17,7 @@ _SILENT_TICKS: Final = 1000
 
 
 def warm_up_team(team: TeamScenario, area: FreeArea) -> None:
-    """Run exchanges of a throw-away team of two, one of which falls silent, by the team's task if possible.
-
-    Args:
-        team: The team to coordinate.
-        area: The area.
-    """
+    """Run exchanges of a throw-away team of two, one of which falls silent, by the team's task if possible."""
     task: TaskSpec = team.task if team.task.kind == "deploy" else TeamScenario().task
     low, high = area.hull.min(axis=0), area.hull.max(axis=0)
     x, y = area.pieces[0][: area.sizes[0]].mean(axis=0).tolist()

@@ -7,12 +7,7 @@ from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics
 
 
 def area_report(header: m.Header, metrics: AreaMetrics) -> m.AreaReport:
-    """Make the report of all areas.
-
-    Args:
-        header: Header of the message.
-        metrics: Figures of the areas.
-    """
+    """Make the report of all areas."""
     return m.AreaReport(
         header=header,
         area_m2=metrics.area_m2,

@@ -352,13 +352,7 @@ class Commands:
         self.outgoing += self._telemetry.news()
 
     def report(self, severity: int, code: str, text: str) -> None:
-        """Add a line to the event log.
-
-        Args:
-            severity: Severity as in `Event`.
-            code: Machine-readable kind of the event.
-            text: Description for people.
-        """
+        """Add a line to the event log: severity as in `Event`, machine-readable kind, and text for people."""
         self.outgoing.append(self._telemetry.report_event(OnboardEvent(severity, code, text)))
 
     def report_changes(self) -> None:

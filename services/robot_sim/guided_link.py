@@ -68,11 +68,7 @@ class GuidedLink:
         self._answered_tick, self._waits, self._held_since_s = self._emulator.tick_count, True, math.inf
 
     def turn(self, now_s: float) -> list[OnboardEvent]:
-        """Receive the coordinator's messages; return events for the operator.
-
-        Args:
-            now_s: Monotonic wall time.
-        """
+        """Receive the coordinator's messages; return events for the operator. `now_s` is monotonic wall time."""
         self._take()
         if self.under_way:
             self._look_for_coordinator(now_s)
@@ -141,11 +137,7 @@ class GuidedLink:
         return [(topics.TRUE_WAY, encode(TrueWay(header=header(tick), x_m=x_m, y_m=y_m)))]
 
     def held(self, now_s: float) -> bool:
-        """Return True if sim time has to wait for an answer.
-
-        Args:
-            now_s: Monotonic wall time.
-        """
+        """Return True if sim time has to wait for an answer; `now_s` is monotonic wall time."""
         tick = self._emulator.tick_count
         at_gate = self._step and tick % self._step == 0 and self._answered_tick < tick
         if not at_gate or not self.under_way:

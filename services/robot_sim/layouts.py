@@ -40,12 +40,7 @@ def actuator_command(names: tuple[str, ...]) -> FixedLayout:
 
 @lru_cache(maxsize=256)
 def paint_marks(segment_id: str, points: int) -> FixedLayout:
-    """Return the layout of marks.
-
-    Args:
-        segment_id: Id of the line.
-        points: Number of points.
-    """
+    """Return the layout of this many points of paint on a line."""
     return FixedLayout(
         m.PaintMarks, {"header.frame_id": MAP_FRAME, "segment_id": segment_id}, {"x_m": points, "y_m": points}
     )

@@ -47,12 +47,7 @@ class Loader:
         return self._under_way == 0
 
     def prepare(self, call: ServedCall[Any, Any], load: Load) -> None:
-        """Begin to prepare a request, after those before it.
-
-        Args:
-            call: The request.
-            load: Handler of its service.
-        """
+        """Begin to prepare a request by the handler of its service, after those before it."""
         self._under_way += 1
         self._asked.put((call, load))
         if self._thread is None:

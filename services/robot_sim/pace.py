@@ -16,7 +16,7 @@ FORGIVEN_S: Final = 0.25
 
 
 class Pacer:
-    """Source of ticks by the wall clock; the time is an argument, the clock is never read.
+    """Source of ticks by the wall clock; monotonic wall time is an argument, the clock is never read.
 
     Args:
         factor: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as possible.
@@ -33,12 +33,7 @@ class Pacer:
         self._given = 0
 
     def set_factor(self, factor: float, now_s: float) -> None:
-        """Change the pace from now on; the part of a tick that has passed is kept, however often the pace is changed.
-
-        Args:
-            factor: Sim time per wall time.
-            now_s: Monotonic wall time.
-        """
+        """Change the pace from now on; however often that is done, the part of a tick that has passed is kept."""
         begun = max((now_s - self._anchor_s) * self.factor / TICK_S - self._given, 0.0)
         self.factor = factor
         self.restart(now_s)
@@ -50,12 +45,7 @@ class Pacer:
         self._anchor_s, self._given = now_s, 0
 
     def due(self, now_s: float, tick: int = 0) -> int:
-        """Return the number of ticks that should run now; they count as run.
-
-        Args:
-            now_s: Monotonic wall time.
-            tick: Ticks so far.
-        """
+        """Return the number of ticks that should run now, after `tick` so far; they count as run."""
         if self.factor < 0.0:
             return UNLIMITED
         wanted = int((now_s - self._anchor_s) * self.factor / TICK_S + 1e-6)
@@ -75,12 +65,7 @@ class Pacer:
             self._given -= ticks
 
     def wait_s(self, now_s: float, longest_s: float = LONGEST_SLICE_S) -> float:
-        """Return the wall time until the next ticks are due.
-
-        Args:
-            now_s: Monotonic wall time.
-            longest_s: Upper limit of the result.
-        """
+        """Return the wall time until the next ticks are due, at most `longest_s`."""
         if self.factor < 0.0:
             return 0.0
         if self.factor == 0.0:
@@ -101,12 +86,7 @@ class RateMeter:
         self._since = (0.0, 0)
 
     def note(self, now_s: float, ticks: int) -> None:
-        """Enter the present state.
-
-        Args:
-            now_s: Monotonic wall time.
-            ticks: Ticks so far.
-        """
+        """Enter the ticks so far, and the monotonic wall time."""
         since_s, since_ticks = self._since
         if now_s - since_s < 1.0:
             return

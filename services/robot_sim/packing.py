@@ -114,12 +114,7 @@ def sensor_samples(samples: Sequence[AuxiliarySample], kinds: Mapping[str, str])
 
 
 def whereabouts(time: Stamp, message: m.Whereabouts) -> bytes:
-    """Pack a guided robot's message to its coordinator.
-
-    Args:
-        time: Stamp of the message.
-        message: The message.
-    """
+    """Pack a guided robot's message to its coordinator."""
     return whereabouts_at(
         time, message, message.stamp_s, (message.x_m, message.y_m, message.stop_x_m, message.stop_y_m)
     )
@@ -189,12 +184,7 @@ def pause_status(tick: int, pause: Pause | None) -> Payload:
 
 
 def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
-    """Pack the warning before the robot moves.
-
-    Args:
-        tick: Tick after which it is sent.
-        warning: The warning; None: it ends.
-    """
+    """Pack the warning before the robot moves after `tick`; None: it ends."""
     message = m.AboutToMove(header=header(tick))
     if warning is not None:
         earliest = header(warning.earliest_tick).stamp
@@ -203,13 +193,7 @@ def about_to_move(tick: int, warning: MoveOffWarning | None) -> Payload:
 
 
 def true_coverage(time: Stamp, emulator: Emulator, *, flowing: bool) -> Payload:
-    """Pack the true coverage.
-
-    Args:
-        time: Stamp of the message.
-        emulator: Emulator with the ledger.
-        flowing: True if paint flows.
-    """
+    """Pack the true coverage, and whether paint flows."""
     ledger, account = emulator.ledger, emulator.account
     if account is None:
         ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
@@ -248,12 +232,7 @@ def battery(time: Stamp, left_wh: float, power_w: float, capacity_wh: float) -> 
 
 
 def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-    """Make the payloads of the plan and the template, which are published once.
-
-    Args:
-        trajectory: The plan.
-        template: Its template, if there is one.
-    """
+    """Make the payloads of the plan and its template, if there is one, which are published once."""
     return [
         (topics.PLAN, encode(trajectory)),
         (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),

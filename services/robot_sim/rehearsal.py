@@ -62,12 +62,7 @@ class _Rehearsal:
         self._runner = FastRunner(self.robot)
 
     def start(self, trajectory: Trajectory, template: Template) -> None:
-        """Start the loaded job.
-
-        Args:
-            trajectory: Trajectory of the job.
-            template: Its template.
-        """
+        """Start the loaded job."""
         self._telemetry.loaded(trajectory, template)
         self._telemetry.restored_paint()
         self._telemetry.supplies()

@@ -127,13 +127,7 @@ class _RobotPublisher:
         self._health.poll(figures, message="sending", settle=settle)
 
     def put(self, number: int, payload: bytes, sequence: int) -> None:
-        """Publish one message.
-
-        Args:
-            number: Number of its topic.
-            payload: The message.
-            sequence: Its sequence number.
-        """
+        """Publish one message of a topic."""
         topic = CARRIED[number]
         if topic is topics.PLAN:
             self.paint.clear()

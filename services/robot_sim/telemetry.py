@@ -105,12 +105,7 @@ class Telemetry:
         return topics.SETUP, encode(m.String(data=self._emulator.setup.model_dump_json()))
 
     def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-        """Begin a session, as `begin`, with the payloads made here.
-
-        Args:
-            trajectory: The loaded trajectory.
-            template: Its template, if there is one.
-        """
+        """Begin a session, as `begin`, with the payloads of a loaded trajectory and its template made here."""
         return self.begin(job_payloads(trajectory, template))
 
     def begin(self, payloads: list[Payload]) -> list[Payload]:

@@ -43,13 +43,7 @@ def unfinished_before(job: LoadRequest, checkpoint: Checkpoint, vehicle: Vehicle
 
 
 def unfinished_here(name: str, emulator: Emulator, header: Header) -> UnfinishedJob:
-    """Describe the job that the robot has just aborted.
-
-    Args:
-        name: Name of its template.
-        emulator: The robot.
-        header: Header of the message.
-    """
+    """Describe the job, by the name of its template, that the robot has just aborted."""
     status = emulator.onboard.status
     return UnfinishedJob(
         header=header,
