@@ -29,14 +29,18 @@ class Tick(NamedTuple):
     """What was sensed in a tick and sprayed, and copies of the world's records at its end."""
 
     frame: SensorFrame
-    state: np.record
-    drive: np.record
+    states: np.ndarray
+    drives: np.ndarray
     sprayed: bool
     width: float
 
+    @property
+    def state(self):
+        return self.states.view(np.recarray)[0]
 
-def _copy(record):
-    return np.copy(record.array).view(np.recarray)[0]
+    @property
+    def drive(self):
+        return self.drives.view(np.recarray)[0]
 
 
 def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
@@ -50,7 +54,9 @@ def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
         world.step(command, tick, timeline.effects)
         frame = sensors.read(tick, world.state, timeline.effects)
         widths = world.trace[1:, body.TRACE_SPRAYING]
-        run.append(Tick(frame, _copy(world.state), _copy(world.drive), bool(widths.any()), float(widths.max())))
+        run.append(
+            Tick(frame, world.state.array.copy(), world.drive.array.copy(), bool(widths.any()), float(widths.max()))
+        )
     return run
 
 

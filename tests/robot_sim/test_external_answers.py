@@ -1,28 +1,36 @@
-"""What an external follower is asked, and what is made of its answers, good and bad; without a bus."""
+"""What an external follower is asked, what is made of its answers, good and bad, and whole sessions; without a bus."""
 
 import math
 
 import numpy as np
 import pytest
 
+from examples.external_follower import steer
 from tests.robot_sim.scripted import along_x
 from touchline.bus import CallError
 from touchline.onboard import tracking_state as tracking
-from touchline.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
+from touchline.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower, nobody
 from touchline.onboard.control.external import AHEAD_TICKS, ExternalFollower
 from touchline.onboard.control.guarded_follower import GuardedFollower
+from touchline.onboard.control.lead import lead_ticks
+from touchline.onboard.control.timed.regularised import RegularisedLaw
+from touchline.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted
+from touchline.onboard.control.timed.tracking_law import steer as track
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.trajectory import path_projection as t
+from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
-from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.messages import FollowerStepRequest, FollowerStepResponse, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
+from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = along_x(0, 2, 4, 5, sprayed=[0, 1, 0], speed_mps=0.8)
+SHORT_PLAN = along_x(0, 0.6, 1.2, 1.7, sprayed=[0, 1, 0], speed_mps=0.8)
 VEHICLE = Vehicle()
 LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 
@@ -209,3 +217,61 @@ def test_whoever_wants_to_stop_the_robot_breaks_the_wait_off():
     with pytest.raises(Interrupted):
         Lockstep(answered, lambda: True)(question())
     assert answered.requests == []
+
+
+def answered_by(controller):
+    """What asks a controller that is told, and answers, in messages."""
+
+    def answer(request):
+        speed_mps, yaw_rate_radps = controller(decode(FollowerStepRequest, encode(request)))
+        return FollowerStepResponse(step=request.step, speed_mps=speed_mps, yaw_rate_radps=yaw_rate_radps)
+
+    return Lockstep(Answering(answer))
+
+
+def session(follower, ask=nobody, ticks=1500):
+    emulator = Emulator(VEHICLE, Scenario(), OnboardConfig(follower=follower), ask=ask)
+    telemetry = Telemetry(emulator)
+    emulator.load(SHORT_PLAN)
+    emulator.start()
+    payloads = []
+    while emulator.active and emulator.tick_count < ticks:
+        emulator.tick()
+        payloads += telemetry.after_tick()
+    return emulator, payloads
+
+
+def test_one_that_keeps_the_plans_time_is_told_all_that_it_needs():
+    gains = TrackingGains()
+    law = RegularisedLaw(gains.frequency_radps, gains.damping, gains.slow_mps)
+    lead = lead_ticks(drive_of(VEHICLE).lag_s)
+    side_slip = drive_of(VEHICLE).side_slip_rad_per_mps2
+
+    def controller(request):
+        crab = side_slip * request.speed_mps * request.ahead_yaw_rate_radps[0]
+        errors = TrackingErrors(request.along_m, request.across_m, request.turn_rad + crab)
+        wanted = Wanted(
+            float(request.ahead_speed_mps[lead]),
+            float(request.ahead_yaw_rate_radps[lead]),
+            request.reference_acceleration_mps2,
+        )
+        return track(law, errors, wanted, np.zeros(LAW_MEMORY))
+
+    emulator, there = session("external-timed", answered_by(controller))
+    _, here = session("regularised")
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert there == here
+
+
+def test_the_example_drives_a_line():
+    emulator, _ = session("external", answered_by(steer))
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert np.abs(emulator.ledger.deviation().lateral_m).max() < 0.04
+
+
+def test_without_one_the_robot_pauses_and_says_so():
+    emulator, _ = session("external", ticks=250)
+    assert emulator.onboard.state == TraversalStatus.PAUSED
+    assert emulator.onboard.status.reason == "no external follower is connected"
+    assert emulator.world.pose.east_m < 0.05
+    assert not emulator.command.valve

@@ -128,7 +128,7 @@ def _paused(sample):
 
 
 def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
-    robot = process(bus, speed=1.0)
+    robot = process(bus, speed=1.1)  # faster than real time, as above
     inbox = operator.inbox([topics.SPRAYER, topics.TRUTH, topics.PAUSE_STATUS])
     caught_up(bus, operator)
     assert ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN).total_time == pytest.approx(4.5, abs=1.0)

@@ -104,7 +104,7 @@ def work(life, job):
     life.order(topics.SET_SPEED, factor=50.0)
     life.run(3.0)
     life.order(topics.SET_SPEED, factor=-1.0)
-    life.run(20.0)
+    life.run(8.0)
     life.order(topics.ABORT)
     life.run(2.0)
 
@@ -120,8 +120,8 @@ def go_on_after_a_kill(life, job):
 
 def goal_and_another_under_way(life):
     life.begin()
-    life.drive(straight((0.0, 0.0, 0.0), 4.0), 4.0)
-    life.order(topics.LOAD, **straight((0.0, 0.0, 0.0), 5.0), replace=True)
+    life.drive(straight((0.0, 0.0, 0.0), 2.0), 4.0)
+    life.order(topics.LOAD, **straight((0.0, 0.0, 0.0), 2.5), replace=True)
     life.run(60.0)
     life.drive(straight(life.pose, 3.0), 1.0, here=True)
 
