@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import secrets
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
@@ -23,18 +21,15 @@ from textual.screen import Screen
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PoseGoal
 from touchline.schemas.messages.touchline import TraversalStatus
-from touchline.schemas.plain_text import plain
-from touchline.tui import palette, supply_check, theme
+from touchline.tui import palette, questions, theme
 from touchline.tui.autostart import AutoStart
 from touchline.tui.colors import Grey, Sixteen, has_sixteen_colors
+from touchline.tui.desks import Desks
 from touchline.tui.dialogs import ConfirmDialog, PlanDialog
-from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.fleet_dialog import FleetDialog
-from touchline.tui.fleet_layer import NO_LAYER, layer_of
-from touchline.tui.fleet_orders import FleetOrder, census, concerned
-from touchline.tui.fleet_raster import claims_of
+from touchline.tui.fleet_orders import FleetOrder, concerned
 from touchline.tui.fleet_screen import FleetScreen
 from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
@@ -47,26 +42,15 @@ from touchline.tui.map_view import MapView
 from touchline.tui.operator import Operator
 from touchline.tui.orders import OrderOutcome, Tried
 from touchline.tui.panels import ServicesPanel, StatusPanel
-from touchline.tui.protocol import Link, Links
-from touchline.tui.robots import Robots, never_there
+from touchline.tui.protocol import Links
 from touchline.tui.robots_bar import RobotsBar
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 from touchline.tui.stop_screen import Palette
 from touchline.tui.template_dialog import Chosen, TemplateDialog, read_template
-from touchline.tui.unfinished_job import name_of, offered, share_done
-from touchline.tui.void_question import TO_ABORT, TO_LOAD, TO_START, why_void
+from touchline.tui.unfinished_job import offered
 
 POLL_HZ = 12
-PAINT_RETRY_S = 1.0
-TEAM_STALE_S = 3.0
-"""Age from which cells without an update are not drawn any more."""
-STOP_HOLDS_S = 3.0
-"""Time after an emergency stop within which a robot that is found is stopped, too."""
-REST_S = 0.2
-"""Time after which a robot in view is followed closely: keys that are held down pass many by."""
-LONGEST_TICK_S = 0.25
-"""Maximum time that passes for the console between two ticks: its own absence makes nobody else silent."""
 
 
 class OrderNews(Message):
@@ -76,23 +60,6 @@ class OrderNews(Message):
         """Create the message for a robot."""
         super().__init__()
         self.robot, self.news = robot, news
-
-
-@dataclass
-class Desk:
-    """Link, state and operator of one robot.
-
-    Attributes:
-        link: Link to the robot.
-        state: State of the robot.
-        operator: Sender of orders to it.
-        paint_due_s: Time from which all of its paint may be requested again.
-    """
-
-    link: Link
-    state: ConsoleState
-    operator: Operator
-    paint_due_s: float = 0.0
 
 
 class ConsoleApp(App[None]):
@@ -113,18 +80,14 @@ class ConsoleApp(App[None]):
     ) -> None:
         """Create the console for `links`; `clock` measures silence and paces repeats."""
         super().__init__()
-        self.robots = Robots()
-        self._links = links
-        self._desks: dict[str, Desk] = {}
+        self._desks = Desks(links, clock, self._post_news)
+        self.robots = self._desks.robots
         self._autostart = autostart or AutoStart()
-        self._clock = clock
-        self._ticked_s = clock()
-        self._stop_typed_s = self._stopped_at_s = self._team_heard_s = -math.inf
+        self._started_with = self._desks.selected
+        self._started_with.wanted_closely = lambda: self._autostart.under_way
+        self._stop_typed_s = -math.inf
         self._stops = 0
-        self._take_up_robots()
-        self._started_with = self._desks[self.robots.selected_name]
         self._signals_due = False
-        self._in_view, self._in_view_since_s = self.robots.selected_name, -math.inf
         self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
         self._robots_bar = RobotsBar()
         self._map, self._log_view = MapView(), LogView()
@@ -141,7 +104,7 @@ class ConsoleApp(App[None]):
     @property
     def operator(self) -> Operator:
         """Operator of the robot in view."""
-        return self._desks[self.robots.selected_name].operator
+        return self._desks.selected.operator
 
     def compose(self) -> ComposeResult:
         """Lay out header, robots if there are several, orders and alerts; map and log, left; panels, right; keys."""
@@ -172,28 +135,8 @@ class ConsoleApp(App[None]):
 
     def tick(self) -> None:
         """Take what came in, send due orders, and update the screen."""
-        now, since = self._clock(), self._ticked_s
-        self._ticked_s = now
-        self._take_up_robots()
-        self._attend(now)
-        for desk in self._desks.values():
-            state = desk.state
-            state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
-            run = state.replay.run
-            for event in desk.link.poll():
-                state.apply(event, state.now_s)
-            if state.replay.run != run:
-                desk.paint_due_s = now
-            desk.operator.heed_status()
-            desk.operator.goals.refresh()
-            if desk.operator.start_due:
-                self._start(desk.operator)
-            if state.closely and state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
-                desk.paint_due_s = now + PAINT_RETRY_S
-                state.paint.fetch_asked()
-                desk.link.fetch_paint()
-        self.robots.layer = self.robots.layer.claiming(claims_of(self.robots))
-        self._go_on_starting()
+        self._desks.tick(self._start)
+        self._autostart.go_on(self._started_with.operator)
         self._drop_void_question()
         self.show_state()
 
@@ -204,45 +147,7 @@ class ConsoleApp(App[None]):
         if isinstance(self.screen, ConfirmDialog) and (reason := self.screen.void()):
             question = self.screen.question
             self.screen.dismiss(None)
-            self._say(WARN, f"{question} Not asked any more: {reason}")
-
-    def _take_up_robots(self) -> None:
-        """Create a desk for each robot that is found; a robot that was only a guess is dropped.
-
-        A robot that is found while the others are being stopped is stopped, too, as the key is meant for all.
-        """
-        self._draw_team()
-        found = self._links.found()
-        guesses = [name for name, desk in self._desks.items() if never_there(desk.state)] if found else []
-        for name, link in found:
-            state = self.robots.add(name)
-            dispatcher = Dispatcher(link, partial(self._post_news, name))
-            operator = Operator(state, dispatcher, partial(self._say_of, state), secrets.token_hex(4))
-            self._desks[name] = Desk(link, state, operator)
-            if self.robots.stopping or self._clock() - self._stopped_at_s < STOP_HOLDS_S:
-                operator.stop()
-        for name in guesses:
-            self.robots.remove(name)
-            del self._desks[name]
-
-    def _draw_team(self) -> None:
-        """Draw the cells that a coordinator reports, as long as it does."""
-        if (team := self._links.team()) is not None:
-            self.robots.layer, self._team_heard_s = layer_of(team), self._clock()
-        elif self.robots.layer.cells and self._clock() - self._team_heard_s > TEAM_STALE_S:
-            self.robots.layer = NO_LAYER
-
-    def _attend(self, now: float) -> None:
-        """Listen closely to the robot in view and to those with orders under way; to others only for their state."""
-        if self.robots.selected_name != self._in_view:
-            self._in_view, self._in_view_since_s = self.robots.selected_name, now
-        rests = now - self._in_view_since_s >= REST_S
-        for name, desk in self._desks.items():
-            closely = desk is self._started_with and self._autostart.under_way
-            closely |= desk.state.drive.goal is not None or (name == self._in_view and (rests or desk.state.closely))
-            if closely != desk.state.closely:
-                desk.link.attend(closely=closely)
-                desk.state.attend(closely=closely)
+            self.state.say(WARN, f"{question} Not asked any more: {reason}")
 
     def _post_news(self, robot: str, news: Tried | OrderOutcome) -> None:
         self.post_message(OrderNews(robot, news))
@@ -274,7 +179,7 @@ class ConsoleApp(App[None]):
 
     def on_order_news(self, event: OrderNews) -> None:
         """Process the outcome of an order; the next tick shows all changes."""
-        desk = self._desks.get(event.robot)
+        desk = self._desks.find(event.robot)
         if desk is None:
             return
         if isinstance(event.news, Tried):
@@ -283,43 +188,9 @@ class ConsoleApp(App[None]):
             ok = desk.operator.done(event.news)
             if desk is self._started_with:
                 self._autostart.done(event.news.order.name, ok)
-                self._go_on_starting()
+                self._autostart.go_on(desk.operator)
         if not self._signals_due:  # once for all that has come: hundreds of robots answer an emergency stop together
             self._signals_due = self.call_later(self._show_signals)
-
-    def _go_on_starting(self) -> None:
-        """Take the next automatic step with the robot that the console was opened for."""
-        state, operator = self._started_with.state, self._started_with.operator
-        match self._autostart.due(state):
-            case "plan":
-                if operator.may_prepare("Start", needs_template=True):
-                    operator.plan(operator.options)
-                else:
-                    self._autostart.stop()
-            case "load":
-                if (job := offered(state)) is None:
-                    operator.load()
-                else:
-                    self._autostart.stop()
-                    text = f"{name_of(job)} is {share_done(state, job)}: g goes on with it, l loads the plan anew"
-                    self._say_of(state, WARN, text)
-            case "speed" if self._autostart.speed is not None:
-                operator.set_speed(self._autostart.speed)
-            case "start":
-                for shortage in supply_check.of_job(state).shortages:
-                    state.note(WARN, "console", f"the job {shortage}")
-                operator.command("start")
-
-    def _say(self, severity: int, text: str) -> None:
-        """Show a message about the robot in view."""
-        self._say_of(self.state, severity, text)
-
-    @staticmethod
-    def _say_of(state: ConsoleState, severity: int, text: str) -> None:
-        """Show a message in the row of the orders and in the log; toasts would cover other things."""
-        text = plain(text)
-        state.note(severity, "console", text)
-        state.orders.say(severity, text, state.now_s)
 
     # -- keys --------------------------------------------------------------------------------------------------------
 
@@ -338,25 +209,19 @@ class ConsoleApp(App[None]):
 
     def _start(self, operator: Operator) -> None:
         """Start the loaded plan; asks first if tank or battery may not last."""
-        state = operator.state  # the robot in view may be another by the time it is answered
-        supplies = supply_check.of_job(state)
-        doubts = (*supplies.shortages, *supplies.unknown)
-        if not doubts or not state.path_loaded or state.busy:
-            operator.command("start")
-            return
+        start = partial(operator.command, "start")  # the robot in view may be another by the time it is answered
+        self._ask(questions.before_start(operator.state), start)
+
+    def _ask(self, question: ConfirmDialog | None, act: Callable[[], object]) -> None:
+        """Act once a question is answered with yes; at once without one, not at all while another is open."""
 
         def answered(yes: bool | None) -> None:
             if yes:
-                operator.command("start")
+                act()
 
-        text = "\n".join(f"The job {shortage}." for shortage in doubts)
-        note = "The robot stops on the line when it runs out, and goes on after a resume."
-        title = f"Start{_which(state)} all the same?"
-        self._ask(ConfirmDialog(title, f"{text}\n{note}", "Start", why_void(state, TO_START)), answered)
-
-    def _ask(self, question: ConfirmDialog, answered: Callable[[bool | None], None]) -> None:
-        """Ask, unless another question is still open."""
-        if not isinstance(self.screen, ConfirmDialog):
+        if question is None:
+            act()
+        elif not isinstance(self.screen, ConfirmDialog):
             self.push_screen(question, answered)
 
     @property
@@ -382,17 +247,11 @@ class ConsoleApp(App[None]):
 
     def _stop_all(self) -> None:
         """Stop every robot: stopping one too many costs a minute, stopping the wrong one may cost more."""
-        self._stopped_at_s = self._clock()
         self._stops += 1
-        names = self.robots.to_stop()
+        names = self._desks.stop()
         if self.state.replayed:
             others = f"it goes to {', '.join(names)}" if names else "no robot is on the bus"
-            self._say(WARN, f"Emergency stop: {self.state.name} is a replay and cannot be stopped; {others}")
-        operators = [self._desks[name].operator for name in names]
-        for operator in operators:  # all within milliseconds: what repeats it takes a thread for each
-            operator.post_stop()
-        for operator in operators:
-            operator.stop()
+            self.state.say(WARN, f"Emergency stop: {self.state.name} is a replay and cannot be stopped; {others}")
         if names:
             self.robots.call_roll("estop", "Emergency stop", names)
 
@@ -416,25 +275,11 @@ class ConsoleApp(App[None]):
 
     def action_help_quit(self) -> None:
         """Explain how to quit, as Ctrl-C is for copying."""
-        self._say(INFO, "q leaves the console")
+        self.state.say(INFO, "q leaves the console")
 
     def action_load(self) -> None:
         """Load the plan into the robot; asks first if that abandons an unfinished job."""
-        operator, state = self.operator, self.state
-        job = offered(state)
-        if job is None or state.path is None or not state.path.rows:
-            operator.load()
-            return
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                operator.load()
-
-        text = (
-            f"{name_of(job)} is {share_done(state, job)}. Once this plan is started, the rest of that job is dropped, "
-            "and all of this plan is done, over what is there already. To go on with the rest: no, then g."
-        )
-        self._ask(ConfirmDialog(f"Begin{_which(state)} anew?", text, "Anew", why_void(state, TO_LOAD)), answered)
+        self._ask(questions.before_load(self.state), self.operator.load)
 
     def action_speed(self, steps: int) -> None:
         """Change the speed of simulated time by steps."""
@@ -457,19 +302,8 @@ class ConsoleApp(App[None]):
 
     def action_abort(self) -> None:
         """Abort the job, once confirmed."""
-        operator = self.operator
-        if self.state.replayed:
-            operator.command("abort")  # the refusal gives the reason
-            return
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                operator.command("abort")
-
-        state = self.state
-        title = "Abort this job?" if state.alone else f"Abort the job of{_which(state)}?"
-        text = "The robot stops, and another job can be loaded. To do later what is left: g. To halt only: space."
-        self._ask(ConfirmDialog(title, text, "Abort", why_void(state, TO_ABORT)), answered)
+        question = None if self.state.replayed else questions.before_abort(self.state)  # the refusal gives the reason
+        self._ask(question, partial(self.operator.command, "abort"))
 
     def action_template(self) -> None:
         """Choose a template."""
@@ -488,7 +322,7 @@ class ConsoleApp(App[None]):
             self.operator.choose(*read_template(name_or_path))
         except (TouchlineError, OSError) as error:
             self._autostart.stop()
-            self._say(ERROR, f"Template: {error}")
+            self.state.say(ERROR, f"Template: {error}")
 
     def action_plan(self) -> None:
         """Ask for options, then plan."""
@@ -569,18 +403,18 @@ class ConsoleApp(App[None]):
     def action_fleet(self) -> None:
         """Show all robots."""
         if self.state.alone:
-            self._say(INFO, f"Fleet: {self.state.name} is the only robot; others are taken up as they come")
+            self.state.say(INFO, f"Fleet: {self.state.name} is the only robot; others are taken up as they come")
         elif self.fleet_screen is None:
             self.push_screen(FleetScreen(self.robots), lambda _: self.show_state())
 
     def action_one_at_a_time(self) -> None:
         """Explain that jobs are prepared on the screen of one robot."""
-        self._say(INFO, "jobs and goals are prepared for one robot: enter shows it alone")
+        self.state.say(INFO, "jobs and goals are prepared for one robot: enter shows it alone")
 
     def action_order_all(self) -> None:
         """Ask which order is to go to all robots."""
         if self.state.alone:
-            self._say(INFO, f"All: {self.state.name} is the only robot")
+            self.state.say(INFO, f"All: {self.state.name} is the only robot")
             return
 
         def chosen(order: FleetOrder | None) -> None:
@@ -592,30 +426,19 @@ class ConsoleApp(App[None]):
     def _confirm_for_all(self, order: FleetOrder) -> None:
         names = concerned(order, self.robots.states)
         if not names:
-            self._say(WARN, f"{order.title}: there are no robots for it ({order.whom})")
+            self.state.say(WARN, f"{order.title}: there are no robots for it ({order.whom})")
             return
 
-        def answered(yes: bool | None) -> None:
-            if yes:
-                self._order_all(order, names)
-
         stops = self._stops
-
-        def void() -> str:
-            if self._stops != stops:
-                return "emergency stop"
-            return "" if concerned(order, self.robots.states) else "there are no robots for it any more"
-
-        title = f"{order.title} {len(names)} of {len(self.robots.states)} robots?"
-        text = f"It goes to {order.whom}.\nAll robots: {census(self.robots.states)}."
-        self._ask(ConfirmDialog(title, text, f"{order.title} {len(names)}", void), answered)
+        question = questions.before_all(order, names, self.robots, lambda: self._stops != stops)
+        self._ask(question, partial(self._order_all, order, names))
 
     def _order_all(self, order: FleetOrder, names: Iterable[str]) -> None:
         """Send an order to all robots that it still concerns, and show their answers."""
-        recipients = [name for name in names if name in self._desks and order.concerns(self.robots.states[name])]
-        for name in recipients:
-            self._desks[name].operator.command(order.name)
-        self.robots.call_roll(order.name, order.title, recipients)
+        desks = {name: desk for name in names if (desk := self._desks.find(name)) and order.concerns(desk.state)}
+        for desk in desks.values():
+            desk.operator.command(order.name)
+        self.robots.call_roll(order.name, order.title, desks)
         self.action_fleet()
         self.show_state()
 
@@ -637,26 +460,8 @@ class ConsoleApp(App[None]):
 
     async def action_quit(self) -> None:
         """Quit; asks first while the robot is on a job."""
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                self.exit()
-
-        busy, stopping = self.robots.busy, self.robots.stopping
-        if not busy and not stopping:
-            self.exit()
-        else:
-            who = "The robot is on a job" if self.state.alone else f"On a job: {', '.join(busy)}"
-            text = f"{who}. Nobody watches it from here once this console is closed."
-            if stopping:
-                text = "A robot has not acknowledged the emergency stop, which only this console repeats."
-            self._ask(ConfirmDialog("Leave the console?", text, "Leave"), answered)
+        self._ask(questions.before_leaving(self.robots), self.exit)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Commands of the palette."""
         yield from palette.commands(self, self.operator)
-
-
-def _which(state: ConsoleState) -> str:
-    """Name of the robot for questions, if there are several."""
-    return "" if state.alone else f" {state.name}"

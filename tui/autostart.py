@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from touchline.schemas import topics
-from touchline.tui.state import ConsoleState
+from touchline.tui import supply_check
+from touchline.tui.event_log import WARN
+from touchline.tui.operator import Operator
+from touchline.tui.unfinished_job import name_of, offered, share_done
 
 NEEDS = {"plan": topics.PLANNER, "load": topics.ROBOT_SIM, "speed": topics.ROBOT_SIM, "start": topics.ROBOT_SIM}
 """Process that executes an order."""
@@ -32,12 +35,31 @@ class AutoStart:
         """True if steps remain."""
         return bool(self._steps)
 
-    def due(self, state: ConsoleState) -> str | None:
-        """Return the next order, which counts as given; None while one is under way or its process is absent."""
+    def go_on(self, operator: Operator) -> None:
+        """Give the next order, unless one is under way or its process is absent."""
+        state = operator.state
         if not self._steps or self._under_way or not state.nodes[NEEDS[self._steps[0]]].alive:
-            return None
+            return
         self._under_way = True
-        return self._steps[0]
+        match self._steps[0]:
+            case "plan":
+                if operator.may_prepare("Start", needs_template=True):
+                    operator.plan(operator.options)
+                else:
+                    self.stop()
+            case "load":
+                if (job := offered(state)) is None:
+                    operator.load()
+                else:
+                    self.stop()
+                    text = f"{name_of(job)} is {share_done(state, job)}: g goes on with it, l loads the plan anew"
+                    state.say(WARN, text)
+            case "speed" if self.speed is not None:
+                operator.set_speed(self.speed)
+            case "start":
+                for shortage in supply_check.of_job(state).shortages:
+                    state.note(WARN, "console", f"the job {shortage}")
+                operator.command("start")
 
     def done(self, name: str, ok: bool) -> None:
         """Process the outcome of an order; after a failure the operator takes over."""

@@ -19,6 +19,7 @@ from touchline.tui.map_raster import Cells, Ink
 from touchline.tui.mono_cells import STYLES, in_shapes
 from touchline.tui.viewport import Viewport
 
+ZOOM_STEP = 1.4
 COLORS = {
     Ink.GROUND: (theme.TURF_GRID, ""),
     Ink.GRID: (theme.TURF_GRID, ""),
@@ -63,9 +64,9 @@ class CellsView(Widget):
         shapes: Whether shapes replace colours, on terminals without any.
     """
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty view."""
-        super().__init__(id=id)
+        super().__init__()
         self.view = Viewport(1, 1, dot_m=0.5)
         self.cells: Cells | None = None
         self.shapes = False

@@ -149,9 +149,9 @@ class FleetList(ScrollView, can_focus=True):
         Binding("enter", "take", "Show", show=False),
     ]
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty list."""
-        super().__init__(id=id)
+        super().__init__()
         self._rows: Sequence[FleetRow] = ()
         self._selected = ""
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from textual import events
 
-from touchline.tui.cells_view import CellsView
+from touchline.tui.cells_view import ZOOM_STEP, CellsView
 from touchline.tui.fleet_list import RobotPicked
 from touchline.tui.fleet_raster import FleetRaster, FleetScene, fleet_scene, nearest
 from touchline.tui.map_raster import Cells
 from touchline.tui.robots import Robots
 
-ZOOM_STEP = 1.4
 MARGIN = 0.12
 """Margin as a fraction of the view, so that driving robots do not make it jump at every step."""
 SLACK = 2.0
@@ -22,9 +21,9 @@ _NAMES = 4
 class FleetMap(CellsView):
     """Map with the marks of all robots and the plan of the picked one; a click picks the nearest."""
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty map."""
-        super().__init__(id=id)
+        super().__init__()
         self.border_title = "All robots"
         self._scene = FleetScene()
         self._raster = FleetRaster()

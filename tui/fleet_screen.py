@@ -6,18 +6,17 @@ from dataclasses import replace
 from enum import Enum
 from typing import ClassVar
 
-from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Container
 from textual.content import Content
 from textual.screen import Screen
 
-from touchline.tui import theme
 from touchline.tui.fleet_list import FleetList, RobotPicked, totals_line
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.fleet_rows import FleetRow, fleet_rows, totals
-from touchline.tui.keys import FLEET_TABLE, Bar, BarKey, bar, bindings
+from touchline.tui.key_bar import PressableKeys, label, place
+from touchline.tui.keys import FLEET_TABLE, Bar, bar, bindings
 from touchline.tui.panels import LinesPanel
 from touchline.tui.robots import Robots
 from touchline.tui.roll_call import roll_lines
@@ -36,36 +35,14 @@ class Shown(Enum):
     MAP = "-map"
 
 
-class FleetKeyBar(LinesPanel):
-    """Keys that fit, and the name of the picked robot; a click presses one."""
-
-    _spans: tuple[tuple[str, int, int], ...] = ()
+class FleetKeyBar(PressableKeys):
+    """Keys that fit, and the name of the picked robot."""
 
     def show_keys(self, selected: str) -> None:
         """Redraw the parts that changed."""
-        room, chosen = max(self.size.width, 20), set[BarKey]()
         keys = [replace(key, text=f"{key.text} {selected}") if key.key == "enter" else key for key in bar(Bar.FLEET)]
-        for key in sorted(keys, key=lambda key: key.rank):
-            if (width := len(key.key) + len(key.text) + 3) <= room:
-                chosen.add(key)
-                room -= width
-        parts, spans, column = list[Content](), list[tuple[str, int, int]](), 0
-        for key in (key for key in keys if key in chosen):
-            if key.rank == 0:
-                part = Content.styled(f" {key.key} {key.text} ", theme.STOP_LABEL)
-            else:
-                part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
-            parts.append(part)
-            spans.append((key.action, column, column + part.cell_length))
-            column += part.cell_length
-        self._spans = tuple(spans)
-        self.show_lines([Content("").join(parts)])
-
-    async def on_click(self, event: events.Click) -> None:
-        """Press the key that was clicked."""
-        for action, first, last in self._spans:
-            if first <= event.x < last:
-                await self.run_action(action)
+        placed = place(keys, max(self.size.width, 20))
+        self.show_placed(placed, Content("").join(label(key) for key, _, _ in placed))
 
 
 class FleetScreen(Screen[None]):

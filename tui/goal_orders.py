@@ -55,15 +55,9 @@ def path_start(state: ConsoleState) -> PathStart:
 class GoalOrders:
     """Orders to one robot about goals, and their outcomes."""
 
-    def __init__(
-        self,
-        state: ConsoleState,
-        send: Callable[[Order], None],
-        say: Callable[[int, str], None],
-        request_id: Callable[[], str],
-    ) -> None:
-        """Use `send` (does not wait), `say(severity, text)` for messages, and `request_id` for new ids."""
-        self._state, self._send_order, self._say, self._request_id = state, send, say, request_id
+    def __init__(self, state: ConsoleState, send: Callable[[Order], None], request_id: Callable[[], str]) -> None:
+        """Use `send` (does not wait), and `request_id` for new ids."""
+        self._state, self._send_order, self._request_id = state, send, request_id
         self._newest: dict[str, str] = {}
         """Request id of the last order of each name."""
 
@@ -78,7 +72,7 @@ class GoalOrders:
     def leave(self) -> None:
         """Stop aiming; a goal that has been sent is not revoked."""
         if self._state.drive.sent_id:
-            self._say(WARN, "Drive: the goal has been sent, the robot may set off; pause (space) or abort (a) it")
+            self._state.say(WARN, "Drive: the goal has been sent, the robot may set off; pause (space) or abort (a) it")
         self._state.drive.leave()
 
     def preview(self) -> None:
@@ -100,7 +94,7 @@ class GoalOrders:
             return
         if self._running and not draft.shown.under_way:
             draft.unseen = False
-            self._say(WARN, "Drive: the robot has set off meanwhile; look at the path from there first")
+            self._state.say(WARN, "Drive: the robot has set off meanwhile; look at the path from there first")
             return
         order = orders.drive(draft.goal, self._request_id())
         draft.send(order.request_id)
@@ -179,7 +173,7 @@ class GoalOrders:
 
     def _may(self, what: str) -> bool:
         if problem := why_no_goal(self._state):
-            self._say(WARN, f"{what}: {problem}")
+            self._state.say(WARN, f"{what}: {problem}")
         return not problem
 
     def _request(self, goal: PoseGoal) -> PlanRequest:

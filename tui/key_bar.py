@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from textual import events
 from textual.content import Content
 
@@ -20,6 +22,9 @@ _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
 _OF_SEVERAL = frozenset("vox")
 """Keys that are shown only when there are several robots."""
+
+Placed = list[tuple[BarKey, int, int]]
+"""Keys with their first and last column (exclusive)."""
 
 
 def useless(state: ConsoleState) -> frozenset[str]:
@@ -46,17 +51,22 @@ def _out_of_order(state: ConsoleState) -> frozenset[str]:
     return _DRIVING | {"s", "r"}
 
 
-def layout(state: ConsoleState, width: int) -> list[tuple[BarKey, int, int]]:
-    """Keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
+def layout(state: ConsoleState, width: int) -> Placed:
+    """Keys that fit into `width` cells, those that are of use first."""
     idle = useless(state)
-    room, chosen = width, set[BarKey]()
     keys = bar(Bar.REPLAY if state.replayed else Bar.JOB if state.drive.goal is None else Bar.AIM)
     offered = [key for key in keys if not (state.alone and key.key in _OF_SEVERAL)]
-    for key in sorted(offered, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
+    return place(offered, width, lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0))
+
+
+def place(keys: Sequence[BarKey], width: int, rank: Callable[[BarKey], int] = lambda key: key.rank) -> Placed:
+    """Keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
+    room, chosen = width, set[BarKey]()
+    for key in sorted(keys, key=rank):
         if _width(key) <= room:
             chosen.add(key)
             room -= _width(key)
-    placed, column = list[tuple[BarKey, int, int]](), 0
+    placed, column = Placed(), 0
     for key in keys:
         if key in chosen:
             placed.append((key, column, column + _width(key)))
@@ -68,35 +78,46 @@ def _width(key: BarKey) -> int:
     return len(key.key) + len(key.text) + 3
 
 
+def label(key: BarKey) -> Content:
+    """Render a key."""
+    if key.rank == 0:
+        return Content.styled(f" {key.key} {key.text} ", theme.STOP_LABEL)
+    return Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
+
+
 def keys_line(state: ConsoleState, width: int) -> Content:
     """Render the keys, `width` cells wide."""
     (next_key, _), idle = hint(state), useless(state)
     parts: list[Content] = []
-    for key, first, last in layout(state, width):
-        label = f" {key.key} {key.text} "
-        if key.key == "e":
-            part = Content.styled(label, theme.STOP_LABEL)
-        elif key.key == next_key:
-            part = Content.styled(label, theme.NEXT_LABEL)
-        elif key.key in idle:
-            part = Content.styled(label, theme.FAINT)
-        else:
-            part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
-        parts += [part, Content(" " * (last - first - len(label)))]
+    for key, _, _ in layout(state, width):
+        part = label(key)
+        if key.rank > 0 and (key.key == next_key or key.key in idle):
+            part = Content.styled(part.plain, theme.NEXT_LABEL if key.key == next_key else theme.FAINT)
+        parts.append(part)
     return Content("").join(parts)
 
 
-class KeyBar(LinesPanel):
+class PressableKeys(LinesPanel):
+    """Row of keys; a click presses one."""
+
+    _placed: Placed = []  # noqa: RUF012, never changed
+
+    def show_placed(self, placed: Placed, shown: Content) -> None:
+        """Redraw the parts that changed."""
+        self._placed = placed
+        self.show_lines([shown])
+
+    async def on_click(self, event: events.Click) -> None:
+        """Press the key that was clicked."""
+        for key, first, last in self._placed:
+            if first <= event.x < last:
+                await self.app.run_action(key.action, self.app)
+
+
+class KeyBar(PressableKeys):
     """Footer of the console."""
 
     def show(self, state: ConsoleState) -> None:
         """Redraw the parts that changed."""
         width = max(self.size.width, 40)
-        self._layout_shown = layout(state, width)
-        self.show_lines([keys_line(state, width)])
-
-    async def on_click(self, event: events.Click) -> None:
-        """Press the key that was clicked."""
-        for key, first, last in self._layout_shown:
-            if first <= event.x < last:
-                await self.app.run_action(key.action, self.app)
+        self.show_placed(layout(state, width), keys_line(state, width))

@@ -33,9 +33,9 @@ def is_done(line: Line) -> bool:
 class SegmentsTable(ScrollView, can_focus=True):
     """Table with one line per segment to paint, in path order."""
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty table."""
-        super().__init__(id=id)
+        super().__init__()
         self.border_title = "Lines"
         self._lines: list[Line] = []
         self._missed: tuple[MissedPatch, ...] = ()

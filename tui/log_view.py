@@ -67,9 +67,9 @@ def strip(shown: Block, row: int, width: int, ground: Style) -> Strip:
 class LogView(ScrollView, can_focus=True):
     """List of the last events, the newest at the bottom."""
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty view."""
-        super().__init__(id=id)
+        super().__init__()
         self.border_title = "Events"
         self._events = OperatorLog()
         self._revision = self._total = self._cuts = self._width = 0

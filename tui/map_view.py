@@ -16,7 +16,7 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
 from touchline.tui.area_dots import AreaScene
-from touchline.tui.cells_view import CellsView, cell_styles
+from touchline.tui.cells_view import ZOOM_STEP, CellsView, cell_styles
 from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import merge
 from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
@@ -29,7 +29,6 @@ from touchline.tui.viewport import Viewport, round_step_m
 
 _ENDED = (TraversalStatus.DONE, TraversalStatus.ABORTED)
 _STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
-ZOOM_STEP = 1.4
 PAN_CELLS = 6
 FINE = 0.1
 """Factor on the step of a goal's motion with Shift."""
@@ -55,19 +54,14 @@ class MapView(CellsView, can_focus=True):
     """Map of the field with template, plan, paint, and robot."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("up", "pan(0, -1)", "Pan", show=False),
-        Binding("down", "pan(0, 1)", "Pan", show=False),
-        Binding("left", "pan(-1, 0)", "Pan", show=False),
-        Binding("right", "pan(1, 0)", "Pan", show=False),
-        Binding("shift+up", "pan(0, -1, True)", "Pan", show=False),
-        Binding("shift+down", "pan(0, 1, True)", "Pan", show=False),
-        Binding("shift+left", "pan(-1, 0, True)", "Pan", show=False),
-        Binding("shift+right", "pan(1, 0, True)", "Pan", show=False),
+        Binding(shift + key, f"pan({columns}, {rows}, {bool(shift)})", "Pan", show=False)
+        for shift in ("", "shift+")
+        for key, columns, rows in (("up", 0, -1), ("down", 0, 1), ("left", -1, 0), ("right", 1, 0))
     ]
 
-    def __init__(self, *, id: str | None = None) -> None:
+    def __init__(self) -> None:
         """Create an empty map."""
-        super().__init__(id=id)
+        super().__init__()
         self._title = self.border_title = "Field"
         self.follow = False
         self._fitted = True
@@ -197,7 +191,7 @@ class MapView(CellsView, can_focus=True):
         notes = [self._title, *(["following the robot"] if self.follow else [])]
         self.border_title = " · ".join([*notes, *(["the robot where it was heard last"] if self._stale else [])])
 
-    def action_pan(self, columns: int, rows: int, fine: bool = False) -> None:
+    def action_pan(self, columns: int, rows: int, fine: bool) -> None:
         """Pan, which ends following; while the operator aims, move the goal."""
         if self._draft.goal is not None:
             self._draft.move(columns, -rows, round_step_m(self.view.cell_m) * (FINE if fine else 1.0))

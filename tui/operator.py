@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
 from itertools import count
 from typing import Protocol
 
@@ -55,8 +54,8 @@ class OrderSender(Protocol):
 class Operator:
     """Sender of all orders to one robot, and receiver of their outcomes."""
 
-    def __init__(self, state: ConsoleState, sender: OrderSender, say: Callable[[int, str], None], session: str) -> None:
-        """Show messages by `say(severity, text)`; `session` makes this console's request ids unique.
+    def __init__(self, state: ConsoleState, sender: OrderSender, session: str) -> None:
+        """Create the operator of a robot; `session` makes this console's request ids unique.
 
         The ids must differ from those of an earlier console, whose answers the services still remember.
         """
@@ -64,9 +63,9 @@ class Operator:
         self.options = PlanOptions()
         self._planned: tuple[Trajectory, PlanOptions] | None = None
         """Last requested plan, and its options."""
-        self._sender, self._say, self._session = sender, say, session
+        self._sender, self._session = sender, session
         self._orders = count(1)
-        self.goals = GoalOrders(state, sender.send, say, self._request_id)
+        self.goals = GoalOrders(state, sender.send, self._request_id)
         self.replay = ReplayOrders(state, self._send, self._request_id)
         self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
         self._stopped_at_s = -math.inf
@@ -86,7 +85,7 @@ class Operator:
         elif name == "reset" and self.state.orders.stop.phase is Phase.SENT:
             self._withdraw()
         elif name == "pause" and self._pauses_already():
-            self._say(INFO, "Pause: it pauses already; g goes on")
+            self.state.say(INFO, "Pause: it pauses already; g goes on")
         else:
             self._send(orders.command(name, self._request_id()))
 
@@ -111,13 +110,13 @@ class Operator:
     def _withdraw(self) -> None:
         """Withdraw the emergency stop, unless the reset comes too soon after it."""
         if time.monotonic() - self._stopped_at_s < WITHDRAWN_AFTER_S:
-            self._say(WARN, "Reset: the emergency stop has only just been given; reset again to withdraw it")
+            self.state.say(WARN, "Reset: the emergency stop has only just been given; reset again to withdraw it")
             return
         latch = self.state.orders.stop
         with self._stopping:
             self._sender.cease()
             latch.withdraw()
-        self._say(WARN, "Emergency stop WITHDRAWN before the robot acknowledged it")
+        self.state.say(WARN, "Emergency stop WITHDRAWN before the robot acknowledged it")
 
     def _pauses_already(self) -> bool:
         """True if the robot pauses already, so that a space bar that is held down is one pause."""
@@ -148,7 +147,7 @@ class Operator:
         with self._stopping:
             self._sender.cease()
             self.state.orders.stop.withdraw()
-        self._say(WARN, f"Emergency stop: {self.state.why_replayed}")
+        self.state.say(WARN, f"Emergency stop: {self.state.why_replayed}")
 
     def choose(self, template: Template, text: str) -> None:
         """Show a template."""
@@ -164,11 +163,11 @@ class Operator:
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
         """True if a new job may be prepared now; else shows the reason."""
         if self.state.replayed:
-            self._say(WARN, f"{what}: {self.state.why_replayed}")
+            self.state.say(WARN, f"{what}: {self.state.why_replayed}")
         elif self.state.busy:
-            self._say(WARN, f"{what}: the robot is on a job; wait for its end or abort it first")
+            self.state.say(WARN, f"{what}: the robot is on a job; wait for its end or abort it first")
         elif needs_template and self.state.template is None:
-            self._say(WARN, f"{what}: choose a template first (t)")
+            self.state.say(WARN, f"{what}: choose a template first (t)")
         else:
             return True
         return False
@@ -205,7 +204,7 @@ class Operator:
     def load(self) -> None:
         """Load the plan into the robot."""
         if self.state.path is None or self.state.template is None:
-            self._say(WARN, "Load: plan a template first (p)")
+            self.state.say(WARN, "Load: plan a template first (p)")
             return
         trajectory, template_json = self.state.path.trajectory, self.state.template.text
         own = self._planned is not None and self._planned[0] is trajectory
@@ -232,7 +231,7 @@ class Operator:
     def _send(self, order: Order) -> bool:
         """Send an order, unless one of the same name is under way."""
         if self.state.replayed and order.service.server in topics.REPLAYED:
-            self._say(WARN, f"{order.title}: {self.state.why_replayed}")
+            self.state.say(WARN, f"{order.title}: {self.state.why_replayed}")
             return False
         if self.state.orders.under_way(order.name):
             return False

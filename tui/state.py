@@ -301,6 +301,12 @@ class ConsoleState:
         """Write to the log at the robot's present time."""
         self.log.add(self.robot.sim_time_s, severity, source, text)
 
+    def say(self, severity: int, text: str) -> None:
+        """Show a message to the operator, in the row of the orders and in the log; toasts would cover other things."""
+        text = plain(text)
+        self.note(severity, "console", text)
+        self.orders.say(severity, text, self.now_s)
+
     def _receive(self, topic: str, message: Message, publisher: str) -> None:
         heard = self.replay.hear(publisher)
         if heard is Belonging.VOID:

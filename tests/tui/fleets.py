@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from textual.pilot import Pilot
 
 from tests.tui import scenes
+from tests.tui.console import laid_out
 from tests.tui.scenes import FakeLink, FakeLinks, received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -46,7 +47,7 @@ class Scene:
     links: dict[str, FakeLink]
     known: FakeLinks
     pilot: Pilot[None]
-    now_s: float = 1.0
+    now: list[float]
 
     @property
     def screen(self) -> FleetScreen:
@@ -58,13 +59,14 @@ class Scene:
         """Time passes, and everybody but those that are silent goes on talking (all are, if that is not given)."""
         while seconds > 0.0:
             step = min(seconds, 0.2)
-            seconds, self.now_s = seconds - step, self.now_s + step
+            seconds -= step
+            self.now[0] += step
             for name, link in self.links.items():
                 if silent is not None and name not in silent:
                     link.incoming.append(received(topics.CLOCK, m.Clock(clock=m.Time(sec=1))))
             self.app.tick()
         self.app.tick()
-        await self.pilot.pause()
+        await laid_out(self.pilot)
 
     def text(self) -> str:
         """All that is on the screen."""
@@ -84,8 +86,7 @@ async def fleet_console(
     known = FakeLinks(links)
     app = ConsoleApp(known, clock=lambda: now[0])
     async with app.run_test(size=size) as pilot:
-        scene = Scene(app, links, known, pilot)
-        app._clock = lambda: scene.now_s
+        scene = Scene(app, links, known, pilot, now)
         await scene.tick()
         await pilot.press(*keys)
         await scene.tick()

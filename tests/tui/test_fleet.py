@@ -12,7 +12,7 @@ from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.messages import TeamCell, TeamCells
-from touchline.tui.app import REST_S
+from touchline.tui.desks import REST_S
 from touchline.tui.fleet_list import FleetList
 from touchline.tui.fleet_map import FleetMap
 from touchline.tui.header import HeaderBar
@@ -21,7 +21,9 @@ from touchline.tui.keys import FLEET_TABLE
 from touchline.tui.order_registry import Phase
 from touchline.tui.panels import LinesPanel, StatusPanel
 from touchline.tui.protocol import CallFailed, NodeChanged
+from touchline.tui.robots_bar import RobotsBar
 from touchline.tui.roll_call import Heard
+from touchline.tui.signal_bar import SignalBar
 
 
 def stopped() -> Any:
@@ -51,7 +53,9 @@ async def test_one_robot_alone_has_no_fleet_and_says_why():
         await scene.pilot.press("x")
         await scene.tick()
         assert "All: r01 is the only robot" in scene.text()
-        assert "Fleet" not in plain(scene.app, KeyBar)
+        assert not {"Fleet", "Other robot"} & set(plain(scene.app, KeyBar).split("  "))
+        assert not scene.app.query_one(RobotsBar).display
+        assert scene.app.query_one(SignalBar).region.y == 1
 
 
 async def test_robots_in_trouble_are_on_top_as_the_list_is_opened_and_by_name_after_n():
@@ -80,18 +84,32 @@ async def test_a_silent_robot_is_on_top_within_a_second():
         assert "was RUNNING" in first
 
 
-async def test_keys_apply_to_the_picked_robot_alone():
-    async with fleet_console(fleet(3, S.RUNNING), "v", "down", "space") as scene:
+async def test_keys_and_clicks_are_for_one_robot():
+    async with fleet_console(fleet(3, S.RUNNING), "v", "question_mark") as scene:
+        listed = str(scene.app.screen.query("#dialog Static").last(Static).visual)
+        for key in FLEET_TABLE:
+            assert not key.bars or f" {key.shown} " in listed, key
+        await scene.pilot.press("question_mark", "down", "space")
         await until(scene.pilot, lambda: asked(scene.links["r02"]))
         assert asked(scene.links["r02"]) == [topics.PAUSE.name]
         assert not asked(scene.links["r01"])
         await until(scene.pilot, lambda: "r02: Pause: done" in scene.text())
-
-
-async def test_jobs_are_not_prepared_where_no_single_map_is():
-    async with fleet_console(fleet(3), "v", "t") as scene:
-        assert scene.app.screen is scene.screen
+        await scene.pilot.press("t")
+        await scene.tick()
+        assert scene.app.screen is scene.screen, "jobs are not prepared where no single map is"
         assert "enter shows it alone" in scene.text()
+        assert "batt ≥ 88 % r03" in str(scene.screen.query_one("#totals", LinesPanel).visual)
+        await scene.pilot.click(FleetList, offset=(3, 3))
+        await scene.tick()
+        assert scene.app.robots.selected_name == "r03"
+        at = scene.screen.query_one(FleetMap).view.to_cell(12.0, 0.0)
+        assert at is not None
+        await scene.pilot.click(FleetMap, offset=(at[0], at[1] + 1))
+        await scene.tick()
+        assert scene.app.robots.selected_name == "r02"
+        await scene.pilot.click(FleetList, offset=(3, 2))
+        await scene.tick()
+        assert scene.app.fleet_screen is None, "a click on the picked one shows it"
 
 
 @pytest.mark.parametrize("keys", [(), ("v",)], ids=["one robot", "fleet"])
@@ -126,43 +144,34 @@ async def test_an_order_to_all_asks_first_says_how_many_and_then_who_answered_wh
         assert scene.app.fleet_screen is not None, "escape has put the answers away first"
 
 
-async def test_an_order_to_all_that_is_not_confirmed_goes_to_nobody():
-    async with fleet_console(fleet(4, S.RUNNING), "v", "x", "a", "n") as scene:
+async def test_a_resume_of_all_goes_to_those_that_are_paused_once_it_is_confirmed():
+    async with fleet_console(fleet(4, S.PAUSED, S.RUNNING), "v", "x", "g") as scene:
+        assert "Resume 2 of 4 robots?" in scene.text()
+        await scene.pilot.press("n")
         await scene.tick()
         assert scene.app.screen is scene.screen
         assert not any(asked(link) for link in scene.links.values())
-
-
-async def test_a_resume_of_all_goes_to_those_that_are_paused_and_to_no_other():
-    async with fleet_console(fleet(4, S.PAUSED, S.RUNNING), "v", "x", "g") as scene:
-        assert "Resume 2 of 4 robots?" in scene.text()
-        await scene.pilot.press("y")
-        await until(scene.pilot, lambda: asked(scene.links["r03"]))
-        assert [bool(asked(link)) for link in scene.links.values()] == [True, False, True, False]
-
-
-async def test_an_order_that_concerns_nobody_says_so():
-    async with fleet_console(fleet(4, S.RUNNING), "v", "x", "r") as scene:
+        await scene.pilot.press("x", "r")
         await scene.tick()
         assert "Reset: there are no robots for it" in scene.text()
         assert scene.app.screen is scene.screen
+        await scene.pilot.press("x", "g", "y")
+        await until(scene.pilot, lambda: asked(scene.links["r03"]))
+        assert [bool(asked(link)) for link in scene.links.values()] == [True, False, True, False]
 
 
 @pytest.mark.parametrize(
     "keys",
     [
-        ("v", "e"),
         ("v", "ctrl+e"),
         ("x", "e"),
-        ("x", "ctrl+e"),
         ("v", "x", "space", "e"),
-        ("v", "m", "e"),
         ("v", "m", "m", "e"),
     ],
     ids=" ".join,
 )
 async def test_the_emergency_stop_of_all_works_from_every_screen_of_the_fleet(keys: tuple[str, ...]):
-    links = fleet(20, S.RUNNING)
+    links = fleet(6, S.RUNNING)
     async with fleet_console(links, *keys) as scene:
         await until(scene.pilot, lambda: all(asked(link) for link in links.values()))
         assert all(asked(link) == [topics.ESTOP.name] for link in links.values())
@@ -197,22 +206,6 @@ async def test_each_robot_s_answer_to_an_emergency_stop_is_shown():
         assert "Emergency stop to 12:   12 ✓ acknowledged" in scene.text()
 
 
-async def test_clicks_pick_and_show_robots():
-    async with fleet_console(fleet(3, S.RUNNING), "v") as scene:
-        await scene.pilot.click(FleetList, offset=(3, 3))
-        await scene.tick()
-        assert scene.app.robots.selected_name == "r03"
-        view = scene.screen.query_one(FleetMap).view
-        at = view.to_cell(12.0, 0.0)
-        assert at is not None
-        await scene.pilot.click(FleetMap, offset=(at[0], at[1] + 1))
-        await scene.tick()
-        assert scene.app.robots.selected_name == "r02"
-        await scene.pilot.click(FleetList, offset=(3, 2))
-        await scene.tick()
-        assert scene.app.fleet_screen is None, "a click on the picked one shows it"
-
-
 def closely(scene: Any) -> list[bool]:
     return [link.closely for link in scene.links.values()]
 
@@ -233,7 +226,7 @@ async def test_only_the_robot_in_view_is_listened_to_closely_once_the_operator_r
         assert closely(scene) == [False, True, True, False], "r02 still has a goal to set"
 
 
-@pytest.mark.parametrize(("count", "size"), [(256, (20, 5)), (50, (10, 3)), (50, (300, 80))])
+@pytest.mark.parametrize(("count", "size"), [(256, (10, 3)), (50, (200, 60))])
 async def test_hundreds_of_robots_fit_any_terminal_whatever_is_pressed(count: int, size: tuple[int, int]):
     async with fleet_console(fleet(count), "v", size=size) as scene:
         for key in ("down", "pagedown", "end", "m", "plus", "f", "0", "m", "n", "up", "m", "minus"):
@@ -244,21 +237,6 @@ async def test_hundreds_of_robots_fit_any_terminal_whatever_is_pressed(count: in
         assert "FLEET" in lines[0] or size[0] < 12
         await scene.pilot.press("e")
         await until(scene.pilot, lambda: all(asked(link) for link in scene.links.values()))
-
-
-async def test_totals_say_the_least_battery():
-    async with fleet_console(fleet(3, S.RUNNING), "v") as scene:
-        totals = scene.screen.query_one("#totals", LinesPanel)
-        assert "batt ≥ 88 % r03" in str(totals.visual)
-
-
-async def test_the_list_of_keys_names_every_key_of_the_fleet():
-    async with fleet_console(fleet(3), "v", "question_mark") as scene:
-        listed = str(scene.app.screen.query("#dialog Static").last(Static).visual)
-        for key in FLEET_TABLE:
-            assert not key.bars or f" {key.shown} " in listed, key
-        await scene.pilot.press("question_mark")
-        assert scene.app.screen is scene.screen
 
 
 async def test_a_terminal_that_shrinks_keeps_robots_answers_and_stop_in_sight():
