@@ -60,10 +60,7 @@ class ComponentChoice:
 
 def check(
     places: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SESSION…", help="Recordings, folders of recordings, or glob patterns.", show_default=False
-        ),
+        list[str], typer.Argument(metavar="SESSION…", help="Recordings, folders of recordings, or glob patterns.")
     ],
     *,
     update: Annotated[
@@ -73,8 +70,7 @@ def check(
     processes: WorkersChoice,
     as_json: JsonOption = False,
     html: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write an HTML report with plots to this file.", show_default=False),
+        Path | None, typer.Option(metavar="FILE", help="Write an HTML report with plots to this file.")
     ] = None,
 ) -> None:
     """Run recorded sessions again with the present code; exit code 1 if one differs or cannot be run.

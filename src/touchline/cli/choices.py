@@ -31,9 +31,7 @@ class PlanChoice:
     order: Annotated[
         Order,
         typer.Option(
-            "--order",
-            metavar="ORDER",
-            help="Order of the lines: least time (optimised), or as in the template (given).",
+            metavar="ORDER", help="Order of the lines: least time (optimised), or as in the template (given)."
         ),
     ] = "optimised"
     method: Annotated[
@@ -53,50 +51,34 @@ class PlanChoice:
     kappa_max: Annotated[
         float,
         typer.Option(
-            "--kappa-max",
-            metavar="1/M",
-            help="Largest curvature of turns, 1/m (0: the method's default).",
-            show_default=False,
+            metavar="1/M", help="Largest curvature of turns, 1/m (0: the method's default).", show_default=False
         ),
     ] = 0.0
     sigma_max: Annotated[
         float,
         typer.Option(
-            "--sigma-max",
-            metavar="1/M²",
-            help="Largest sharpness dκ/ds, 1/m² (0: the method's default).",
-            show_default=False,
+            metavar="1/M²", help="Largest sharpness dκ/ds, 1/m² (0: the method's default).", show_default=False
         ),
     ] = 0.0
     paint_speed: Annotated[
         float,
         typer.Option(
-            "--paint-speed",
-            metavar="M/S",
-            help="Speed while marking or covering, m/s (0: vehicle default).",
-            show_default=False,
+            metavar="M/S", help="Speed while marking or covering, m/s (0: vehicle default).", show_default=False
         ),
     ] = 0.0
     transit_speed: Annotated[
-        float,
-        typer.Option(
-            "--transit-speed", metavar="M/S", help="Speed in transitions, m/s (0: vehicle default).", show_default=False
-        ),
+        float, typer.Option(metavar="M/S", help="Speed in transitions, m/s (0: vehicle default).", show_default=False)
     ] = 0.0
     forward_only: Annotated[
         bool, typer.Option("--forward-only", help="Drive forward only: neither reverse nor turn on the spot.")
     ] = False
     drying_time: Annotated[
-        float,
-        typer.Option(
-            "--drying-time", metavar="S", help="Drying time of the paint, s (0: vehicle default).", show_default=False
-        ),
+        float, typer.Option(metavar="S", help="Drying time of the paint, s (0: vehicle default).", show_default=False)
     ] = 0.0
     hard_drying: Annotated[bool, typer.Option("--hard-drying", help="Fail rather than drive over wet paint.")] = False
     obstructed: Annotated[
         str,
         typer.Option(
-            "--obstructed",
             metavar="leave-out|refuse",
             help="Obstructed parts of lines: leave them out and report them (default), or fail.",
             show_default=False,
@@ -106,31 +88,23 @@ class PlanChoice:
         bool, typer.Option("--return", help="End at the start pose, not behind the last line.")
     ] = False
 
-    overlap: Annotated[
-        float, typer.Option("--overlap", metavar="M", help="Areas: minimum overlap of neighbouring lanes, m.")
-    ] = 0.03
+    overlap: Annotated[float, typer.Option(metavar="M", help="Areas: minimum overlap of neighbouring lanes, m.")] = 0.03
     margin: Annotated[
-        float,
-        typer.Option(
-            "--margin", metavar="M", help="Areas: clearance between body and outline, m (40 % less in turns)."
-        ),
+        float, typer.Option(metavar="M", help="Areas: clearance between body and outline, m (40 % less in turns).")
     ] = 0.05
     laps: Annotated[
-        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline (0: none; -1: as many as needed).")
+        int, typer.Option(metavar="N", help="Areas: laps along the outline (0: none; -1: as many as needed).")
     ] = -1
     swath_angle: Annotated[
         float | None,
         typer.Option(
-            "--swath-angle",
             metavar="DEGREES",
             help="Areas: direction of the lanes, degrees counter-clockwise from +x (default: the best one).",
-            show_default=False,
         ),
     ] = None
     coverage: Annotated[
         float,
         typer.Option(
-            "--coverage",
             metavar="PERCENT",
             help="Areas: minimum coverage of the reachable area, percent (0: touch up only where it costs little).",
             show_default=False,
@@ -186,7 +160,6 @@ VehicleOption = Annotated[
         "--vehicle",
         metavar="NAME|FILE",
         help=f"Robot: a shipped one ({', '.join(SHIPPED)}) or a JSON file (default: the first).",
-        show_default=False,
     ),
 ]
 
@@ -212,12 +185,7 @@ class SetupChoice:
 
     scenario: Annotated[
         Path | None,
-        typer.Option(
-            "--scenario",
-            metavar="FILE",
-            help="Scenario JSON file: the robot's world; --seed and --noise override it.",
-            show_default=False,
-        ),
+        typer.Option(metavar="FILE", help="Scenario JSON file: the robot's world; --seed and --noise override it."),
     ] = None
     seed: Annotated[
         int | None,
@@ -234,10 +202,7 @@ class SetupChoice:
     onboard: Annotated[
         Path | None,
         typer.Option(
-            "--onboard",
-            metavar="FILE",
-            help="JSON file of the onboard computer: data sheets, limits; --follower overrides it.",
-            show_default=False,
+            metavar="FILE", help="JSON file of the onboard computer: data sheets, limits; --follower overrides it."
         ),
     ] = None
     follower: Annotated[str | None, PluginOption("--follower", FOLLOWERS, "NAME", "Path follower")] = None

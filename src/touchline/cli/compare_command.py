@@ -18,12 +18,9 @@ def register(app: typer.Typer) -> None:
 
 def compare(
     left: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FIRST", help="Recording to compare with (docs/guides/recordings.md).", show_default=False
-        ),
+        Path, typer.Argument(metavar="FIRST", help="Recording to compare with (docs/guides/recordings.md).")
     ],
-    right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
+    right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.")],
     topics: Annotated[
         list[str] | None,
         typer.Option(

@@ -37,12 +37,8 @@ class Extract:
             metavar="PATH", help="Show only this field, such as pose.pose.position.x or x_m[0].", show_default=False
         ),
     ] = ""
-    from_s: Annotated[
-        float | None, typer.Option("--from", metavar="S", help="Start at this time, s, as shown.", show_default=False)
-    ] = None
-    to_s: Annotated[
-        float | None, typer.Option("--to", metavar="S", help="End at this time, s, as shown.", show_default=False)
-    ] = None
+    from_s: Annotated[float | None, typer.Option("--from", metavar="S", help="Start at this time, s, as shown.")] = None
+    to_s: Annotated[float | None, typer.Option("--to", metavar="S", help="End at this time, s, as shown.")] = None
     count: Annotated[
         int, typer.Option(metavar="N", help="Show at most N messages (0: all).", min=0, show_default=False)
     ] = 0
@@ -62,8 +58,7 @@ class Extract:
 
 def echo(
     given: Annotated[
-        list[str],
-        typer.Argument(metavar="RECORDING TOPIC", help="/tt2/gnss/fix, or gnss/fix of all robots.", show_default=False),
+        list[str], typer.Argument(metavar="RECORDING TOPIC", help="/tt2/gnss/fix, or gnss/fix of all robots.")
     ],
     extract: Extract,
     robot: LiveOption = None,

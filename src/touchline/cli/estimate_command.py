@@ -23,17 +23,11 @@ def register(app: typer.Typer) -> None:
 class EstimateChoice:
     """Robot, reference and picture of an estimate."""
 
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            "--robot", metavar="NAME", help="Robot to use, if the recording holds several.", show_default=False
-        ),
-    ] = None
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="Robot to use, if the recording holds several.")] = (
+        None
+    )
     plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw track, innovations and NIS to this .svg or .png file.", show_default=False
-        ),
+        Path | None, typer.Option(metavar="FILE", help="Draw track, innovations and NIS to this .svg or .png file.")
     ] = None
     align: Annotated[
         FrameFit,

@@ -25,27 +25,18 @@ def export(
     file: RecordingArgument,
     tables: TableChoice,
     geojson: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write template, plan and paint to this GeoJSON file (WGS 84).", show_default=False
-        ),
+        Path | None, typer.Option(metavar="FILE", help="Write template, plan and paint to this GeoJSON file (WGS 84).")
     ] = None,
     viewer: Annotated[
         Path | None,
         typer.Option(
             metavar="OUT.mcap",
             help="Write a copy with the topics that viewers draw, if the recording has none; must not exist.",
-            show_default=False,
         ),
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(
-            "--robot",
-            metavar="NAME",
-            help="Robot to put on the map, if the recording holds several (default: all).",
-            show_default=False,
-        ),
+        typer.Option(metavar="NAME", help="Robot to put on the map, if the recording holds several (default: all)."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

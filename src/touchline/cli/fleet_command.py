@@ -5,7 +5,7 @@ import tempfile
 import uuid
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -26,17 +26,11 @@ from touchline.recordings.writing import check_recordable
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
-from touchline.schemas.messages import (
-    CommandRequest,
-    CommandResponse,
-    TeamRobotRequest,
-    TeamRobotResponse,
-    TeamTaskRequest,
-    TeamTaskResponse,
-)
+from touchline.schemas.messages import CommandRequest, TeamRobotRequest, TeamTaskRequest
+from touchline.schemas.messages.base import Message
 from touchline.schemas.spec import EVERY_FIELD, read_text
 from touchline.schemas.team import MOST_ROBOTS, TeamScenario
-from touchline.schemas.topics import TEAM_NAMESPACE
+from touchline.schemas.topics import TEAM_NAMESPACE, Service
 from touchline.supervision.running_system import only_one
 from touchline.supervision.temporary_system import ProcessOptions, local_system
 
@@ -45,9 +39,7 @@ _TASK_S: Final = 120.0
 _ROBOT_S: Final = 10.0
 
 TeamNameOption = Annotated[str, typer.Option("--team-name", metavar="NAME", help="Namespace of the team.")]
-RecordAllOption = Annotated[
-    Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.", show_default=False)
-]
+RecordAllOption = Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Record all robots to this MCAP file.")]
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of the robot.")]
 
 
@@ -75,10 +67,7 @@ def robots_of(
     robots: RobotsCountOption = None,
     seed: SeedOption = None,
     only: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--only", metavar="NAME", help="Only this robot; may be repeated (default: all).", show_default=False
-        ),
+        list[str] | None, typer.Option(metavar="NAME", help="Only this robot; may be repeated (default: all).")
     ] = None,
     *,
     choice: TeamChoice,
@@ -171,12 +160,7 @@ def run(
 
 def sweep(
     robots: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N,N…",
-            help="Team sizes to simulate (default: the team's, 10).",
-            show_default=False,
-        ),
+        str | None, typer.Option(metavar="N,N…", help="Team sizes to simulate (default: the team's, 10).")
     ] = None,
     seeds: Annotated[int, typer.Option(metavar="N", help="Runs of each size, with consecutive seeds.", min=1)] = 20,
     seed: SeedOption = None,
@@ -222,20 +206,12 @@ def task(
 ) -> None:
     """Give a team on the bus a task; its coordinator starts it, or continues it if it is the present one."""
     text = json.dumps({"kind": what}) if what in ("deploy", "swap") else read_text(Path(what))
-    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
-        request = TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text)
-        response = bus.call(topics.TEAM_TASK, request, _TASK_S)
-    _report(response, as_json)
+    _ask(topics.TEAM_TASK, TeamTaskRequest(request_id=uuid.uuid4().hex, task_json=text), _TASK_S, robot, as_json)
 
 
-def stop(
-    robot: TeamNameOption = TEAM_NAMESPACE,
-    as_json: JsonOption = False,
-) -> None:
+def stop(robot: TeamNameOption = TEAM_NAMESPACE, as_json: JsonOption = False) -> None:
     """Pause every robot of a team on the bus; `touchline order resume` continues."""
-    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
-        response = bus.call(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S)
-    _report(response, as_json)
+    _ask(topics.TEAM_STOP, CommandRequest(request_id=uuid.uuid4().hex), _TASK_S, robot, as_json)
 
 
 def remove(
@@ -247,21 +223,19 @@ def remove(
     as_json: JsonOption = False,
 ) -> None:
     """Remove a robot that has been taken off the ground from a team on the bus, so that the others ignore it."""
-    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
-        request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
-        response = bus.call(topics.TEAM_REMOVE, request, _ROBOT_S)
-    _report(response, as_json)
+    request = TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name, force=force)
+    _ask(topics.TEAM_REMOVE, request, _ROBOT_S, robot, as_json)
 
 
 def admit(name: RobotArgument, robot: TeamNameOption = TEAM_NAMESPACE, as_json: JsonOption = False) -> None:
     """Let a removed robot join its team on the bus again; it may stand elsewhere."""
-    with Bus.open(topics.OPERATOR, config_of(robot)) as bus:
-        response = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S)
-    _report(response, as_json)
+    _ask(topics.TEAM_ADMIT, TeamRobotRequest(request_id=uuid.uuid4().hex, robot=name), _ROBOT_S, robot, as_json)
 
 
-def _report(response: CommandResponse | TeamTaskResponse | TeamRobotResponse, as_json: bool) -> None:
-    """Print a response; the exit code shows whether it is a success."""
+def _ask(service: Service[Any, Any], request: Message, timeout_s: float, team_name: str, as_json: bool) -> None:
+    """Call a team's coordinator and print its answer; the exit code shows whether it is a success."""
+    with Bus.open(topics.OPERATOR, config_of(team_name)) as bus:
+        response = bus.call(service, request, timeout_s)
     if as_json:
         print_json({"success": response.success, "message": response.message})
     else:

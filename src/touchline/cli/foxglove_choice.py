@@ -31,20 +31,16 @@ class FoxgloveChoice:
         ),
     ] = ""
     foxglove_orders: Annotated[
-        bool,
-        typer.Option("--foxglove-orders", help="Let viewers command robots, recordings and replays."),
+        bool, typer.Option("--foxglove-orders", help="Let viewers command robots, recordings and replays.")
     ] = False
     foxglove_origin: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ORIGIN",
-            help="Accept web pages of this origin, such as https://viewer.example; may be repeated.",
-            show_default=False,
+            metavar="ORIGIN", help="Accept web pages of this origin, such as https://viewer.example; may be repeated."
         ),
     ] = None
     clock: Annotated[
-        bool,
-        typer.Option("--clock", help="Publish the first robot's sim time as /clock to viewers and ROS 2 nodes."),
+        bool, typer.Option("--clock", help="Publish the first robot's sim time as /clock to viewers and ROS 2 nodes.")
     ] = False
 
     def server(self) -> "FoxgloveConfig | None":

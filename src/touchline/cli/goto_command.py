@@ -43,20 +43,16 @@ def register(app: typer.Typer) -> None:
 class GoalChoice:
     """Goal, path method and timing."""
 
-    x: Annotated[float, typer.Argument(metavar="X", help="x of the goal, m, map frame.", show_default=False)]
-    y: Annotated[float, typer.Argument(metavar="Y", help="y of the goal, m, map frame.", show_default=False)]
+    x: Annotated[float, typer.Argument(metavar="X", help="x of the goal, m, map frame.")]
+    y: Annotated[float, typer.Argument(metavar="Y", help="y of the goal, m, map frame.")]
     heading: Annotated[
         float | None,
-        typer.Argument(
-            metavar="HEADING",
-            help="Heading at the goal, rad, counter-clockwise from +x (default: any).",
-            show_default=False,
-        ),
+        typer.Argument(metavar="HEADING", help="Heading at the goal, rad, counter-clockwise from +x (default: any)."),
     ] = None
     method: Annotated[str | None, PluginOption("--method", POSE_METHODS, "METHOD", "Path method")] = None
     law: Annotated[str | None, PluginOption("--law", SPEED_LAWS, "LAW", "Speed law along the path")] = None
     duration: Annotated[
-        float, typer.Option("--duration", metavar="S", help="Duration of the drive, s (0: as fast as the law allows).")
+        float, typer.Option(metavar="S", help="Duration of the drive, s (0: as fast as the law allows).")
     ] = 0.0
     tangents: Annotated[
         str | None,
@@ -64,7 +60,6 @@ class GoalChoice:
             "--k",
             metavar="M[,M]",
             help="Method cubic: tangent lengths at start and goal, m; negative: backward (default: chosen).",
-            show_default=False,
         ),
     ] = None
     forward_only: Annotated[
@@ -98,17 +93,13 @@ def goto(
     start: Annotated[
         str | None,
         typer.Option(
-            "--start",
-            metavar="X,Y,HEADING",
-            help="With --vehicle: start pose (m, m, rad; default: the scenario's, or 0,0,0).",
-            show_default=False,
+            metavar="X,Y,HEADING", help="With --vehicle: start pose (m, m, rad; default: the scenario's, or 0,0,0)."
         ),
     ] = None,
     name: RobotOption = None,
     hashed: Annotated[bool, typer.Option("--hash", help="With --vehicle: compute the session hash.")] = False,
     record: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.mcap", help="With --vehicle: record the session to this file.", show_default=False),
+        Path | None, typer.Option(metavar="FILE.mcap", help="With --vehicle: record the session to this file.")
     ] = None,
     report: ReportOption = None,
     as_json: JsonOption = False,

@@ -20,8 +20,7 @@ def register(app: typer.Typer) -> None:
 
 def hz(
     given: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="RECORDING [TOPIC]...", help="All topics if none is given.", show_default=False),
+        list[str] | None, typer.Argument(metavar="RECORDING [TOPIC]...", help="All topics if none is given.")
     ] = None,
     robot: LiveOption = None,
     seconds: SecondsOption = 5.0,

@@ -28,14 +28,9 @@ class LogChoice:
 
     mapping: Annotated[
         Path | None,
-        typer.Option(
-            "--map",
-            metavar="FILE",
-            help="JSON file that maps streams to sensors (docs/guides/logs.md).",
-            show_default=False,
-        ),
+        typer.Option("--map", metavar="FILE", help="JSON file that maps streams to sensors (docs/guides/logs.md)."),
     ] = None
-    out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.", show_default=False)] = None
+    out: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Session to write.")] = None
     listed: Annotated[
         bool, typer.Option("--list", help="List the streams in the logs and propose a mapping; write nothing.")
     ] = False
@@ -47,10 +42,7 @@ class LogChoice:
 
 
 def import_(
-    logs: Annotated[
-        list[Path],
-        typer.Argument(metavar="LOG…", help="Logs of one robot and one drive.", show_default=False),
-    ],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG…", help="Logs of one robot and one drive.")],
     *,
     choice: LogChoice,
     as_json: JsonOption = False,

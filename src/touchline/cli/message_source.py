@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 LiveOption = Annotated[
     str | None,
-    typer.Option(
-        "--robot",
-        metavar="NAME",
-        help="Listen to this robot on the bus instead of reading a recording.",
-        show_default=False,
-    ),
+    typer.Option("--robot", metavar="NAME", help="Listen to this robot on the bus instead of reading a recording."),
 ]
 SecondsOption = Annotated[
     float, typer.Option("--seconds", metavar="S", help="With --robot: duration, s (0: until Ctrl-C).", min=0.0)

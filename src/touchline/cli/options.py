@@ -28,8 +28,7 @@ SpeedOption = Annotated[
     ),
 ]
 ReportOption = Annotated[
-    Path | None,
-    typer.Option("--report", metavar="FILE", help="Write the figures to this JSON file.", show_default=False),
+    Path | None, typer.Option("--report", metavar="FILE", help="Write the figures to this JSON file.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 RecordingArgument = Annotated[
@@ -46,7 +45,6 @@ RecordingsOption = Annotated[
         help="Folder of recordings; none are written elsewhere (default: the current folder).",
         exists=True,
         file_okay=False,
-        show_default=False,
     ),
 ]
 RobotsOption = Annotated[
@@ -55,18 +53,16 @@ RobotsOption = Annotated[
         "--robots",
         metavar="FILE",
         help="JSON file of robots: namespace, vehicle, computer and world of each (docs/reference/robots.md).",
-        show_default=False,
     ),
 ]
 _ROBOT_HELP = "Namespace of the robot (default: $TOUCHLINE_NAMESPACE, or tt2)."
-RobotOption = Annotated[str | None, typer.Option("--robot", metavar="NAME", help=_ROBOT_HELP, show_default=False)]
+RobotOption = Annotated[str | None, typer.Option("--robot", metavar="NAME", help=_ROBOT_HELP)]
 SomeRobotsOption = Annotated[
     list[str] | None,
     typer.Option(
         "--robot",
         metavar="NAME",
         help="Namespace of a robot; may be repeated (default: those in $TOUCHLINE_NAMESPACE, or all).",
-        show_default=False,
     ),
 ]
 SupervisorOption = Annotated[

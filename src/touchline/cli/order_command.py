@@ -61,10 +61,7 @@ def register(app: typer.Typer) -> None:
 
 
 def order(
-    what: Annotated[
-        OrderName,
-        typer.Argument(metavar="ORDER", help=f"Order: {', '.join(_ORDERS)}.", show_default=False),
-    ],
+    what: Annotated[OrderName, typer.Argument(metavar="ORDER", help=f"Order: {', '.join(_ORDERS)}.")],
     patience_s: Annotated[
         float,
         typer.Option(
@@ -77,11 +74,9 @@ def order(
     robot: Annotated[
         list[str] | None,
         typer.Option(
-            "--robot",
             metavar="NAME",
             help="Namespace of a robot; may be repeated. Default: $TOUCHLINE_NAMESPACE; without that, estop, pause and "
             "abort go to every robot on the bus, other orders to tt2.",
-            show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -134,8 +129,7 @@ def fault(
         str | None,
         typer.Argument(
             help='Fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
-            "or a JSON file. start_s counts from now.",
-            show_default=False,
+            "or a JSON file. start_s counts from now."
         ),
     ] = None,
     list_kinds: Annotated[
@@ -189,7 +183,6 @@ def list_topics(
         typer.Option(
             metavar="DIR",
             help="Write the .msg and .srv files of all types to this folder instead, standard ones included.",
-            show_default=False,
         ),
     ] = None,
 ) -> None:

@@ -19,7 +19,6 @@ OrdersOption = Annotated[
         metavar="T:ROBOT:WORD",
         help=f"With --robots: at sim time T (s), WORD ({_WORDS}) happens to robot ROBOT (1 to N), such as "
         "200:2:fail; may be repeated.",
-        show_default=False,
     ),
 ]
 

@@ -36,15 +36,12 @@ class OutputChoice:
         SpecError: The picture's format is not supported, or a file could not be written.
     """
 
-    record: Annotated[
-        Path | None, typer.Option(metavar="FILE.mcap", help="Record the session to this MCAP file.", show_default=False)
-    ] = None
+    record: Annotated[Path | None, typer.Option(metavar="FILE.mcap", help="Record the session to this MCAP file.")] = (
+        None
+    )
     report: ReportOption = None
     plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw what was painted or covered to this .svg or .png file.", show_default=False
-        ),
+        Path | None, typer.Option(metavar="FILE", help="Draw what was painted or covered to this .svg or .png file.")
     ] = None
     as_json: JsonOption = False
 

@@ -15,21 +15,10 @@ def register(app: typer.Typer) -> None:
 
 
 def picture(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="RECORDING", help="Recording to draw (docs/guides/recordings.md).", show_default=False),
-    ],
-    out: Annotated[
-        Path, typer.Option(metavar="FILE", help="Picture to write: an .svg or .png file.", show_default=False)
-    ],
+    file: Annotated[Path, typer.Argument(metavar="RECORDING", help="Recording to draw (docs/guides/recordings.md).")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Picture to write: an .svg or .png file.")],
     robot: Annotated[
-        str | None,
-        typer.Option(
-            "--robot",
-            metavar="NAME",
-            help="Robot to draw, if the recording holds several (default: all).",
-            show_default=False,
-        ),
+        str | None, typer.Option(metavar="NAME", help="Robot to draw, if the recording holds several (default: all).")
     ] = None,
 ) -> None:
     """Draw the work in a recording: its last traversal, or all of several robots.

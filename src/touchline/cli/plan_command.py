@@ -69,10 +69,7 @@ class PlanOutput:
     ] = "plain"
     plot_wheels: Annotated[
         Path | None,
-        typer.Option(
-            "--plot-wheels",
-            help="Draw each actuator over time (wheels, or drum and steering) to this .svg or .png file.",
-        ),
+        typer.Option(help="Draw each actuator over time (wheels, or drum and steering) to this .svg or .png file."),
     ] = None
     as_json: JsonOption = False
 

@@ -4,7 +4,6 @@ import math
 import sys
 import time
 import uuid
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import typer
@@ -86,12 +85,12 @@ def seek(time_s: TimeArgument, robot: RobotOption = None, as_json: JsonOption = 
         if time_s.lstrip().startswith(("+", "-")):
             value += _status_of(bus).now_s
         request = ReplaySeekRequest(request_id=uuid.uuid4().hex, time_s=value)
-        _print_reply(_Reply(bus.namespace, "seek", bus.call(topics.REPLAY_SEEK, request, _PATIENCE_S)), as_json)
+        _print_reply(bus.namespace, "seek", bus.call(topics.REPLAY_SEEK, request, _PATIENCE_S), as_json)
 
 
 def step(
-    messages: Annotated[int, typer.Option("--messages", metavar="N", help="Number of messages.", min=0)] = 0,
-    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="Sim time, s.", min=0.0)] = 0.0,
+    messages: Annotated[int, typer.Option(metavar="N", help="Number of messages.", min=0)] = 0,
+    seconds: Annotated[float, typer.Option(metavar="S", help="Sim time, s.", min=0.0)] = 0.0,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -107,7 +106,7 @@ def step(
 
 
 def speed(
-    factor: Annotated[str, typer.Argument(metavar="FACTOR", help="Pace, × real time, or max.", show_default=False)],
+    factor: Annotated[str, typer.Argument(metavar="FACTOR", help="Pace, × real time, or max.")],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -126,17 +125,10 @@ def loop(
     _order("loop", topics.REPLAY_SET_LOOPS, request, robot, as_json)
 
 
-@dataclass(frozen=True)
-class _Reply:
-    robot: str
-    order: str
-    answer: Any
-
-
 def _order(what: str, service: Service[Any, Any], request: Message, robot: str | None, as_json: bool) -> None:
     with Bus.open(topics.OPERATOR, config_of(robot)) as first:
         bus = _replaying(first, robot)
-        _print_reply(_Reply(bus.namespace, what, bus.call(service, request, _PATIENCE_S)), as_json)
+        _print_reply(bus.namespace, what, bus.call(service, request, _PATIENCE_S), as_json)
 
 
 def _replaying(bus: Bus, robot: str | None) -> Bus:
@@ -167,14 +159,13 @@ def _status_of(bus: Bus) -> ReplayStatus:
     raise TouchlineError(f"the replay of {bus.namespace} does not report its status")
 
 
-def _print_reply(reply: _Reply, as_json: bool) -> None:
-    success, message = reply.answer.success, plain(reply.answer.message)
+def _print_reply(robot: str, order: str, answer: Any, as_json: bool) -> None:
+    message = plain(answer.message)
     if as_json:
-        figures = {"robot": reply.robot, "order": reply.order, "success": success, "message": message}
-        print_json(figures)
-    elif success:
-        typer.echo(f"{reply.order}: {message}")
+        print_json({"robot": robot, "order": order, "success": answer.success, "message": message})
+    elif answer.success:
+        typer.echo(f"{order}: {message}")
     else:
-        typer.echo(f"{reply.order} refused: {message}", err=True)
-    if not success:
+        typer.echo(f"{order} refused: {message}", err=True)
+    if not answer.success:
         sys.exit(ExitCode.FAILED)

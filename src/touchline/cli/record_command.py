@@ -31,15 +31,14 @@ def register(app: typer.Typer) -> None:
 
 
 def record(
-    file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.")],
     seconds: Annotated[float, typer.Option(metavar="S", help="Duration, s (0: until Ctrl-C).", min=0.0)] = 0.0,
     robot: RobotOption = None,
     max_size: Annotated[
-        float, typer.Option("--max-size", metavar="MB", help="Start a new part at this size, MB (0: never).", min=0.0)
+        float, typer.Option(metavar="MB", help="Start a new part at this size, MB (0: never).", min=0.0)
     ] = 0.0,
     max_time: Annotated[
-        float,
-        typer.Option("--max-time", metavar="S", help="Start a new part after this sim time, s (0: never).", min=0.0),
+        float, typer.Option(metavar="S", help="Start a new part after this sim time, s (0: never).", min=0.0)
     ] = 0.0,
     as_json: JsonOption = False,
 ) -> None:

@@ -22,32 +22,23 @@ def register(app: typer.Typer) -> None:
 
 
 def replay(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="RECORDING", help="Recording to replay (docs/guides/recordings.md).", show_default=False
-        ),
-    ],
+    file: Annotated[Path, typer.Argument(metavar="RECORDING", help="Recording to replay (docs/guides/recordings.md).")],
     speed: SpeedOption = "1",
     from_s: Annotated[
-        float | None,
-        typer.Option("--from", metavar="S", help="Start at this time of the recording, s.", show_default=False),
+        float | None, typer.Option("--from", metavar="S", help="Start at this time of the recording, s.")
     ] = None,
     to_s: Annotated[
-        float | None,
-        typer.Option("--to", metavar="S", help="End at this time of the recording, s.", show_default=False),
+        float | None, typer.Option("--to", metavar="S", help="End at this time of the recording, s.")
     ] = None,
     paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False,
     stay: Annotated[bool, typer.Option("--stay", help="Pause at the end until Ctrl-C.")] = False,
-    loop: Annotated[int, typer.Option("--loop", metavar="N", help="Number of passes (0: until Ctrl-C).", min=0)] = 1,
+    loop: Annotated[int, typer.Option(metavar="N", help="Number of passes (0: until Ctrl-C).", min=0)] = 1,
     robot: Annotated[
         list[str] | None,
         typer.Option(
-            "--robot",
             metavar="NAME",
             help="Robot to replay, if the recording holds several; may be repeated. A single robot is replayed as "
             "NAME (default: $TOUCHLINE_NAMESPACE, or tt2).",
-            show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,

@@ -55,7 +55,6 @@ def run(
             "--robot",
             metavar="NAME",
             help="Use this robot of the system on the bus (see `touchline status`), instead of starting one for it.",
-            show_default=False,
         ),
     ] = None,
     robots: TeamOption = 1,

@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
 
 def salvage(
     file: RecordingArgument,
-    out: Annotated[Path, typer.Argument(metavar="OUT.mcap", help="File to write; must not exist.", show_default=False)],
+    out: Annotated[Path, typer.Argument(metavar="OUT.mcap", help="File to write; must not exist.")],
     as_json: JsonOption = False,
 ) -> None:
     """Copy all that can be read of a recording to a complete, indexed file; exit code 1 if something is lost."""

@@ -49,7 +49,6 @@ TakeOverOption = Annotated[
         "operator's `touchline order take-over`.",
         min=0.0,
         max=3600.0,
-        show_default=False,
     ),
 ]
 

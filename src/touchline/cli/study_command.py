@@ -37,8 +37,7 @@ def study(
         ),
     ] = "marking",
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: plots, too."),
+        Path | None, typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: plots, too.")
     ] = None,
     pairs: Annotated[
         int,

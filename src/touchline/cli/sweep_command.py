@@ -41,7 +41,6 @@ def sweep(
             help="Values to combine: NAME=VALUE,VALUE… with a field of the scenario (gnss.white_m), `template`, "
             "`follower`, a planning option (plan.paint_speed_mps), a field of the goal (goal.method) "
             "or of the onboard computer (onboard.gnss.white_m); may be repeated.",
-            show_default=False,
         ),
     ] = None,
     *,

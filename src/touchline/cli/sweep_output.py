@@ -93,9 +93,7 @@ class SweepOutput:
     """
 
     report: ReportOption = None
-    csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a line per run to this CSV file.", show_default=False)
-    ] = None
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a line per run to this CSV file.")] = None
     as_json: JsonOption = False
 
     def __post_init__(self) -> None:

@@ -30,16 +30,10 @@ class SubjectChoice:
             metavar="SCENARIO|TEMPLATE",
             help="A shipped template's name, a template file or a scenario file. With --goal: a "
             "scenario file, or nothing.",
-            show_default=False,
         ),
     ] = None
     template: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TEMPLATE",
-            help="Template, if a scenario file is given (default: soccer-11).",
-            show_default=False,
-        ),
+        str | None, typer.Option(metavar="TEMPLATE", help="Template, if a scenario file is given (default: soccer-11).")
     ] = None
     goal: Annotated[
         str | None,
@@ -47,7 +41,6 @@ class SubjectChoice:
             metavar="X,Y[,HEADING]",
             help="Drive to this pose (m, m, rad; default heading: any) instead of working on a template, from the "
             "scenario's start, or 0,0,0; `--set goal.method=…` and the like say how.",
-            show_default=False,
         ),
     ] = None
 

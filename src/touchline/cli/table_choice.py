@@ -16,17 +16,10 @@ class TableChoice:
     """Topics and files of tables."""
 
     topics: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--topic", metavar="TOPIC", help="Topic to write as a table; may be repeated.", show_default=False
-        ),
+        list[str] | None, typer.Option("--topic", metavar="TOPIC", help="Topic to write as a table; may be repeated.")
     ] = None
-    csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the topics to this CSV file.", show_default=False)
-    ] = None
-    parquet: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the topics to this Parquet file.", show_default=False)
-    ] = None
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the topics to this CSV file.")] = None
+    parquet: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the topics to this Parquet file.")] = None
 
     def __post_init__(self) -> None:
         """Refuse a format whose package is missing.

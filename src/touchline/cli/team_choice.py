@@ -24,26 +24,17 @@ class TeamChoice:
 
     team: Annotated[
         Path | None,
-        typer.Option(
-            "--team",
-            metavar="FILE",
-            help="JSON file of a team (docs/reference/teams.md); options override it.",
-            show_default=False,
-        ),
+        typer.Option(metavar="FILE", help="JSON file of a team (docs/reference/teams.md); options override it."),
     ] = None
     task: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KIND", help="Task: deploy (default) or swap; others in a --team file.", show_default=False
-        ),
+        str | None, typer.Option(metavar="KIND", help="Task: deploy (default) or swap; others in a --team file.")
     ] = None
     vehicle: VehicleOption = None
     noise: Annotated[
         Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
     ] = None
     avoid: Annotated[
-        Avoid | None,
-        typer.Option(metavar="HOW", help="Collision avoidance: cells (default) or none, as in the study."),
+        Avoid | None, typer.Option(metavar="HOW", help="Collision avoidance: cells (default) or none, as in the study.")
     ] = None
     path: Annotated[
         Heading | None,

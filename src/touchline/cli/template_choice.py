@@ -20,35 +20,20 @@ TemplateArgument = Annotated[
     typer.Argument(help="A shipped template's name (see `touchline templates`) or a JSON file.", show_default=False),
 ]
 SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        help="Parameter of the template, such as length=100; may be repeated.",
-        show_default=False,
-    ),
+    list[str] | None, typer.Option("--set", help="Parameter of the template, such as length=100; may be repeated.")
 ]
 PlaceOption = Annotated[
-    str | None,
-    typer.Option(
-        "--place",
-        help="Placement in the map frame: x,y (m)[,rotation (degrees)[,mirror]].",
-        show_default=False,
-    ),
+    str | None, typer.Option("--place", help="Placement in the map frame: x,y (m)[,rotation (degrees)[,mirror]].")
 ]
 OriginOption = Annotated[
     str | None,
-    typer.Option(
-        "--origin",
-        help="Geodetic origin of the map frame: latitude, longitude[, altitude] (degrees, m).",
-        show_default=False,
-    ),
+    typer.Option("--origin", help="Geodetic origin of the map frame: latitude, longitude[, altitude] (degrees, m)."),
 ]
 MapOriginOption = Annotated[
     str | None,
     typer.Option(
         "--map-origin",
         help="Move the drawing from its own origin to a map frame with this one: latitude, longitude[, altitude].",
-        show_default=False,
     ),
 ]
 

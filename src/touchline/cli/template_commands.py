@@ -62,7 +62,7 @@ class TemplateFiles:
     """Destinations of a template; standard output if none is given."""
 
     out: OutOption = None
-    plot: Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")] = None
+    plot: Annotated[Path | None, typer.Option(help="Draw the template to this .svg file.")] = None
 
     def deliver(self, template: Template) -> None:
         """Write and draw the template.
@@ -83,9 +83,7 @@ class TemplateFiles:
 
 
 def show(
-    name: Annotated[
-        str | None, typer.Argument(help="Print this template (or JSON file) as JSON.", show_default=False)
-    ] = None,
+    name: Annotated[str | None, typer.Argument(help="Print this template (or JSON file) as JSON.")] = None,
     settings: SetOption = None,
     *,
     where: PlaceChoice,
@@ -144,17 +142,13 @@ class ImportChoice:
     """Tolerance of an import, and its selection."""
 
     scale: Annotated[
-        float | None,
-        typer.Option(help="Metres per unit of the drawing (default: the drawing's own unit).", show_default=False),
+        float | None, typer.Option(help="Metres per unit of the drawing (default: the drawing's own unit).")
     ] = None
     line_width: LineWidthOption = 0.12
     detail: Annotated[
         float | None,
         typer.Option(
-            help="Smallest feature to keep, m (default: line width; 0: all that can be painted).",
-            min=0.0,
-            max=10.0,
-            show_default=False,
+            help="Smallest feature to keep, m (default: line width; 0: all that can be painted).", min=0.0, max=10.0
         ),
     ] = None
     fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False
@@ -165,9 +159,7 @@ class ImportChoice:
     layer: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME",
-            help="Read only this layer (DXF) or group (SVG, by label or id); may be repeated.",
-            show_default=False,
+            metavar="NAME", help="Read only this layer (DXF) or group (SVG, by label or id); may be repeated."
         ),
     ] = None
     boundary: Annotated[
@@ -181,9 +173,6 @@ class ImportChoice:
     anchor: Annotated[str, typer.Option(help="Point that becomes (0, 0): centre, corner (lower left) or own.")] = (
         "centre"
     )
-    skip_others: Annotated[
-        bool, typer.Option("--skip-others", hidden=True, help="No effect; kept for old command lines.")
-    ] = False
 
     def options(self) -> "ImportOptions":
         """Return the importer's options.
@@ -215,10 +204,7 @@ def import_(
     out: OutOption = None,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            help="Draw the template, the original and their largest differences to this .svg or .png file.",
-            show_default=False,
-        ),
+        typer.Option(help="Draw the template, the original and their largest differences to this .svg or .png file."),
     ] = None,
 ) -> None:
     """Import the lines and curves of an SVG or DXF drawing, as closely as the painted line can show."""

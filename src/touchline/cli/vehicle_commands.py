@@ -20,9 +20,7 @@ def register(app: typer.Typer) -> None:
 
 
 def vehicle(
-    name: Annotated[
-        str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}) or a JSON file.", show_default=False)
-    ] = None,
+    name: Annotated[str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}) or a JSON file.")] = None,
     drive: Annotated[str | None, PluginOption("--drive", DRIVES, "KIND", "Drive")] = None,
     tool: Annotated[str | None, PluginOption("--tool", TOOLS, "KIND", "Tool")] = None,
 ) -> None:

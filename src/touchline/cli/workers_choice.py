@@ -18,10 +18,7 @@ class WorkersChoice:
 
     workers: Annotated[int, typer.Option(metavar="N", help="Number of processes (0: one per core).", min=0)] = 0
     dask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS", help="Address of a Dask scheduler whose workers to use instead.", show_default=False
-        ),
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler whose workers to use instead.")
     ] = None
 
     def __post_init__(self) -> None:
