@@ -17,3 +17,11 @@ def touchline(monkeypatch, capsys):
         return code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def touchline_on_bus(touchline, monkeypatch, bus_config):
+    """Run the command on a bus of its own."""
+    for name, value in bus_config.environment().items():
+        monkeypatch.setenv(name, value)
+    return touchline

@@ -36,9 +36,10 @@ def test_waiting_for_services_that_compile_can_be_ended():
 
 
 def run_as_command(body):
-    """A process of ``touchline`` whose command is the function `command` of this text."""
-    begin = "import ctypes, os, signal\nimport touchline.cli\nfrom touchline.cli import commands\n"
-    script = begin + dedent(body) + "\ncommands.execute = command\ntouchline.cli.main()\n"
+    """A process of ``touchline`` whose command is the function `command` of this text; others are not loaded."""
+    begin = "import ctypes, os, signal, sys\nfrom types import SimpleNamespace\nimport touchline.cli\n"
+    end = "\nsys.modules['touchline.cli.commands'] = SimpleNamespace(execute=command)\ntouchline.cli.main()\n"
+    script = begin + dedent(body) + end
     return subprocess.run(
         [sys.executable, "-c", script, "command"], capture_output=True, text=True, check=False, timeout=100
     )

@@ -101,15 +101,6 @@ def test_parquet_has_the_schemas_types_and_units(session: Path, tmp_path: Path) 
     assert [each for each in found["x_m [m]"].to_pylist() if each is not None][1] == [0.0, 10.0]
 
 
-def test_parquet_without_pyarrow_says_what_to_install(
-    session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(TouchlineError, match=r"--parquet needs .* pip install 'pyarrow>=20'"):
-        export(session, "--topic", "clock", "--parquet", tmp_path / "a.parquet")
-    assert not (tmp_path / "a.parquet").exists()
-
-
 def positions(geometry: dict) -> np.ndarray:
     parts = [geometry["coordinates"]] if geometry["type"] == "LineString" else geometry["coordinates"]
     return np.vstack([np.array(part) for part in parts])
@@ -138,16 +129,11 @@ def test_the_map_is_rfc_7946_and_where_the_field_is(painted: Path, tmp_path: Pat
     east, north, _ = pymap3d.geodetic2enu(paint[:, 1], paint[:, 0], 40.0, -33.5, 151.25, 40.0)
     assert np.allclose(np.column_stack((east, north)), [[20.0, 0.0], [23.0, -4.0]], atol=2e-4)
     assert features["paint", "arc"]["properties"]["width_m"] == 0.12
-
-
-def test_chords_of_an_arc_stay_within_a_millimetre(painted: Path, tmp_path: Path) -> None:
-    export(painted, "--geojson", tmp_path / "field.geojson")
-    found = json.loads((tmp_path / "field.geojson").read_text())["features"]
-    for each in [each for each in found if each["properties"]["id"] == "arc" and each["properties"]["is"] != "paint"]:
-        place = positions(each["geometry"])
+    for kind in ("template", "plan"):
+        place = positions(features[kind, "arc"]["geometry"])
         x, y, _ = pymap3d.geodetic2enu(place[:, 1], place[:, 0], 40.0, -33.5, 151.25, 40.0)
         middle = np.hypot((x[1:] + x[:-1]) / 2 - 20.0, (y[1:] + y[:-1]) / 2 - 9.15)
-        assert np.all(np.abs(middle - 9.15) < 0.0012)
+        assert np.all(np.abs(middle - 9.15) < 0.0012), "chords stay within a millimetre"
 
 
 @pytest.mark.parametrize(

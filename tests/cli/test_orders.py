@@ -1,31 +1,15 @@
 """Orders from a shell, faults, the list of topics, and two sessions compared."""
 
 import json
-import sys
 import threading
 
 import pytest
 
 from tests.bridge.said import messages, record
 from touchline.bus import Bus, HealthReporter
-from touchline.cli.commands import execute
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.plugins import FAULTS
-
-
-@pytest.fixture
-def touchline(monkeypatch, capsys, bus_config):
-    """Run the command on a bus of its own: (exit code, standard output, standard error)."""
-    for name, value in bus_config.environment().items():
-        monkeypatch.setenv(name, value)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
-        code = execute()
-        return code, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture
@@ -55,43 +39,43 @@ def robot(bus_config):
     thread.join()
 
 
-def test_orders_and_faults_reach_the_robot(touchline, robot):
-    assert touchline("order", "pause") == (0, "pause: as you say\n", "")
-    assert touchline("order", "start") == (1, "", "start refused: no plan is loaded\n")
-    assert touchline("fault", '{"kind": "bumper", "duration_s": 0.5}')[0] == 0
+def test_orders_and_faults_reach_the_robot(touchline_on_bus, robot):
+    assert touchline_on_bus("order", "pause") == (0, "pause: as you say\n", "")
+    assert touchline_on_bus("order", "start") == (1, "", "start refused: no plan is loaded\n")
+    assert touchline_on_bus("fault", '{"kind": "bumper", "duration_s": 0.5}')[0] == 0
     (name, request) = robot[-1]
     assert (name, json.loads(request.fault_json)["kind"]) == (topics.INJECT_FAULT.name, "bumper")
     assert len({request.request_id for _, request in robot}) == 3
 
 
-def test_to_go_on_loads_what_the_robot_keeps_and_starts_it(touchline, robot):
-    code, out, err = touchline("order", "go-on")
+def test_to_go_on_loads_what_the_robot_keeps_and_starts_it(touchline_on_bus, robot):
+    code, out, err = touchline_on_bus("order", "go-on")
     assert (code, out, err) == (1, "", "go-on refused: no plan is loaded\n")
     (load, request), (start, _) = robot
     assert (load, start) == (topics.LOAD.name, topics.START.name)
     assert request.resume and not request.trajectory.path.segments
 
 
-def test_orders_to_nobody_and_faults_that_are_none(touchline):
-    code, _, err = touchline("order", "start")
+def test_orders_to_nobody_and_faults_that_are_none(touchline_on_bus):
+    code, _, err = touchline_on_bus("order", "start")
     assert (code, "nobody answers" in err) == (2, True)
-    code, _, err = touchline("order", "estop", "--patience", "1.7")
+    code, _, err = touchline_on_bus("order", "estop", "--patience", "1.7")
     told, given_up = err.splitlines()
     assert (code, told.startswith("estop: NOT ACKNOWLEDGED")) == (2, True)
     assert "within 1.7 s" in given_up
     assert "nobody answers" in given_up
-    code, _, err = touchline("fault", '{"kind": "gremlins"}')
+    code, _, err = touchline_on_bus("fault", '{"kind": "gremlins"}')
     assert (code, "kind is 'gremlins'; give one of gnss-outage" in err) == (2, True)
 
 
-def test_commands_without_services_say_so(touchline, tmp_path):
-    code, _, err = touchline("record", str(tmp_path / "x.mcap"))
+def test_commands_without_services_say_so(touchline_on_bus, tmp_path):
+    code, _, err = touchline_on_bus("record", str(tmp_path / "x.mcap"))
     assert (code, "nobody answers" in err) == (2, True)
-    code, out, _ = touchline("status", "--json")
+    code, out, _ = touchline_on_bus("status", "--json")
     (robot,) = json.loads(out)["robots"]
     assert (code, robot["traversal"]) == (1, None)
     assert {service["state"] for service in robot["services"]} == {"not running"}
-    assert "nothing was running" in touchline("down")[1]
+    assert "nothing was running" in touchline_on_bus("down")[1]
 
 
 def test_every_topic_and_service_is_listed(touchline):

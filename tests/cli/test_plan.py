@@ -9,10 +9,10 @@ from touchline.schemas.messages import Trajectory
 
 @pytest.fixture
 def plan_of(touchline):
-    """What is told of a small pitch's plan."""
+    """What is told of a court's plan."""
 
     def run(*options):
-        code, out, err = touchline("plan", "soccer-7", *options, "--json")
+        code, out, err = touchline("plan", "tennis", *options, "--json")
         assert code == 0, err
         return json.loads(out)
 

@@ -18,8 +18,8 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "guides" / "plugins.md").read_text(encoding="utf-8")
 LAWN = {
     "name": "lawn",
-    "segments": [{"id": "edge", "line": {"start": [0, 2], "end": [3, 2]}}],
-    "areas": [{"id": "lawn", "outline": [[0, 0], [2, 0], [2, 0.36], [0, 0.36]]}],
+    "segments": [{"id": "edge", "line": {"start": [0, 1], "end": [0.6, 1]}}],
+    "areas": [{"id": "lawn", "outline": [[0, 0], [0.6, 0], [0.6, 0.24], [0, 0.24]]}],
 }
 
 
@@ -61,7 +61,7 @@ def test_the_pages_package_paints_and_a_session_checked_without_it_names_it(exam
     assert "warning" not in done.stderr
     figures = json.loads(done.stdout)
     assert figures["success"]
-    assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2", "lawn#3"}
+    assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2"}
     info = json.loads(touchline_here("info", str(tmp_path / "lawn.mcap"), "--json").stdout)
     assert info["metadata"]["touchline_made_by"]["plugin gentle-turns"] == "0.1"
     there = touchline(example, "check", "lawn.mcap", cwd=tmp_path)

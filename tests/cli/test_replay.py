@@ -17,33 +17,31 @@ from touchline.schemas import topics
 SESSION = Path(__file__).resolve().parents[2] / "examples" / "sessions" / "square.mcap"
 
 
-def test_a_replay_is_controlled_from_elsewhere(touchline, monkeypatch, bus_config):
-    for name, value in bus_config.environment().items():
-        monkeypatch.setenv(name, value)
-    assert touchline("playback", "pause")[0] == 2  # there is none
+def test_a_replay_is_controlled_from_elsewhere(touchline_on_bus, bus_config):
+    assert touchline_on_bus("playback", "pause")[0] == 2  # there is none
     command = [sys.executable, "-m", "touchline", "replay", str(SESSION), "--paused"]
     process = subprocess.Popen(command, env={**os.environ, **bus_config.environment()}, stdin=subprocess.DEVNULL)
     try:
         with Bus.open(topics.OBSERVER, bus_config) as bus:
             presence = bus.presence()
             assert eventually(lambda: (presence.poll() and False) or topics.REPLAY in presence.alive())
-        code, out, _ = touchline("playback", "seek", "12")
+        code, out, _ = touchline_on_bus("playback", "seek", "12")
         assert (code, out) == (0, "seek: paused at 12.0 s of 20.3 s, 1×\n")
-        assert touchline("playback", "seek", "-2")[1] == "seek: paused at 10.0 s of 20.3 s, 1×\n"
-        assert touchline("playback", "step", "--seconds", "0.5")[1] == "step: paused at 10.5 s of 20.3 s, 1×\n"
-        assert touchline("playback", "loop", "3")[0] == touchline("playback", "speed", "5")[0] == 0
-        assert touchline("playback", "speed", "0")[0] == touchline("playback", "seek", "noon")[0] == 2
-        told = json.loads(touchline("playback", "status", "--json")[1])
+        assert touchline_on_bus("playback", "seek", "-2")[1] == "seek: paused at 10.0 s of 20.3 s, 1×\n"
+        assert touchline_on_bus("playback", "step", "--seconds", "0.5")[1] == "step: paused at 10.5 s of 20.3 s, 1×\n"
+        assert touchline_on_bus("playback", "loop", "3")[0] == touchline_on_bus("playback", "speed", "5")[0] == 0
+        assert touchline_on_bus("playback", "speed", "0")[0] == touchline_on_bus("playback", "seek", "noon")[0] == 2
+        told = json.loads(touchline_on_bus("playback", "status", "--json")[1])
         assert (told["file"], told["robots"], told["playing"], told["jumps"]) == ("square.mcap", ["tt2"], False, 2)
         assert (told["now_s"], told["speed"], told["loops"]) == (10.5, 5.0, 3)
-        code, out, _ = touchline("status")
+        code, out, _ = touchline_on_bus("status")
         assert code == 0 and "paused square.mcap, 10.5 of 20.3 s" in " ".join(out.split())
         assert "not running" not in out and "traversal: running" in out
         for order in ("start", "estop"):
-            code, _, err = touchline("order", order)
+            code, _, err = touchline_on_bus("order", order)
             assert (code, "refused: tt2 is a replay" in err) == (1, True)
         # Two under one name; on a busy machine one may not hear of the other in time.
-        assert eventually(lambda: "already running" in touchline("replay", str(SESSION), "--speed", "max")[2])
+        assert eventually(lambda: "already running" in touchline_on_bus("replay", str(SESSION), "--speed", "max")[2])
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 130
     finally:
@@ -51,12 +49,10 @@ def test_a_replay_is_controlled_from_elsewhere(touchline, monkeypatch, bus_confi
         process.wait()
 
 
-def test_a_stretch_that_holds_nothing_is_refused(touchline, monkeypatch, bus_config):
-    for name, value in bus_config.environment().items():
-        monkeypatch.setenv(name, value)
-    code, _, err = touchline("replay", str(SESSION), "--from", "30")
+def test_a_stretch_that_holds_nothing_is_refused(touchline_on_bus):
+    code, _, err = touchline_on_bus("replay", str(SESSION), "--from", "30")
     assert (code, "it goes from 0.000 s to 20.300 s" in err) == (2, True)
-    assert touchline("replay", str(SESSION), "--from", "nan")[0] == 2
+    assert touchline_on_bus("replay", str(SESSION), "--from", "nan")[0] == 2
 
 
 def test_keys_move_a_replay():

@@ -27,21 +27,31 @@ LAID = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.4", "
 WALL_CLOCK = ("wall_time_s", "real_time_factor")
 
 
+CORNER = {
+    "name": "corner",
+    "segments": [
+        {"id": "a", "line": {"start": [0, 0], "end": [0.5, 0]}},
+        {"id": "b", "line": {"start": [0.5, 0], "end": [0.5, 0.5]}},
+    ],
+}
+
+
 @pytest.fixture(scope="module")
-def square(tmp_path_factory):
-    """A job with a robot, a world, a computer and a place of its own."""
+def corner(tmp_path_factory):
+    """A short job with a robot, a world, a computer and a place of its own."""
     folder = tmp_path_factory.mktemp("files")
-    scenario, computer = folder / "calm.json", folder / "computer.json"
+    template, scenario, computer = (folder / f"{name}.json" for name in ("corner", "calm", "computer"))
+    template.write_text(json.dumps(CORNER))
     scenario.write_text(json.dumps(CALM))
     computer.write_text(json.dumps(COMPUTER))
     files = ("--scenario", str(scenario), "--onboard", str(computer), "--vehicle", str(SMALL_ROBOT))
-    return ("study-square", "--json", *files, *LAID)
+    return (str(template), "--json", *files, *LAID)
 
 
 @pytest.fixture(scope="module")
-def over_zenoh(square, tmp_path_factory):
+def over_zenoh(corner, tmp_path_factory):
     recording = tmp_path_factory.mktemp("run") / "run.mcap"
-    return run_of(*square, "--record", str(recording)), recording
+    return run_of(*corner, "--record", str(recording)), recording
 
 
 def run_of(*options):
@@ -62,10 +72,10 @@ def simulation_of(touchline):
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, square, simulation_of, tmp_path):
+def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, corner, simulation_of, tmp_path):
     run, recorded = over_zenoh
     recording = tmp_path / "simulation.mcap"
-    simulation = simulation_of(*square, "--record", str(recording))
+    simulation = simulation_of(*corner, "--record", str(recording))
     assert simulation["hash"] == run["hash"]
     assert len(run["hash"]["session"]) == len(run["hash"]["scenario"]) == 16
     comparison = compare(recorded, recording)
@@ -87,9 +97,9 @@ def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, square, simulation_of):
+def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, corner, simulation_of):
     run, _ = over_zenoh
-    simulation = simulation_of(*square)
+    simulation = simulation_of(*corner)
     assert simulation["hash"] == {"scenario": run["hash"]["scenario"], "session": None}
     assert simulation["plan"]["max"] == run["plan"]["max"]
     for part in ("paint", "segments", "estimator"):
@@ -101,21 +111,15 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, square,
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_a_simulation_that_is_not_recorded_is_the_same_session(over_zenoh, square, simulation_of):
+def test_files_and_options_are_lived_by_all_processes_of_a_run(over_zenoh, corner, simulation_of):
     run, _ = over_zenoh
-    assert simulation_of(*square, "--hash")["hash"] == run["hash"]
-
-
-@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_files_and_options_are_lived_by_all_processes_of_a_run(over_zenoh, square, simulation_of):
-    run, _ = over_zenoh
-    usual = simulation_of("study-square", "--json", "--seed", "7")
+    usual = simulation_of(corner[0], "--json", "--seed", "7")
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
     assert run["plan"]["max"] != usual["plan"]["max"]
     assert (run["vehicle"], run["seed"], run["follower"]) == ("small-robot", 3, "pure-pursuit")
-    assert run["plan"]["time_s"]["paint"] == pytest.approx(4.0 / 0.4)
+    assert run["plan"]["time_s"]["paint"] == pytest.approx(1.0 / 0.4)
     assert run["plan"]["standstills"]["cusps"] == 0 < usual["plan"]["standstills"]["cusps"]
-    assert simulation_of(*square, "--hash", "--seed", "4")["hash"] != run["hash"]
+    assert simulation_of(*corner, "--hash", "--seed", "4")["hash"] != run["hash"]
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it

@@ -1,8 +1,11 @@
 """`--robots N`: what is refused, and the report of two robots."""
 
 import json
+from pathlib import Path
 
 import pytest
+
+from tests.system.commands import touchline_here
 
 
 @pytest.mark.parametrize(
@@ -33,37 +36,44 @@ def test_what_several_robots_cannot_do_is_refused(touchline, arguments, problem)
     assert code == 2 and problem in " ".join(said.split())
 
 
-@pytest.fixture
-def rows(tmp_path):
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
     """A file of a template of four rows."""
     lines = [((0, 4 * k), (8, 4 * k)) for k in range(4)]
     segments = [{"id": f"row-{k}", "line": {"start": a, "end": b}} for k, (a, b) in enumerate(lines)]
-    template = tmp_path / "rows.json"
+    template = tmp_path_factory.mktemp("rows") / "rows.json"
     template.write_text(json.dumps({"name": "rows", "segments": segments}))
     return str(template)
 
 
-def test_the_report_is_of_both_together_and_of_each(touchline, rows, tmp_path):
-    picture = tmp_path / "rows.png"
-    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", "--plot", str(picture))
+def ordered(rows, *orders, options=()):
+    given = [part for order in orders for part in ("--robot-order", order)]
+    done = touchline_here("simulate", rows, "--robots", "2", "--json", *given, *options)
+    return done.returncode, json.loads(done.stdout), " ".join(done.stderr.split())
+
+
+@pytest.fixture(scope="module")
+def undisturbed(rows):
+    picture = Path(rows).with_suffix(".png")
+    code, told, said = ordered(rows, options=("--hash", "--plot", str(picture)))
     assert code == 0, said
-    told = json.loads(printed)
+    assert picture.stat().st_size > 10_000
+    return told
+
+
+def test_the_report_is_of_both_together_and_of_each(undisturbed):
+    told = undisturbed
     assert told["success"] and told["paint"]["coverage_pct"] > 99.8
     assert told["traversal"]["closest_bodies_m"] >= 0.5 and told["orders"] == []
-    assert told["hash"] == {"session": "", "robots": {}}, "not asked for"
     assert sorted(name for own in told["robots"].values() for name in own["segments"]) == [f"row-{k}" for k in range(4)]
-    assert picture.stat().st_size > 10_000
+    hashes = told["hash"]["robots"]
+    assert set(hashes) == {"r1", "r2"} and told["hash"]["session"]
+    assert hashes["r1"] != hashes["r2"], "of another seed"
 
 
-def ordered(touchline, rows, *orders):
-    given = [part for order in orders for part in ("--robot-order", order)]
-    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", *given)
-    return code, json.loads(printed), " ".join(said.split())
-
-
-def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchline, rows):
+def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(rows):
     late = ("110:2:remove", "110:2:take-over")
-    code, told, said = ordered(touchline, rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late)
+    code, told, said = ordered(rows, "20:2:take-over", "21:2:fail", "22:2:fail", "30:2:take-over", *late)
     assert code == 0, said
     assert told["paint"]["coverage_pct"] > 99.8 and told["traversal"]["left_out_m"] == 0.0
     came = [(each["at_s"], each["robot"], each["order"], each["done"]) for each in told["orders"]]
@@ -80,30 +90,21 @@ def test_orders_have_the_other_do_the_rest_and_what_came_of_each_is_told(touchli
     assert len(told["robots"]["r1"]["taken_over"]) == 2 and told["robots"]["r2"]["taken_over"] == []
 
 
-def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(touchline, rows, monkeypatch):
+def test_a_pause_longer_than_patience_is_waited_for_where_an_order_ends_it(rows, monkeypatch):
     monkeypatch.setattr("touchline.jobs.shared.shared_simulation.PATIENCE_S", 15.0)
-    code, told, said = ordered(touchline, rows, "10:1:pause", "10:2:pause", "50:1:resume", "51:2:resume")
+    code, told, said = ordered(rows, "10:1:pause", "10:2:pause", "30:1:resume", "31:2:resume")
     assert code == 0, said
-    assert told["traversal"]["total_time_s"] > 50.0 and all(each["done"] for each in told["orders"])
+    assert told["traversal"]["total_time_s"] > 30.0 and all(each["done"] for each in told["orders"])
 
 
-def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(touchline, rows):
-    code, told, _ = ordered(touchline, rows, "10:1:fail", "11:2:fail", "12:1:take-over")
+def test_when_nobody_is_left_the_rest_is_refused_and_the_job_fails(rows):
+    code, told, _ = ordered(rows, "10:1:fail", "11:2:fail", "12:1:take-over")
     assert code == 1 and not told["success"] and "has no robot that can do it" in told["reason"]
     assert not told["orders"][2]["done"] and "has no robot" in told["orders"][2]["outcome"]
 
 
-def hashes(touchline, rows, *options):
-    code, printed, said = touchline("simulate", rows, "--robots", "2", "--json", "--hash", *options)
+def test_hashes_tell_orders_apart(rows, undisturbed):
+    code, told, said = ordered(rows, "10:2:fail", "11:2:remove", "12:2:take-over", options=("--hash",))
     assert code == 0, said
-    return json.loads(printed)["hash"]
-
-
-def test_each_robot_has_a_hash_of_its_own_that_tells_seeds_and_orders_apart(touchline, rows):
-    first, other = hashes(touchline, rows), hashes(touchline, rows, "--seed", "2")
-    assert set(first["robots"]) == {"r1", "r2"} and first["session"]
-    assert not set(first["robots"].values()) & set(other["robots"].values())
-    events = ("5:2:pause", "10:2:fail", "11:2:remove", "12:2:take-over")
-    failed = hashes(touchline, rows, *(part for event in events for part in ("--robot-order", event)))
-    assert set(failed["robots"]) == {"r1", "r1 (2)", "r2"}
-    assert failed["robots"]["r2"] != first["robots"]["r2"]
+    assert set(told["hash"]["robots"]) == {"r1", "r1 (2)", "r2"}
+    assert told["hash"]["robots"]["r2"] != undisturbed["hash"]["robots"]["r2"]

@@ -26,24 +26,19 @@ def test_parameters_and_placement_reach_the_template(touchline, tmp_path: Path) 
     assert moved.x_m - template.segments[0].curve().x_m == pytest.approx(-60.6, abs=0.5)
 
 
-def test_templates_are_listed_and_printed(touchline) -> None:
+def test_templates_are_listed_with_their_parameters_and_printed(touchline) -> None:
     listed = touchline("templates")[1]
-    assert "soccer-11" in listed
-    assert "study-square" in listed
+    assert "soccer-11" in listed and "study-square" in listed
     rows = {row["name"]: row for row in json.loads(touchline("templates", "--json")[1])}
     assert rows["study-square"]["length_m"] == pytest.approx(4.0)
-    printed = touchline("templates", "soccer-11")[1]
-    assert len(parse_template(printed).segments) == rows["soccer-11"]["segments"]
-
-
-def test_parameters_are_listed(touchline) -> None:
-    rows = {row["name"]: row for row in json.loads(touchline("templates", "--json")[1])}
     assert rows["soccer-11"]["parameters"][0] == {
         "name": "length",
         "default": 105.0,
         "allowed": "90 to 120",
         "description": "touchlines, outside to outside, m",
     }
+    printed = touchline("templates", "soccer-11")[1]
+    assert len(parse_template(printed).segments) == rows["soccer-11"]["segments"]
 
 
 def test_text_and_drawings_become_templates(touchline, tmp_path: Path) -> None:
