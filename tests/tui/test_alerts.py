@@ -3,7 +3,7 @@
 import pytest
 
 from tests.tui import scenes
-from tests.tui.console import console, plain
+from tests.tui.console import console, plain, reduced
 from tests.tui.scenes import received
 from touchline.onboard.executive import hazards
 from touchline.schemas import messages as m
@@ -26,13 +26,6 @@ def told(template: Template, state: int, reason: str = "") -> Incoming:
     return received(topics.STATUS, scenes.status(template, state, 14, 0.5, reason=reason))
 
 
-def reduced(*events: Incoming) -> ConsoleState:
-    state = ConsoleState()
-    for event in events:
-        state.apply(event, 0.0)
-    return state
-
-
 def texts(state: ConsoleState) -> list[str]:
     return [alert.text for alert in alerts.alerts(state)]
 
@@ -42,7 +35,7 @@ def test_the_limits_are_the_robots() -> None:
 
 
 def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:
-    state = reduced(*scenes.mid_run(template), EMPTY, FLOAT, FLAT)
+    state = reduced([*scenes.mid_run(template), EMPTY, FLOAT, FLAT])
     assert texts(state) == ["TANK EMPTY", "BATTERY 7 %", "NO FIX (float)"]
     for other in (m.TraversalStatus.ESTOPPED, m.TraversalStatus.PAUSED, m.TraversalStatus.RUNNING):
         state.apply(told(template, other), 0.0)
@@ -62,12 +55,12 @@ def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:
     ],
 )
 def test_the_next_step_ends_the_cause(template: Template, cause: Incoming, key: str, step: str) -> None:
-    state = reduced(*scenes.mid_run(template), cause, told(template, m.TraversalStatus.PAUSED, "so"))
+    state = reduced([*scenes.mid_run(template), cause, told(template, m.TraversalStatus.PAUSED, "so")])
     assert panels.hint(state) == (key, step)
 
 
 def test_the_first_reason_survives_an_emergency_stop_and_a_reset(template: Template) -> None:
-    state = reduced(*scenes.mid_run(template), EMPTY, told(template, m.TraversalStatus.PAUSED, "the tank is empty"))
+    state = reduced([*scenes.mid_run(template), EMPTY, told(template, m.TraversalStatus.PAUSED, "the tank is empty")])
     state.apply(told(template, m.TraversalStatus.ESTOPPED, "emergency stop"), 0.0)
     state.apply(told(template, m.TraversalStatus.PAUSED, "emergency stop released; resume to go on"), 0.0)
     assert "stopped first: the tank is empty" in "\n".join(line.plain for line in panels.status_lines(state, 60))
@@ -76,29 +69,30 @@ def test_the_first_reason_survives_an_emergency_stop_and_a_reset(template: Templ
 
 
 async def test_alerts_and_orders_share_the_row_below_the_header(template: Template) -> None:
-    for size in ((80, 24), (200, 60)):
-        paused = told(template, m.TraversalStatus.PAUSED, "the tank is empty")
-        async with console(*scenes.mid_run(template), EMPTY, paused, size=size) as (app, _link, pilot):
-            app.state.orders.stop.press("a", "robot-1")
-            app.state.orders.stop.tried("a", 12)
-            app.tick()
-            await pilot.pause()
-            shown = plain(app, SignalBar)
-            assert "E-STOP NOT ACKNOWLEDGED – repeating (12)" in shown
-            assert "▲ TANK EMPTY" in shown
-            assert "u Refill" in plain(app, KeyBar)
-            assert app.query_one(SignalBar).region.y == 1
+    paused = told(template, m.TraversalStatus.PAUSED, "the tank is empty")
+    async with console(*scenes.mid_run(template), EMPTY, paused, size=(80, 24)) as (app, _link, pilot):
+        app.state.orders.stop.press("a", "robot-1")
+        app.state.orders.stop.tried("a", 12)
+        app.tick()
+        await pilot.pause()
+        shown = plain(app, SignalBar)
+        assert "E-STOP NOT ACKNOWLEDGED – repeating (12)" in shown
+        assert "▲ TANK EMPTY" in shown
+        assert "u Refill" in plain(app, KeyBar)
+        assert app.query_one(SignalBar).region.y == 1
 
 
 def test_what_comes_from_outside_cannot_command_the_terminal(template: Template) -> None:
     bell = "\x1b]52;c;aGk=\x07\x1b[2Jred\x9b31m"
     state = reduced(
-        *scenes.mid_run(template),
-        told(template, m.TraversalStatus.PAUSED, bell),
-        scenes.event(1.0, m.Event.WARN, bell, bell),
-        received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE, bell, recording=bell)),
-        received(topics.DIAGNOSTICS, scenes.diagnostics(bell, bell)),
-        received(topics.SUPERVISOR_EVENTS, m.Event(text=bell, source=bell)),
+        [
+            *scenes.mid_run(template),
+            told(template, m.TraversalStatus.PAUSED, bell),
+            scenes.event(1.0, m.Event.WARN, bell, bell),
+            received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE, bell, recording=bell)),
+            received(topics.DIAGNOSTICS, scenes.diagnostics(bell, bell)),
+            received(topics.SUPERVISOR_EVENTS, m.Event(text=bell, source=bell)),
+        ]
     )
     segments = tuple(segment.model_copy(update={"label": bell}) for segment in template.segments)
     hostile = template.model_copy(update={"name": bell, "title": bell, "segments": segments})
@@ -119,38 +113,22 @@ def test_what_comes_from_outside_cannot_command_the_terminal(template: Template)
         ("the battery is low (7 %)", FLAT, CHARGED),
     ],
 )
-def test_the_reason_goes_with_a_refill(
-    template: Template, reason: str, low: list[Incoming], filled: list[Incoming]
-) -> None:
-    state = ConsoleState()
-    paused = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason=reason)
-    for event in [*scenes.mid_run(template), low, received(topics.STATUS, paused)]:
-        state.apply(event, 0.0)
+def test_the_reason_goes_with_a_refill(template: Template, reason: str, low: Incoming, filled: Incoming) -> None:
+    state = reduced([*scenes.mid_run(template), low, told(template, m.TraversalStatus.PAUSED, reason)])
     assert reason in [line.plain for line in panels.status_lines(state, 46)]
     state.apply(filled, 0.0)
     assert not [line.plain for line in panels.status_lines(state, 46) if reason[:8] in line.plain]
     assert panels.hint(state) == ("g", "resume")
-    stopped = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55, reason="paused by the operator")
-    state.apply(received(topics.STATUS, stopped), 0.0)
+    state.apply(told(template, m.TraversalStatus.PAUSED, "paused by the operator"), 0.0)
     assert "stopped first" not in " ".join(line.plain for line in panels.status_lines(state, 46))
 
 
-LONG_HINTS = [
-    (EMPTY, "u"),
-    (FLAT, "b"),
-    (FLOAT, "g"),
-]
-
-
-@pytest.mark.parametrize("width", [24, 30, 31, 44, 50])
-@pytest.mark.parametrize(("event", "key"), LONG_HINTS)
-def test_no_hint_is_cut_where_a_key_stands(template: Template, event: Incoming, key: str, width: int) -> None:
-    state = ConsoleState()
-    paused = scenes.status(template, m.TraversalStatus.PAUSED, 14, 0.55)
-    for each in [*scenes.mid_run(template), event, received(topics.STATUS, paused)]:
-        state.apply(each, 0.0)
-    lines = [line.plain for line in panels.status_lines(state, width)]
-    shown = " ".join(" ".join(lines).split())
-    assert "then resume (g)" in shown and (key == "g" or f" {key} " in lines[1] + lines[2])
-    head = lines[: next(index for index, line in enumerate(lines) if "(g)" in line) + 1]
-    assert max(map(len, head)) <= width
+@pytest.mark.parametrize(("event", "key"), [(EMPTY, "u"), (FLAT, "b"), (FLOAT, "g")])
+def test_no_hint_is_cut_where_a_key_stands(template: Template, event: Incoming, key: str) -> None:
+    state = reduced([*scenes.mid_run(template), event, told(template, m.TraversalStatus.PAUSED)])
+    for width in (24, 30, 31, 44, 50):
+        lines = [line.plain for line in panels.status_lines(state, width)]
+        shown = " ".join(" ".join(lines).split())
+        assert "then resume (g)" in shown and (key == "g" or f" {key} " in lines[1] + lines[2])
+        head = lines[: next(index for index, line in enumerate(lines) if "(g)" in line) + 1]
+        assert max(map(len, head)) <= width

@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from textual.pilot import Pilot
 
 from tests.robot_sim.rolled import WIDTH_M
 from tests.tui import pan, scenes
-from tests.tui.console import plain
+from tests.tui.console import reduced, settle
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
@@ -17,9 +16,7 @@ from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.tui.area_dots import AreaScene
 from touchline.tui.area_layer import AreaLayer
 from touchline.tui.job import sample
-from touchline.tui.map_raster import Ink
-from touchline.tui.map_view import MapView
-from touchline.tui.panels import StatusPanel, status_lines
+from touchline.tui.panels import status_lines
 from touchline.tui.raster import Polyline
 from touchline.tui.viewport import Viewport
 
@@ -65,40 +62,6 @@ def test_a_way_that_grows_is_drawn_as_it_would_be_at_once() -> None:
     assert dots_m2(cleared) == pytest.approx(3.5 * WIDTH_M, rel=0.5)
 
 
-async def settle(pilot: Pilot[Any]) -> None:
-    for _ in range(3):
-        pilot.app.tick()  # type: ignore[attr-defined]
-        await pilot.pause()
-
-
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-async def test_the_map_shows_what_is_rolled_missed_and_under_way(size: tuple[int, int]) -> None:
-    app = pan.app_with(pan.rolling(4.4))
-    async with app.run_test(size=size) as pilot:
-        await settle(pilot)
-        cells = app.query_one(MapView).cells
-        assert cells is not None
-        inks = np.bincount(cells.inks.ravel(), minlength=len(Ink))
-        assert inks[Ink.PAINT] > 0.2 * inks.sum() and inks[Ink.MISSED] >= 15
-        assert inks[Ink.CURRENT] > 5 and inks[Ink.LIMIT] > 20
-        shown = plain(app, StatusPanel)
-        assert "swath" in shown and "pan, swath 5" in shown
-        assert "46.35 % covered" in shown and "left" in shown
-        await pilot.press("plus", "plus", "plus", "plus", "plus", "plus")
-        await settle(pilot)
-
-
-async def test_the_figures_of_the_end() -> None:
-    app = pan.app_with(pan.finished())
-    async with app.run_test(size=(120, 40)) as pilot:
-        await settle(pilot)
-        shown = plain(app, StatusPanel)
-        for text in ("94.81 %", "95.12 % of reachable", "99.97 %", "41.0 m²", "2 patches", "42 mm", "21 mm"):
-            assert text in shown, text
-        inks = np.bincount(app.query_one(MapView).cells.inks.ravel(), minlength=len(Ink))  # type: ignore[union-attr]
-        assert inks[Ink.MISSED] > 20
-
-
 @pytest.mark.parametrize(
     ("speed_mps", "yaw_rate_radps", "shown"),
     [(1.0, -0.1, "◂ 11.3° left"), (-0.5, -0.05, "▸ 11.3° right"), (0.8, 0.0, "straight ahead"), (0.01, 0.1, None)],
@@ -108,8 +71,7 @@ def test_how_the_rear_wheel_is_steered(speed_mps: float, yaw_rate_radps: float, 
     app.state.vehicle = CLAY_ROLLER
     twist = m.Twist(linear=m.Vector3(x=speed_mps), angular=m.Vector3(z=yaw_rate_radps))
     moving = scenes.odometry(0.0, 0.0, 0.0).model_copy(update={"twist": m.TwistWithCovariance(twist=twist)})
-    for event in [*pan.rolling(2.0), scenes.received(topics.ODOMETRY, moving)]:
-        app.state.apply(event, 1.0)
+    reduced([*pan.rolling(2.0), scenes.received(topics.ODOMETRY, moving)], app.state)
     lines = [line.plain for line in status_lines(app.state, 40)]
     assert [line for line in lines if line.startswith("steering")] == ([f"steering {shown}"] if shown else [])
 
@@ -117,8 +79,7 @@ def test_how_the_rear_wheel_is_steered(speed_mps: float, yaw_rate_radps: float, 
 def test_areas_of_a_tool_that_paints_are_shown_as_before() -> None:
     app = pan.app_with(pan.rolling(2.0))
     assert not pan.app_with([]).state.covers
-    for event in pan.rolling(2.0):
-        app.state.apply(event, 1.0)
+    reduced(pan.rolling(2.0), app.state)
     assert app.state.covers
     app.state.vehicle = type(app.state.vehicle)()
     assert not app.state.covers

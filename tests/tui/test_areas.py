@@ -41,42 +41,31 @@ def test_an_area_is_drawn_by_its_edges_and_listed_by_its_swaths_once_they_are_pl
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "areas", "offered"),
+    ("before", "vehicle", "areas", "offered"),
     [
-        (Vehicle(), False, []),
-        (CLAY_ROLLER, False, []),
-        (Vehicle(), True, ["parallel"]),
-        (CLAY_ROLLER, True, ["lap-and-lanes", "zigzag", "parallel"]),
+        (PlanOptions(laps=2), CLAY_ROLLER, False, []),
+        (PlanOptions(laps=2), CLAY_ROLLER, True, ["lap-and-lanes", "zigzag", "parallel"]),
+        (PlanOptions(area_method="zigzag"), Vehicle(), True, ["parallel"]),
     ],
+    ids=["no areas", "areas", "a method for other tools"],
 )
 async def test_how_to_cover_areas_is_asked_where_there_are_any(
-    vehicle: Vehicle, areas: bool, offered: list[str]
+    before: PlanOptions, vehicle: Vehicle, areas: bool, offered: list[str]
 ) -> None:
     chosen: list[PlanOptions | None] = []
-    async with console() as (app, _, pilot):
-        app.push_screen(PlanDialog(PlanOptions(laps=2), vehicle, areas=areas), chosen.append)
+    async with console(size=(80, 24)) as (app, _, pilot):
+        app.push_screen(PlanDialog(before, vehicle, areas=areas), chosen.append)
         await pilot.pause()
         names = [button.name for button in app.screen.query("#area-method Choice").results(Choice)]
         assert names == offered
         await pilot.press("enter")
         await pilot.pause()
-    assert chosen == [PlanOptions(method="g2", area_method=offered[0] if areas else "", laps=2)]
+    assert chosen == [PlanOptions(method="g2", area_method=offered[0] if areas else "", laps=before.laps)]
 
 
-async def test_a_method_that_is_for_other_tools_is_not_kept() -> None:
+async def test_a_roller_is_asked_how_to_cover() -> None:
     chosen: list[PlanOptions | None] = []
-    async with console() as (app, _, pilot):
-        app.push_screen(PlanDialog(PlanOptions(area_method="zigzag"), Vehicle(), areas=True), chosen.append)
-        await pilot.pause()
-        await pilot.press("enter")
-        await pilot.pause()
-    assert chosen == [PlanOptions(method="g2", area_method="parallel")]
-
-
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-async def test_a_roller_is_asked_how_to_cover(size: tuple[int, int]) -> None:
-    chosen: list[PlanOptions | None] = []
-    async with console(size=size) as (app, _, pilot):
+    async with console(size=(80, 24)) as (app, _, pilot):
         app.push_screen(PlanDialog(PlanOptions(margin_m=0.1), CLAY_ROLLER, areas=True), chosen.append)
         await pilot.pause()
         assert app.screen.query_one("#dialog").max_scroll_y == 0, "all of it is seen"

@@ -48,6 +48,7 @@ def test_input_that_is_no_text_costs_nothing_but_itself():
 
 async def test_the_console_is_woken_once_for_many_keys(monkeypatch):
     async with console(*up()) as (app, _, _):
+        assert app.get_driver_class() is SturdyDriver
         driver, sent, woken = SturdyDriver(app, size=(80, 24)), [], []
         driver.send_message = sent.append
         monkeypatch.setattr(driver, "_loop", SimpleNamespace(call_soon_threadsafe=woken.append))
@@ -61,8 +62,3 @@ async def test_the_console_is_woken_once_for_many_keys(monkeypatch):
         assert len(woken) == 1
         woken.pop()()
         assert sent == typed
-
-
-async def test_the_console_uses_it():
-    async with console(*up()) as (app, _, _):
-        assert app.get_driver_class() is SturdyDriver

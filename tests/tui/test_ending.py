@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from tests.tui.console import console
-from tests.tui.scenes import loaded
 from touchline.bus.ports import free_port
 from touchline.schemas.errors import TouchlineError
 from touchline.tui.console import check_encoding, check_end
@@ -98,9 +97,7 @@ def test_a_terminal_without_utf_8_is_told_what_is_needed() -> None:
 
 
 async def test_a_breakdown_is_told_in_one_line() -> None:
-    from tests.tui.scenes import pitch
-
-    async with console(*loaded(pitch())) as (app, _link, _pilot):
+    async with console() as (app, _link, _pilot):
         app._return_code, app._exception = 1, ValueError("no\nsuch thing")
         with pytest.raises(TouchlineError, match="down: ValueError: no such thing; the robot goes on"):
             check_end(app)

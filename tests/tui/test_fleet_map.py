@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tui import scenes
+from tests.tui.console import reduced
 from tests.tui.fleets import S, robot
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
@@ -27,9 +28,7 @@ SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 def some(count: int) -> Robots:
     robots = Robots()
     for number in range(count):
-        state = robots.add(f"r{number + 1:02}")
-        for event in robot(number, S.RUNNING).poll():
-            state.apply(event, 0.0)
+        reduced(robot(number, S.RUNNING).poll(), robots.add(f"r{number + 1:02}"), now_s=0.0)
     return robots
 
 

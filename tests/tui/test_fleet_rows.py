@@ -3,6 +3,7 @@
 import pytest
 
 from tests.tui import scenes
+from tests.tui.console import reduced
 from tests.tui.fleets import S, fleet
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
@@ -18,9 +19,7 @@ from touchline.tui.robots import Robots
 def robots_of(count: int, *states: int) -> Robots:
     robots = Robots()
     for name, link in fleet(count, *states).items():
-        state = robots.add(name)
-        for event in link.poll():
-            state.apply(event, 0.0)
+        reduced(link.poll(), robots.add(name), now_s=0.0)
     return robots
 
 
@@ -32,8 +31,7 @@ def test_who_needs_an_operator_comes_first_and_names_are_in_order_within_that():
     robots = robots_of(12, S.RUNNING)
     robots.states["r11"].apply(NodeChanged(topics.ROBOT_SIM, False), 0.0)
     robots.states["r10"].orders.stop.press("id", "")
-    for event in (received(topics.STATUS, m.TraversalStatus(state=S.ABORTED, reason="bumper")),):
-        robots.states["r05"].apply(event, 0.0)
+    robots.states["r05"].apply(received(topics.STATUS, m.TraversalStatus(state=S.ABORTED, reason="bumper")), 0.0)
     for name, state in robots.states.items():
         state.now_s = 2 * LIVE_S if name == "r07" else 0.0
     rows = fleet_rows(robots)

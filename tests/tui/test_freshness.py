@@ -1,7 +1,7 @@
 """Silence: a process that says nothing any more is shown as such within a second, and never as running."""
 
 from tests.tui import scenes
-from tests.tui.console import console, plain, until
+from tests.tui.console import console, plain, reduced, until
 from tests.tui.scenes import FakeLink, received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -13,14 +13,6 @@ from touchline.tui.map_view import MapView
 from touchline.tui.node_health import Freshness
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming, NodeChanged, Received, Skimmed
-from touchline.tui.state import ConsoleState
-
-
-def reduced(events: list[Incoming], now_s: float = 10.0) -> ConsoleState:
-    state = ConsoleState(now_s=now_s)
-    for event in events:
-        state.apply(event, now_s)
-    return state
 
 
 def robot_says(**values: object) -> Incoming:
@@ -28,7 +20,7 @@ def robot_says(**values: object) -> Incoming:
 
 
 def test_a_frozen_robot_is_seen_within_a_second(template: Template) -> None:
-    state = reduced(scenes.mid_run(template))
+    state = reduced(scenes.mid_run(template), now_s=10.0)
     assert panels.badge(state) == theme.STATES[m.TraversalStatus.RUNNING]
     state.now_s += 0.7
     assert panels.badge(state).color == theme.ORANGE
@@ -50,7 +42,7 @@ def test_a_frozen_robot_is_seen_within_a_second(template: Template) -> None:
 def test_diagnostics_that_are_not_read_are_a_word_of_the_process_that_they_were_of_before() -> None:
     told = Received(topics.DIAGNOSTICS.name, scenes.diagnostics(topics.ROBOT_SIM), "robot-1")
     others = Received(topics.DIAGNOSTICS.name, scenes.diagnostics(topics.PLANNER), "planner-1")
-    state = reduced([*scenes.up(), told, others])
+    state = reduced([*scenes.up(), told, others], now_s=10.0)
     state.now_s += 5.0
     for publisher in ("planner-1", "a stranger"):
         state.apply(Skimmed(topics.DIAGNOSTICS.name, publisher), state.now_s)
@@ -66,7 +58,7 @@ def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -
         received(topics.CLOCK, m.Clock()),
     )
     for word in words:
-        state = reduced(scenes.mid_run(template))
+        state = reduced(scenes.mid_run(template), now_s=10.0)
         state.now_s += 5.0
         assert state.robot_stale
         state.apply(word, state.now_s)
@@ -78,7 +70,7 @@ def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -
 
 
 def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
-    state = reduced([NodeChanged(topics.ROBOT_SIM, True)])
+    state = reduced([NodeChanged(topics.ROBOT_SIM, True)], now_s=10.0)
     state.now_s += 5.0
     assert state.robot_freshness is Freshness.STARTING
     assert panels.service_lines(state, 40)[1].plain == "◔ robot      no report yet for 5 s"
@@ -90,7 +82,7 @@ def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
 
 
 def test_what_is_compiled_before_a_robot_is_ready_is_told_at_every_size() -> None:
-    state = reduced([NodeChanged(topics.ROBOT_SIM, True), NodeChanged(topics.PLANNER, True)])
+    state = reduced([NodeChanged(topics.ROBOT_SIM, True), NodeChanged(topics.PLANNER, True)], now_s=10.0)
     said = "starting: compiling 5 of 6 (rehearsal): fast_runner.run_nominal_ticks"
     state.apply(received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, said)), state.now_s)
     loading = scenes.diagnostics(topics.PLANNER, "starting: loading kernels")
@@ -107,7 +99,7 @@ def test_what_is_compiled_before_a_robot_is_ready_is_told_at_every_size() -> Non
 
 
 def test_a_process_that_is_gone_is_gone(template: Template) -> None:
-    state = reduced([*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)])
+    state = reduced([*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)], now_s=10.0)
     assert state.robot_freshness is Freshness.GONE
     assert panels.badge(state) == theme.NO_ROBOT
     assert "touchline up  starts one" in [line.plain for line in panels.status_lines(state, 31)]
@@ -129,12 +121,11 @@ async def test_a_console_that_was_away_takes_nobody_for_silent(template: Templat
         assert app.state.robot_stale
 
 
-async def test_silence_is_on_the_screen_at_every_size(template: Template) -> None:
-    for size in ((80, 24), (200, 60)):
-        async with console(*scenes.mid_run(template), size=size) as (app, _link, pilot):
-            app.state.now_s += 2.0
-            app.tick()
-            await pilot.pause()
-            assert "RUNNING? silent for 2 s" in plain(app, StatusPanel)
-            assert "▲ robot 2 s?" in plain(app, HeaderBar)
-            assert "heard last" in str(app.query_one(MapView).border_title)
+async def test_silence_is_on_the_screen(template: Template) -> None:
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (app, _link, pilot):
+        app.state.now_s += 2.0
+        app.tick()
+        await pilot.pause()
+        assert "RUNNING? silent for 2 s" in plain(app, StatusPanel)
+        assert "▲ robot 2 s?" in plain(app, HeaderBar)
+        assert "heard last" in str(app.query_one(MapView).border_title)

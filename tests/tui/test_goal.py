@@ -2,12 +2,15 @@
 
 import math
 import threading
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
+from textual.pilot import Pilot
 from textual.widgets import Input, RadioButton, Static
 
 from tests.tui import scenes
-from tests.tui.console import console, last, plain, until
+from tests.tui.console import console, last, plain, shown_map, until
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -28,13 +31,18 @@ TAKEN = (received(topics.TEMPLATE, m.String()), received(topics.PLAN, scenes.dri
 """What the robot tells of a drive that it has taken."""
 
 
-def shown_map(app: ConsoleApp) -> str:
-    view = app.query_one(MapView)
-    return "\n".join("".join(segment.text for segment in view.render_line(y)) for y in range(view.size.height))
-
-
 def driving(state: int, arc_length_m: float, **fields: float) -> m.TraversalStatus:
     return m.TraversalStatus(state=state, total_length_m=8.0, arc_length_m=arc_length_m, segment_count=1, **fields)
+
+
+@asynccontextmanager
+async def previewed() -> AsyncIterator[tuple[ConsoleApp, scenes.FakeLink, Pilot[None]]]:
+    """The robot stands, and its way to a goal is shown."""
+    async with console(*scenes.standing(), size=(80, 24)) as (app, link, pilot):
+        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
+        await pilot.press("d", "enter")
+        await until(pilot, lambda: app.state.drive.path is not None)
+        yield app, link, pilot
 
 
 @pytest.mark.parametrize(
@@ -119,8 +127,8 @@ async def test_aiming_by_keys_with_the_map_and_the_panel_telling_of_it():
 
 
 async def test_a_goal_that_leaves_the_view_takes_it_along():
-    async with console(*scenes.standing()) as (app, _link, pilot):
-        await pilot.press("d", *["left"] * 80)
+    async with console(*scenes.standing(), size=(80, 24)) as (app, _link, pilot):
+        await pilot.press("d", *["left"] * 40)
         goal, view = app.state.drive.goal, app.query_one(MapView).view
         assert goal is not None
         assert view.to_cell(goal.x_m, goal.y_m) is not None
@@ -128,7 +136,7 @@ async def test_a_goal_that_leaves_the_view_takes_it_along():
 
 
 async def test_the_mouse_gives_place_and_heading():
-    async with console(*scenes.standing()) as (app, _link, pilot):
+    async with console(*scenes.standing(), size=(80, 24)) as (app, _link, pilot):
         await pilot.press("d")
         field = app.query_one(MapView)
         corner = field.content_region.offset - field.region.offset
@@ -153,7 +161,7 @@ async def test_the_mouse_gives_place_and_heading():
 
 
 async def test_preview_then_drive_is_enter_twice():
-    async with console(*scenes.standing()) as (app, link, pilot):
+    async with console(*scenes.standing(), size=(80, 24)) as (app, link, pilot):
         link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
         await pilot.press("d", "right", "enter")
         await until(pilot, lambda: app.state.drive.path is not None)
@@ -192,28 +200,10 @@ async def test_a_refusal_is_shown_as_it_is_and_the_goal_stays():
         assert why[:10] not in plain(app, StatusPanel)
 
 
-async def test_a_goal_that_the_robot_refuses_is_told_and_stays():
-    why = "cannot go to a goal while paused; resume or abort it first"
-    async with console(*scenes.standing()) as (app, link, pilot):
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        link.answers[topics.GOTO.name] = m.GotoResponse(success=False, message=why)
-        await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.path is not None)
-        await pilot.press("enter")
-        await until(pilot, lambda: why in plain(app, SignalBar))
-        assert app.state.drive.goal is not None
-        assert app.state.drive.path is None, "another preview, from where it stands, is due"
-        app.tick()
-        assert why in " ".join(plain(app, StatusPanel).split())
-
-
 @pytest.mark.parametrize(("key", "stop"), [("e", topics.ESTOP), ("a", topics.ABORT), ("space", topics.PAUSE)])
 async def test_a_stop_goes_out_while_the_goal_is_on_its_way(key, stop):
     """The robot still plans when the operator thinks better of it; that it then stays is the robot's part."""
-    async with console(*scenes.standing()) as (app, link, pilot):
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.path is not None)
+    async with previewed() as (app, link, pilot):
         link.held = threading.Event()
         await pilot.press("enter", key)
         if key == "a":
@@ -224,26 +214,15 @@ async def test_a_stop_goes_out_while_the_goal_is_on_its_way(key, stop):
         assert sorted(set(link.names())) == sorted((topics.PLAN_SERVICE.name, topics.GOTO.name, stop.name))
 
 
-async def test_a_goal_that_is_moved_while_it_is_sent_is_aimed_at_on():
-    async with console(*scenes.standing()) as (app, link, pilot):
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.path is not None)
-        link.held = threading.Event()
-        await pilot.press("enter", "right")
-        link.held.set()
-        await until(pilot, lambda: last(app)[1].startswith("Drive"))
-        assert app.state.drive.goal is not None
-
-
-async def test_an_answer_about_a_goal_that_was_changed_is_not_taken():
-    async with console(*scenes.standing()) as (app, link, pilot):
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        link.held = threading.Event()
-        await pilot.press("d", "enter", "right")
-        link.held.set()
-        await until(pilot, lambda: "changed meanwhile" in last(app)[1])
-        assert app.state.drive.path is None
+async def test_a_goal_that_is_changed_is_aimed_at_on_whatever_is_answered_about_the_one_before():
+    async with previewed() as (app, link, pilot):
+        for word in ("Drive", "changed meanwhile"):  # while it is sent, while its way is planned
+            link.held = threading.Event()
+            await pilot.press("enter", "right")
+            link.held.set()
+            await until(pilot, lambda word=word: word in last(app)[1])
+            assert last(app)[0] == m.Event.INFO
+            assert app.state.drive.goal is not None and app.state.drive.path is None
 
 
 async def test_no_goal_while_the_robot_is_on_a_job_or_there_is_none(template: Template):
@@ -272,10 +251,7 @@ async def test_a_robot_that_does_not_know_yet_where_it_is_drives_without_a_previ
 
 
 async def test_a_job_that_began_meanwhile_keeps_the_drive_from_being_sent(template: Template):
-    async with console(*scenes.standing()) as (app, link, pilot):
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.path is not None)
+    async with previewed() as (app, link, pilot):
         link.incoming.append(received(topics.STATUS, driving(m.TraversalStatus.RUNNING, 1.0)))
         app.tick()
         await pilot.press("enter")
@@ -292,6 +268,10 @@ async def test_method_law_and_time_are_offered_and_asked_for():
         field.value = "-3"
         await pilot.press("enter")
         assert "above 0" in str(app.screen.query_one("#problem", Static).visual)
+        link.stops = False  # it need not say so
+        await pilot.press("ctrl+e")
+        await until(pilot, lambda: link.names() == [topics.ESTOP.name])
+        link.asked.clear()
         field.value = "12.5"
         for name in ("dubins", "quintic"):
             next(button for button in app.screen.query(RadioButton) if button.name == name).value = True
@@ -328,19 +308,9 @@ async def test_the_drive_is_told_until_it_ends_and_by_how_much_it_missed():
         assert "next goal" in panel
 
 
-async def test_the_emergency_stop_works_while_aiming_and_in_the_dialog():
-    for keys in (("d", "e"), ("d", "m", "ctrl+e")):
-        async with console(*scenes.standing(), size=(80, 24)) as (_app, link, pilot):
-            await pilot.press(*keys)
-            await until(pilot, lambda link=link: topics.ESTOP.name in [name for name, _ in (*link.posted, *link.asked)])
-
-
 async def test_the_plan_that_is_prepared_stays_while_the_robot_drives(template: Template):
-    async with console(*scenes.standing()) as (app, link, pilot):
+    async with previewed() as (app, link, pilot):
         app.operator.choose(template, template.to_json())
-        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        await pilot.press("d", "enter")
-        await until(pilot, lambda: app.state.drive.path is not None)
         await pilot.press("enter")
         await until(pilot, lambda: app.state.drive.goal is None)
         assert app.state.template is not None

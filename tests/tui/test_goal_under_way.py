@@ -178,22 +178,17 @@ async def test_another_goal_goes_out_while_one_is_still_on_its_way_and_the_newes
         assert link.names() == [PLAN, GOTO, PLAN, GOTO]
 
 
-async def test_who_leaves_while_the_goal_is_on_its_way_hears_that_it_is():
+async def test_a_goal_that_is_on_its_way_says_so_and_for_how_long():
     async with previewed() as (app, link, pilot):
         link.held = threading.Event()
-        await pilot.press("enter", "escape")
+        await pilot.press("enter")
+        assert "Drive sent" in plain(app, SignalBar)
+        later(app, link, 3.2)
+        assert "Drive sent, no answer for 3 s" in plain(app, SignalBar)
+        await pilot.press("escape")
         assert "the goal has been sent" in plain(app, SignalBar)
         link.held.set()
         await until(pilot, lambda: last(app)[1].startswith("Drive: done"))
-
-
-async def test_a_preview_that_was_left_is_no_error():
-    async with previewed() as (app, link, pilot):
-        link.held = threading.Event()
-        await pilot.press("up", "enter", "escape")
-        link.held.set()
-        await until(pilot, lambda: "changed meanwhile" in last(app)[1])
-        assert last(app)[0] == m.Event.INFO
 
 
 async def test_a_way_from_rest_is_not_sent_to_a_robot_that_has_set_off_since():
@@ -211,13 +206,3 @@ async def test_a_way_from_rest_is_not_sent_to_a_robot_that_has_set_off_since():
         await until(pilot, lambda: app.state.drive.shown.under_way)
         await pilot.press("enter")
         await until(pilot, lambda: GOTO in link.names())
-
-
-async def test_an_order_without_an_answer_says_for_how_long():
-    async with previewed() as (app, link, pilot):
-        link.held = threading.Event()
-        await pilot.press("enter")
-        assert "Drive sent" in plain(app, SignalBar)
-        later(app, link, 3.2)
-        assert "Drive sent, no answer for 3 s" in plain(app, SignalBar)
-        link.held.set()

@@ -25,20 +25,20 @@ async def test_keys_list_names_every_key_of_the_bar() -> None:
 
 
 async def test_quit_asks_while_the_robot_is_on_a_job(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, _link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (app, _link, pilot):
         await pilot.press("q")
         assert isinstance(app.screen, ConfirmDialog)
         await pilot.press("ctrl+q")
         assert len(app.screen_stack) == 2
         await pilot.press("y")
         assert app._exit
-    async with console(*scenes.loaded(template)) as (app, _link, pilot):
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, _link, pilot):
         await pilot.press("q")
         assert app._exit
 
 
 async def test_every_command_is_in_the_palette(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
         commands = {command.title: command.callback for command in app.get_system_commands(app.screen)}
         orders = {
             "Start": topics.START,
@@ -64,6 +64,6 @@ async def test_every_command_is_in_the_palette(template: Template) -> None:
 
 
 async def test_clicking_a_key_presses_it(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (_app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (_app, link, pilot):
         await pilot.click(KeyBar, offset=(3, 0))
         await until(pilot, lambda: link.names() == [topics.ESTOP.name])

@@ -163,13 +163,7 @@ def test_a_request_that_nobody_waits_for_arrives_at_once(link: BusLink, robot: R
     assert call.request_id == "1"
 
 
-def test_telling_on_a_bus_that_was_left_is_no_error(bus_config: BusConfig) -> None:
-    with open_link(bus_config, topics.CONSOLE) as link:
-        pass
-    link.post(topics.ESTOP, m.CommandRequest(request_id="1"))
-
-
-def test_leaving_while_a_call_is_under_way(bus_config: BusConfig) -> None:
+def test_leaving_while_a_call_is_under_way_fails_it_and_telling_later_is_no_error(bus_config: BusConfig) -> None:
     outcomes: list[object] = []
 
     def ask(link: BusLink) -> None:
@@ -184,24 +178,29 @@ def test_leaving_while_a_call_is_under_way(bus_config: BusConfig) -> None:
         time.sleep(0.2)
     thread.join(60.0)
     assert [type(outcome) for outcome in outcomes] == [CallFailed]
+    link.post(topics.ESTOP, m.CommandRequest(request_id="1"))
 
 
-def test_paint_is_fetched_off_the_caller_s_thread(link: BusLink, robot: Robot) -> None:
-    robot.strokes = tuple(scenes.strokes(scenes.pitch(), 3))
-    connected(link, robot)
-    robot.tells.clear()
-    for _ in range(5):
-        link.fetch_paint()
-    assert [thread.name for thread in threading.enumerate()].count("fetch-paint") == 1, "it waits elsewhere"
-    robot.tells.set()
-    events = collect(link, lambda events: any(isinstance(event, PaintFetched) for event in events))
-    assert PaintFetched(robot.strokes) in events
+def test_paint_is_fetched_off_the_caller_s_thread_and_none_if_nobody_tells(
+    link: BusLink, bus_config: BusConfig
+) -> None:
+    def fetched(events: list[Incoming]) -> bool:
+        return any(isinstance(event, PaintFetched) for event in events)
 
-
-def test_paint_that_nobody_tells_is_none(link: BusLink) -> None:
     link.fetch_paint()
-    events = collect(link, lambda events: any(isinstance(event, PaintFetched) for event in events))
-    assert PaintFetched(None) in events
+    assert PaintFetched(None) in collect(link, fetched)
+    robot = Robot(bus_config)
+    try:
+        robot.strokes = tuple(scenes.strokes(scenes.pitch(), 3))
+        connected(link, robot)
+        robot.tells.clear()
+        for _ in range(5):
+            link.fetch_paint()
+        assert [thread.name for thread in threading.enumerate()].count("fetch-paint") == 1, "it waits elsewhere"
+        robot.tells.set()
+        assert PaintFetched(robot.strokes) in collect(link, fetched)
+    finally:
+        robot.leave()
 
 
 def test_bytes_that_are_no_message_are_reported(link: BusLink, robot: Robot) -> None:

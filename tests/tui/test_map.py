@@ -13,7 +13,7 @@ from touchline.tui.map_view import MapView
 
 
 async def test_map_keys(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(120, 40)) as (app, link, pilot):
         view = app.query_one(MapView)
         home = view.view
         await pilot.press("plus", "plus")
@@ -38,7 +38,7 @@ async def test_map_keys(template: Template) -> None:
 
 
 async def test_the_wheel_zooms_at_the_pointer_and_dragging_pans(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, _link, pilot):
+    async with console(*scenes.mid_run(template), size=(120, 40)) as (app, _link, pilot):
         view = app.query_one(MapView)
         column, row = 20, 10  # of the widget; its frame is one cell wide
         await pilot.hover(MapView, offset=(column, row))
@@ -60,7 +60,7 @@ async def test_the_wheel_zooms_at_the_pointer_and_dragging_pans(template: Templa
 
 
 async def test_only_rows_that_changed_are_redrawn(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, _pilot):
+    async with console(*scenes.mid_run(template), size=(120, 40)) as (app, link, _pilot):
         view = app.query_one(MapView)
         for row in range(view.size.height):
             view.render_line(row)

@@ -2,8 +2,6 @@
 
 import threading
 
-import pytest
-
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
@@ -17,50 +15,44 @@ from touchline.tui.protocol import CallFailed
 from touchline.tui.signal_bar import SignalBar
 
 
-@pytest.mark.parametrize(
-    ("state", "key", "service"),
-    [
-        (m.TraversalStatus.READY, "s", topics.START),
-        (m.TraversalStatus.RUNNING, "space", topics.PAUSE),
-        (m.TraversalStatus.PAUSED, "g", topics.RESUME),
-        (m.TraversalStatus.PAUSED, "u", topics.REFILL_TANK),
-        (m.TraversalStatus.PAUSED, "b", topics.REPLACE_BATTERY),
-        (m.TraversalStatus.RUNNING, "e", topics.ESTOP),
-        (m.TraversalStatus.IDLE, "ctrl+e", topics.ESTOP),
-        (m.TraversalStatus.ABORTED, "r", topics.RESET),
-    ],
-)
-async def test_a_key_gives_its_order(
-    template: Template, state: int, key: str, service: topics.Service[m.CommandRequest, m.CommandResponse]
-) -> None:
-    events = [*scenes.loaded(template), received(topics.STATUS, scenes.status(template, state))]
-    async with console(*events) as (app, link, pilot):
-        link.answers[service.name] = m.CommandResponse(success=True, message="as you say")
-        await pilot.press(key)
-        await until(pilot, lambda: any("as you say" in entry.text for entry in app.state.log.entries))
-        assert link.names() == [service.name]
-        assert link.asked[0][1].request_id
+async def test_a_key_gives_its_order(template: Template) -> None:
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
+        for state, key, service in (
+            (m.TraversalStatus.READY, "s", topics.START),
+            (m.TraversalStatus.RUNNING, "space", topics.PAUSE),
+            (m.TraversalStatus.PAUSED, "g", topics.RESUME),
+            (m.TraversalStatus.PAUSED, "u", topics.REFILL_TANK),
+            (m.TraversalStatus.PAUSED, "b", topics.REPLACE_BATTERY),
+            (m.TraversalStatus.ABORTED, "r", topics.RESET),
+            (m.TraversalStatus.RUNNING, "e", topics.ESTOP),
+        ):
+            link.asked.clear()
+            link.answers[service.name] = m.CommandResponse(success=True, message=f"as {key} says")
+            link.incoming.append(received(topics.STATUS, scenes.status(template, state)))
+            app.tick()
+            await pilot.press(key)
+            await until(pilot, lambda key=key: any(f"as {key} says" in each.text for each in app.state.log.entries))
+            assert link.names() == [service.name]
+            assert link.asked[0][1].request_id
 
 
-async def test_a_refusal_is_shown_with_its_reason(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
+async def test_a_refusal_and_silence_are_shown_with_their_reasons_and_without_toasts(template: Template) -> None:
+    """Toasts would cover the badge or the key bar, and fifty of them keep the console from its work for seconds."""
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
         link.answers[topics.START.name] = m.CommandResponse(success=False, message="no plan is loaded")
         await pilot.press("s")
         await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
         assert last(app)[1] == "Start refused: no plan is loaded"
         assert "Start refused: no plan is loaded" in plain(app, SignalBar)
-
-
-async def test_nobody_answering_is_shown(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
         link.answers[topics.START.name] = CallFailed("traversal/start: nobody answers; is the service running?")
         await pilot.press("s")
-        await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
-        assert last(app)[1].startswith("Start not answered: traversal/start: nobody answers")
+        await until(pilot, lambda: last(app)[1].startswith("Start not answered: traversal/start: nobody answers"))
+        await pilot.press("p", "escape", "ctrl+c")
+        assert not app._notifications
 
 
 async def test_abort_asks_first(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (app, link, pilot):
         await pilot.press("a")
         assert isinstance(app.screen, ConfirmDialog)
         await pilot.press("enter")  # the button that has the focus is the harmless one
@@ -73,7 +65,7 @@ async def test_abort_asks_first(template: Template) -> None:
 
 
 async def test_no_press_of_a_speed_key_is_lost_while_an_answer_is_due(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
         link.held = threading.Event()
         for _ in range(3):
             await pilot.press("left_square_bracket")
@@ -84,7 +76,7 @@ async def test_no_press_of_a_speed_key_is_lost_while_an_answer_is_due(template: 
 
 
 async def test_speed_goes_up_and_down_in_steps(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
         asked: list[float] = []
         for key, factor in (("]", 50.0), ("]", -1.0), ("]", -1.0), ("[", 50.0), (",", 20.0), (".", 50.0)):
             await pilot.press({"]": "right_square_bracket", "[": "left_square_bracket"}.get(key, key))
@@ -96,7 +88,7 @@ async def test_speed_goes_up_and_down_in_steps(template: Template) -> None:
 
 
 async def test_a_held_space_bar_is_one_pause_and_never_resumes(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (app, link, pilot):
         await pilot.press(*["space"] * 5)
         await until(pilot, lambda: app.state.orders.accepted_within("pause", 1.0, app.state.now_s))
         await pilot.press(*["space"] * 5)
@@ -110,7 +102,7 @@ async def test_a_held_space_bar_is_one_pause_and_never_resumes(template: Templat
 
 
 async def test_an_order_that_is_under_way_is_not_repeated(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
+    async with console(*scenes.loaded(template), size=(80, 24)) as (app, link, pilot):
         link.held = threading.Event()
         entries = len(app.state.log.entries)
         await pilot.press(*["r"] * 50)
@@ -122,19 +114,10 @@ async def test_an_order_that_is_under_way_is_not_repeated(template: Template) ->
 
 
 async def test_a_pause_is_sent_again_and_said_to_be_unanswered(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (app, link, pilot):
         link.answers[topics.PAUSE.name] = CallFailed("no answer within 1.0 s")
         await pilot.press("space")
         await until(pilot, lambda: last(app)[1] == "Pause not answered after 3 tries: no answer within 1.0 s")
         assert link.names() == [topics.PAUSE.name] * 3
         assert len({request.request_id for _, request in link.asked}) == 1
         assert "Pause not answered after 3 tries" in plain(app, SignalBar)
-
-
-async def test_there_are_no_toasts(template: Template) -> None:
-    """They would cover the badge or the key bar, and fifty of them keep the console from its work for seconds."""
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
-        link.answers[topics.START.name] = m.CommandResponse(success=False, message="no plan is loaded")
-        await pilot.press("s", "p", "escape", "ctrl+c")
-        await until(pilot, lambda: topics.START.name in link.names())
-        assert not app._notifications

@@ -3,57 +3,36 @@
 import pytest
 
 from tests.tui import scenes
-from tests.tui.console import console, plain, until
+from tests.tui.console import console, plain, reduced, until
 from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui import format
-from touchline.tui.header import HeaderBar
 from touchline.tui.lines_view import SegmentsTable
-from touchline.tui.log_view import LogView
-from touchline.tui.panels import ServicesPanel, StatusPanel
-from touchline.tui.protocol import NodeChanged
+from touchline.tui.panels import StatusPanel, status_lines
+from touchline.tui.protocol import Incoming
 
 
-async def test_a_dead_service_is_shown_at_once(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
-        link.incoming.append(NodeChanged(topics.ROBOT_SIM, False))
-        await until(pilot, lambda: "NO ROBOT" in plain(app, StatusPanel))
-        assert "○ robot" in plain(app, HeaderBar)
-        assert "○ robot      down" in plain(app, ServicesPanel)
-        assert len(app.query_one(LogView).lines) > 0
+def test_the_truth_is_told_apart_from_what_the_robot_says(template: Template) -> None:
+    def shown(events: list[Incoming], width: int) -> str:
+        return "\n".join(line.plain for line in status_lines(reduced(events), width))
 
-
-@pytest.mark.parametrize(
-    ("size", "row"), [((120, 40), "truth    53.8 % covered, 3 mm off"), ((80, 24), "truth    53.8 %, 3 mm off")]
-)
-async def test_the_truth_is_told_apart_from_what_the_robot_says(
-    template: Template, size: tuple[int, int], row: str
-) -> None:
-    async with console(*scenes.mid_run(template), size=size) as (app, _link, pilot):
-        await until(pilot, lambda: row in plain(app, StatusPanel))
-        assert "error +4 mm" in plain(app, StatusPanel)
-        assert "covered" in plain(app, StatusPanel) and "53.9 %" in plain(app, StatusPanel)
-
-
-async def test_paint_far_off_its_line_is_set_off(template: Template) -> None:
+    painting = scenes.mid_run(template)
+    for width, row in ((46, "truth    53.8 % covered, 3 mm off"), (30, "truth    53.8 %, 3 mm off")):
+        text = shown(painting, width)
+        assert row in text and "error +4 mm" in text and "53.9 %" in text
     astray = scenes.received(topics.TRUE_COVERAGE, scenes.truth(template, 14, 0.55, lateral_m=-0.123))
-    async with console(*scenes.mid_run(template), astray, size=(80, 24)) as (app, _link, pilot):
-        await until(pilot, lambda: "truth    53.8 %, 123 mm off ▲" in plain(app, StatusPanel))
-
-
-async def test_a_robot_that_tells_no_truth_has_no_row_of_it(template: Template) -> None:
-    told = [event for event in scenes.mid_run(template) if getattr(event, "topic", "") != topics.TRUE_COVERAGE.name]
-    async with console(*told) as (app, _link, pilot):
-        await until(pilot, lambda: "error +4 mm" in plain(app, StatusPanel))
-        assert "truth" not in plain(app, StatusPanel)
+    assert "truth    53.8 %, 123 mm off ▲" in shown([*painting, astray], 30)
+    real = [event for event in painting if getattr(event, "topic", "") != topics.TRUE_COVERAGE.name]
+    assert "error +4 mm" in shown(real, 30) and "truth" not in shown(real, 30)
 
 
 async def test_resizing_to_nothing_and_back(template: Template) -> None:
     async with console(*scenes.mid_run(template)) as (app, _link, pilot):
-        for size in ((20, 5), (1, 1), (300, 90), (80, 24), (120, 40)):
+        for size in ((20, 5), (1, 1), (200, 60), (80, 24), (120, 40)):
             await pilot.resize_terminal(*size)
             app.tick()
             await pilot.pause()
+            app.export_screenshot()
         assert "RUNNING" in plain(app, StatusPanel)
 
 

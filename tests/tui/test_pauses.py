@@ -3,13 +3,12 @@
 import pytest
 
 from tests.tui import scenes
-from tests.tui.console import console, plain, until
+from tests.tui.console import console, plain, reduced, until
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui import panels
-from touchline.tui.dialogs import ConfirmDialog
 from touchline.tui.key_bar import KeyBar, useless
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming
@@ -39,9 +38,7 @@ def warning(earliest_s: float) -> Incoming:
 
 
 def state(*events: Incoming) -> ConsoleState:
-    found = ConsoleState()
-    for event in events:
-        found.apply(event, 0.0)
+    found = reduced(events)
     found.speed_set(1.0)
     return found
 
@@ -52,9 +49,9 @@ def test_a_pause_that_ends_by_itself_counts_down_and_space_holds_it(template: Te
     assert panels.hint(shown) == ("space", "hold: goes on in ≥ 3 s")
     assert "space" not in useless(shown)
     for event in (warning(102.0), pause(earliest_s=102.0), at(100.5)):
-        shown.apply(event, 0.0)
+        shown.apply(event, 1.0)
     assert panels.hint(shown) == ("space", "hold: moves off in 2 s")
-    shown.apply(at(101.5), 0.0)
+    shown.apply(at(101.5), 1.0)
     assert panels.hint(shown) == ("space", "hold: moves off in 1 s")
 
 
@@ -76,36 +73,22 @@ def test_a_robot_that_is_about_to_move_after_a_resume_says_so(template: Template
     running = received(topics.STATUS, scenes.status(template, S.RUNNING, reason="about to move; keep clear"))
     shown = state(*scenes.mid_run(template), at(100.0), warning(102.0), running)
     assert panels.hint(shown) == ("space", "hold: moves off in 2 s")
-    shown.apply(at(102.0), 0.0)
+    shown.apply(at(102.0), 1.0)
     assert panels.hint(shown) == ("space", "pause")
 
 
-async def test_space_holds_it_at_every_size(template: Template) -> None:
-    for size in ((80, 24), (120, 40)):
-        events = [*scenes.mid_run(template), at(100.0), pause(), paused(template)]
-        async with console(*events, size=size) as (app, link, pilot):
-            app.state.speed_set(1.0)
-            app.tick()
-            assert "space  hold: goes on in ≥ 3 s" in plain(app, StatusPanel)
-            assert "space Pause" in plain(app, KeyBar)
-            await pilot.press("space")
-            await until(pilot, lambda link=link: link.names() == [topics.PAUSE.name])
-            link.incoming += [pause(P.OPERATOR, None), paused(template, "paused by the operator")]
-            await until(pilot, lambda app=app: app.state.paused_by_hand)
-            assert "g  resume" in plain(app, StatusPanel)
-            await pilot.press("space")
-            assert link.names() == [topics.PAUSE.name]
-            assert "g goes on" in plain(app, SignalBar)
-
-
-async def test_a_level_that_nobody_has_told_is_asked_about(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
-        app.state.choose_template(template, template.model_dump_json())
-        app.state.planned(scenes.trajectory(template), m.PlanReport(paint_l=1.1, battery_wh=9.0))
-        app.state.handed_over()
-        app.state.robot.sprayer = app.state.robot.battery = None
-        await pilot.press("s")
-        await until(pilot, lambda: isinstance(app.screen, ConfirmDialog))
-        assert link.asked == []
-        await pilot.press("y")
-        await until(pilot, lambda: link.names() == [topics.START.name])
+async def test_space_holds_it(template: Template) -> None:
+    events = [*scenes.mid_run(template), at(100.0), pause(), paused(template)]
+    async with console(*events, size=(80, 24)) as (app, link, pilot):
+        app.state.speed_set(1.0)
+        app.tick()
+        assert "space  hold: goes on in ≥ 3 s" in plain(app, StatusPanel)
+        assert "space Pause" in plain(app, KeyBar)
+        await pilot.press("space")
+        await until(pilot, lambda: link.names() == [topics.PAUSE.name])
+        link.incoming += [pause(P.OPERATOR, None), paused(template, "paused by the operator")]
+        await until(pilot, lambda: app.state.paused_by_hand)
+        assert "g  resume" in plain(app, StatusPanel)
+        await pilot.press("space")
+        assert link.names() == [topics.PAUSE.name]
+        assert "g goes on" in plain(app, SignalBar)

@@ -205,14 +205,8 @@ def test_a_stop_goes_to_robots_and_not_to_replays() -> None:
 
 
 async def test_the_screen_has_the_mark_and_keys_move_the_replay() -> None:
-    told = m.ReplayStatus(file="s.mcap", end_s=20.0, now_s=12.0, speed=5.0, playing=True)
-    events = [
-        NodeChanged(topics.REPLAY, True),
-        received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING)),
-        Received(topics.REPLAY_STATUS.name, told),
-    ]
-    async with console(*events, size=(80, 24)) as (app, link, pilot):
-        assert "REPLAY ► 0:12 of 0:20  5×" in plain(app, SignalBar)
+    async with console(*replaying(), size=(80, 24)) as (app, link, pilot):
+        assert "REPLAY ► 0:12 of 1:40  5×" in plain(app, SignalBar)
         assert "REPLAY RUNNING" in plain(app, StatusPanel)
         assert "Template" not in plain(app, KeyBar)
         for key, service in (
@@ -255,7 +249,7 @@ async def test_keys_that_come_faster_than_answers_add_up(
     keys: list[str], service: Service[Any, Any], field: str, wanted: float, further: float
 ) -> None:
     """Also those that come after the answer, as long as the replay's status does not tell of it yet."""
-    async with console(*replaying()) as (app, link, pilot):
+    async with console(*replaying(), size=(80, 24)) as (app, link, pilot):
         link.held = threading.Event()
         await pilot.press(*keys)
         link.held.set()
@@ -267,17 +261,14 @@ async def test_keys_that_come_faster_than_answers_add_up(
         assert {name for name, _ in link.asked} == {service.name}
 
 
-async def test_steps_that_come_faster_than_answers_are_all_made() -> None:
-    async with console(*replaying()) as (_, link, pilot):
+async def test_steps_and_pauses_that_come_faster_than_answers_and_status_are_all_made() -> None:
+    async with console(*replaying(), size=(80, 24)) as (app, link, pilot):
         link.held = threading.Event()
         await pilot.press("n", "n", "n", "n")
         link.held.set()
         await until(pilot, lambda: len(link.asked) == 2)
         assert [request.seconds for _, request in link.asked] == pytest.approx([0.1, 0.3])
-
-
-async def test_space_pressed_twice_pauses_and_goes_on_though_the_status_is_late() -> None:
-    async with console(*replaying()) as (app, link, pilot):
+        link.asked.clear()
         await pilot.press("space")
         await until(pilot, lambda: link.asked and not app.state.orders.under_way("replay"))
         await pilot.press("space")
@@ -285,9 +276,8 @@ async def test_space_pressed_twice_pauses_and_goes_on_though_the_status_is_late(
         assert link.names() == [topics.REPLAY_PAUSE.name, topics.REPLAY_RESUME.name]
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-async def test_a_paused_replay_does_not_say_that_anything_runs(size: tuple[int, int]) -> None:
-    async with console(*replaying(playing=False), size=size) as (app, link, pilot):
+async def test_a_paused_replay_does_not_say_that_anything_runs() -> None:
+    async with console(*replaying(playing=False), size=(80, 24)) as (app, link, pilot):
         head, recorded = plain(app, StatusPanel).splitlines()[:2]
         assert head.strip() == "‖ REPLAY PAUSED" and recorded == "recorded: RUNNING"
         assert "go on with the replay" in plain(app, StatusPanel)

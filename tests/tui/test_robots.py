@@ -3,11 +3,11 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-import pytest
 from textual.pilot import Pilot
 
 from tests.tui import scenes
-from tests.tui.console import plain, until
+from tests.tui.console import plain, shown_map, until
+from tests.tui.fleets import asked
 from tests.tui.scenes import FakeLink, FakeLinks, received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -16,7 +16,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.tui.app import ConsoleApp
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
-from touchline.tui.map_view import MapView
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import CallFailed, NodeChanged
 from touchline.tui.robots import Robots
@@ -38,30 +37,17 @@ def robot(x_m: float, state: int = m.TraversalStatus.RUNNING) -> FakeLink:
 
 
 @asynccontextmanager
-async def three(
-    size: tuple[int, int] = (120, 40), **more: FakeLink
-) -> AsyncIterator[tuple[ConsoleApp, dict[str, FakeLink], Pilot[None], FakeLinks]]:
+async def three(**more: FakeLink) -> AsyncIterator[tuple[ConsoleApp, dict[str, FakeLink], Pilot[None], FakeLinks]]:
     links = FakeLinks({**more, **{name: robot(12.0 * number - 15.0) for number, name in enumerate(NAMES)}})
     app = ConsoleApp(links, clock=lambda: 1.0)
-    async with app.run_test(size=size) as pilot:
+    async with app.run_test(size=(120, 40)) as pilot:
         app.tick()
         await pilot.pause()
         yield app, links.links, pilot, links
 
 
-def asked(link: FakeLink) -> list[str]:
-    """The services that were asked, each once."""
-    return list(dict.fromkeys(name for name, _ in (*link.posted, *link.asked)))
-
-
-def shown_map(app: ConsoleApp) -> str:
-    view = app.query_one(MapView)
-    return "\n".join("".join(segment.text for segment in view.render_line(y)) for y in range(view.size.height))
-
-
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-async def test_all_robots_are_on_the_map_and_in_their_row_by_name(size):
-    async with three(size) as (app, _, _, _):
+async def test_all_robots_are_on_the_map_and_in_their_row_by_name():
+    async with three() as (app, _, _, _):
         field_map = shown_map(app)
         assert all(name in field_map for name in NAMES)
         row = plain(app, RobotsBar)
@@ -80,27 +66,23 @@ async def test_a_robot_that_a_coordinator_guides_has_no_lines_and_covers_nothing
         assert "covered" not in shown and "line" not in shown
 
 
-async def test_one_robot_alone_has_no_row_and_no_key_for_others():
-    app = ConsoleApp(FakeLinks({"r1": robot(0.0)}), clock=lambda: 1.0)
-    async with app.run_test(size=(120, 40)) as pilot:
-        app.tick()
-        await pilot.pause()
-        assert not app.query_one(RobotsBar).display
-        assert "Other robot" not in plain(app, KeyBar)
-        assert "r1" not in shown_map(app)
-        assert app.query_one(SignalBar).region.y == 1
-
-
 async def test_orders_go_to_the_robot_in_view_and_to_no_other():
     async with three() as (app, links, pilot, _):
         await pilot.press("o", "space")
         await until(pilot, lambda: asked(links["club/r2"]))
         assert app.robots.selected_name == "club/r2"
-        assert asked(links["club/r2"]) == [topics.PAUSE.name]
+        for link in links.values():
+            link.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)))
+        app.tick()
+        await pilot.press("r")
+        await until(pilot, lambda: len(asked(links["club/r2"])) == 2)
+        assert asked(links["club/r2"]) == [topics.PAUSE.name, topics.RESET.name]
         await pilot.press("o", "o")
         assert app.robots.selected_name == "r1", "it goes round"
         assert not asked(links["r1"])
         assert not asked(links["r3"])
+        await pilot.click(RobotsBar, offset=(plain(app, RobotsBar).index("r3"), 0))
+        assert app.robots.selected_name == "r3"
 
 
 async def test_a_question_is_about_the_robot_that_was_in_view_when_it_was_asked():
@@ -118,12 +100,11 @@ def plain_dialog(app: ConsoleApp) -> str:
     return " ".join(str(widget.visual) for widget in app.screen.query(".title"))  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("key", ["e", "ctrl+e"])
-async def test_an_emergency_stop_goes_to_every_robot_and_each_ones_word_is_shown(key):
+async def test_an_emergency_stop_goes_to_every_robot_and_each_ones_word_is_shown():
     async with three() as (app, links, pilot, _):
         links["r3"].stops = False
         links["r3"].answers[topics.ESTOP.name] = CallFailed("nobody answers")
-        await pilot.press("o", key)
+        await pilot.press("o", "e")
         await until(pilot, lambda: all(topics.ESTOP.name in asked(link) for link in links.values()))
 
         def acknowledged() -> bool:
@@ -151,17 +132,6 @@ async def test_an_emergency_stop_goes_to_every_robot_and_each_ones_word_is_shown
         assert "r3" not in plain(app, SignalBar)
 
 
-async def test_a_reset_is_for_the_robot_in_view_alone():
-    async with three() as (app, links, pilot, _):
-        for link in links.values():
-            link.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)))
-        app.tick()
-        await pilot.press("o", "r")
-        await until(pilot, lambda: asked(links["club/r2"]))
-        assert asked(links["club/r2"]) == [topics.RESET.name]
-        assert not asked(links["r1"])
-
-
 async def test_a_robot_that_turns_up_while_the_others_are_being_stopped_is_stopped_too():
     async with three() as (app, links, pilot, known):
         links["r1"].stops = False
@@ -185,13 +155,6 @@ async def test_a_robot_that_was_only_guessed_gives_way_to_those_that_are_there()
         assert list(app.robots.states) == ["r1"]
         assert not app.query_one(RobotsBar).display
         assert "○ robot" not in plain(app, HeaderBar)
-
-
-async def test_a_click_selects_a_robot():
-    async with three() as (app, _, pilot, _):
-        at = plain(app, RobotsBar).index("r3")
-        await pilot.click(RobotsBar, offset=(at, 0))
-        assert app.robots.selected_name == "r3"
 
 
 async def test_each_robot_is_planned_for_as_the_vehicle_that_it_says_it_is():

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.tui.console import reduced
 from tests.tui.fleets import S, robot
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
@@ -20,9 +21,7 @@ NAMES = ("r1", "r2", "r3", "r4")
 def four(state: int = S.RUNNING) -> Robots:
     robots = Robots()
     for number, name in enumerate(NAMES):
-        known = robots.add(name)
-        for event in robot(number, state).poll():
-            known.apply(event, 0.0)
+        reduced(robot(number, state).poll(), robots.add(name), now_s=0.0)
     return robots
 
 

@@ -7,6 +7,7 @@ import pytest
 from textual.pilot import Pilot
 
 from tests.tui import fleets, scenes
+from tests.tui.console import settle
 from tests.tui.scenes import FakeLink, FakeLinks
 from tests.tui.test_unfinished_job import aborted
 from touchline.schemas import messages as m
@@ -25,19 +26,52 @@ def app_with(events: list[Incoming]) -> ConsoleApp:
 
 def settled(*keys: str) -> Callable[[Pilot[Any]], Awaitable[None]]:
     async def run_before(pilot: Pilot[Any]) -> None:
-        for _ in range(3):
-            pilot.app.tick()  # type: ignore[attr-defined]
-            await pilot.pause()
+        await settle(pilot)
         await pilot.press(*keys)
         await pilot.pause()
-        pilot.app.tick()  # type: ignore[attr-defined]
-        await pilot.pause()
+        await settle(pilot)
 
     return run_before
 
 
-def test_disconnected(snap_compare: Compare) -> None:
-    assert snap_compare(app_with([]), terminal_size=(120, 40), run_before=settled())
+def of_template(situation: Callable[[Template], list[Incoming]]) -> Callable[[], ConsoleApp]:
+    return lambda: app_with(situation(scenes.pitch()))
+
+
+def of_events(*events: Incoming) -> Callable[[], ConsoleApp]:
+    return lambda: app_with([*events])
+
+
+def robot_gone(template: Template) -> list[Incoming]:
+    return [*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)]
+
+
+NARROW, NORMAL, WIDE = (80, 24), (120, 40), (200, 60)
+PICTURES: dict[str, tuple[Callable[[], ConsoleApp], tuple[int, int], tuple[str, ...]]] = {
+    "disconnected": (of_events(), NORMAL, ()),
+    "mid-run, narrow": (of_template(scenes.mid_run), NARROW, ()),
+    "mid-run, normal": (of_template(scenes.mid_run), NORMAL, ()),
+    "mid-run, wide": (of_template(scenes.mid_run), WIDE, ()),
+    "following closely": (of_template(scenes.mid_run), NORMAL, ("f", *["plus"] * 9)),
+    "finished": (of_template(scenes.finished), NORMAL, ()),
+    "emergency stop": (of_template(scenes.estopped), NORMAL, ()),
+    "robot gone mid-run": (of_template(robot_gone), NORMAL, ()),
+    "aborted, narrow": (of_template(aborted), NARROW, ()),
+    "aborted, normal": (of_template(aborted), NORMAL, ()),
+    "abort": (of_template(scenes.mid_run), NARROW, ("a",)),
+    "template": (of_template(scenes.loaded), NARROW, ("t",)),
+    "plan": (of_template(scenes.loaded), NARROW, ("p",)),
+    "keys": (of_template(scenes.loaded), NARROW, ("question_mark",)),
+    "how to get to a goal": (of_events(*scenes.standing()), NARROW, ("d", "m")),
+    "driving to a goal": (of_events(*scenes.standing(), *scenes.on_the_drive(), *scenes.uncertain(4.0)), NARROW, ()),
+    "order to all": (lambda: ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0), NARROW, ("v", "x")),
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_it_looks_like_this(snap_compare: Compare, name: str) -> None:
+    app, size, keys = PICTURES[name]
+    assert snap_compare(app(), terminal_size=size, run_before=settled(*keys))
 
 
 def test_plan_made(snap_compare: Compare, template: Template) -> None:
@@ -46,14 +80,6 @@ def test_plan_made(snap_compare: Compare, template: Template) -> None:
     response = scenes.plan_response(template)
     app.state.planned(response.trajectory, response.report)
     assert snap_compare(app, terminal_size=(120, 40), run_before=settled())
-
-
-def test_mid_run(snap_compare: Compare, template: Template) -> None:
-    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=settled())
-
-
-def test_mid_run_wide(snap_compare: Compare, template: Template) -> None:
-    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(200, 60), run_before=settled())
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
@@ -65,23 +91,6 @@ def test_three_robots_of_which_one_has_not_acknowledged_a_stop(
     app = ConsoleApp(FakeLinks(links), clock=lambda: 1.0)
     app.robots.states["r3"].orders.stop.press("stop", "")
     assert snap_compare(app, terminal_size=size, run_before=settled())
-
-
-def test_mid_run_narrow(snap_compare: Compare, template: Template) -> None:
-    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(80, 24), run_before=settled())
-
-
-def test_following_closely(snap_compare: Compare, template: Template) -> None:
-    keys = settled("f", *["plus"] * 9)
-    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=keys)
-
-
-def test_finished(snap_compare: Compare, template: Template) -> None:
-    assert snap_compare(app_with(scenes.finished(template)), terminal_size=(120, 40), run_before=settled())
-
-
-def test_emergency_stop(snap_compare: Compare, template: Template) -> None:
-    assert snap_compare(app_with(scenes.estopped(template)), terminal_size=(120, 40), run_before=settled())
 
 
 def test_a_frozen_robot_that_does_not_acknowledge_a_stop(snap_compare: Compare, template: Template) -> None:
@@ -96,27 +105,6 @@ def test_a_frozen_robot_that_does_not_acknowledge_a_stop(snap_compare: Compare, 
     empty = scenes.received(topics.SPRAYER, m.SprayerState(tank_l=0.01))
     app = app_with([*scenes.mid_run(template), empty])
     assert snap_compare(app, terminal_size=(80, 24), run_before=frozen)
-
-
-@pytest.mark.parametrize("key", ["t", "p", "a", "question_mark"])
-def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Template, key: str) -> None:
-    events = scenes.mid_run(template) if key == "a" else scenes.loaded(template)
-    assert snap_compare(app_with(events), terminal_size=(80, 24), run_before=settled(key))
-
-
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
-def test_a_job_that_was_aborted(snap_compare: Compare, template: Template, size: tuple[int, int]) -> None:
-    assert snap_compare(app_with(aborted(template)), terminal_size=size, run_before=settled())
-
-
-def test_a_template_is_found_by_what_is_typed(snap_compare: Compare, template: Template) -> None:
-    keys = settled("t", *"soccer", "tab")  # a cursor in the field would blink
-    assert snap_compare(app_with(scenes.loaded(template)), terminal_size=(80, 24), run_before=keys)
-
-
-def test_without_colours(snap_compare: Compare, template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NO_COLOR", "1")
-    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=settled())
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
@@ -148,35 +136,6 @@ def test_aiming_at_another_goal_amid_a_drive(snap_compare: Compare, size: tuple[
     assert snap_compare(app, terminal_size=size, run_before=aimed)
 
 
-def test_how_to_get_to_a_goal(snap_compare: Compare) -> None:
-    assert snap_compare(app_with(scenes.standing()), terminal_size=(80, 24), run_before=settled("d", "m"))
-
-
-def test_driving_to_a_goal(snap_compare: Compare) -> None:
-    app = app_with([*scenes.standing(), *scenes.on_the_drive(), *scenes.uncertain(4.0)])
-    assert snap_compare(app, terminal_size=(80, 24), run_before=settled())
-
-
-def test_robot_gone_mid_run(snap_compare: Compare, template: Template) -> None:
-    events = [*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)]
-    assert snap_compare(app_with(events), terminal_size=(120, 40), run_before=settled())
-
-
-def test_the_pictures_are_of_what_they_say(template: Template) -> None:
-    """The situations themselves, so that a wrong picture is not kept by mistake."""
-    states = [
-        (scenes.loaded(template), m.TraversalStatus.READY),
-        (scenes.mid_run(template), m.TraversalStatus.RUNNING),
-        (scenes.finished(template), m.TraversalStatus.DONE),
-        (scenes.estopped(template), m.TraversalStatus.ESTOPPED),
-    ]
-    for events, state in states:
-        app = app_with(events)
-        for event in events:
-            app.state.apply(event, 1.0)
-        assert app.state.traversal == state
-
-
 @pytest.mark.parametrize("size", [(80, 24), (200, 60)], ids=["narrow", "wide"])
 def test_a_fleet_of_fifty_with_some_in_trouble(snap_compare: Compare, size: tuple[int, int]) -> None:
     links = fleets.fleet(50)
@@ -201,8 +160,3 @@ def test_who_has_answered_an_order_to_all(snap_compare: Compare) -> None:
         await settled()(pilot)
 
     assert snap_compare(app, terminal_size=(80, 24), run_before=stopped)
-
-
-def test_an_order_to_all_is_asked_for(snap_compare: Compare) -> None:
-    app = ConsoleApp(FakeLinks(fleets.fleet(50)), clock=lambda: 1.0)
-    assert snap_compare(app, terminal_size=(80, 24), run_before=settled("v", "x"))

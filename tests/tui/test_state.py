@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tui import scenes
+from tests.tui.console import reduced
 from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -17,13 +18,6 @@ from touchline.tui import panels, theme
 from touchline.tui.event_log import ERROR, WARN, OperatorLog
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
 from touchline.tui.state import ConsoleState
-
-
-def reduced(events: list[Incoming], state: ConsoleState | None = None, now_s: float = 1.0) -> ConsoleState:
-    state = state or ConsoleState()
-    for event in events:
-        state.apply(event, now_s)
-    return state
 
 
 def texts(state: ConsoleState) -> list[str]:
@@ -81,7 +75,7 @@ def test_heading_is_taken_from_the_quaternion() -> None:
         assert pose.heading_rad == pytest.approx(heading)
 
 
-def test_rows_follow_the_order_of_the_plan(template: Template) -> None:
+def test_rows_follow_the_order_of_the_plan_which_another_template_drops(template: Template) -> None:
     state = ConsoleState()
     state.choose_template(template, template.model_dump_json())
     assert [row.segment_id for row in state.rows] == [segment.id for segment in template.segments]
@@ -90,6 +84,8 @@ def test_rows_follow_the_order_of_the_plan(template: Template) -> None:
     assert [row.segment_id for row in state.rows] == [segment.id for segment in backwards.segments]
     assert state.rows[0].length_m == pytest.approx(backwards.segments[0].curve().length_m)
     assert not state.path_loaded
+    state.choose_template(template, "{}")
+    assert state.path is None
 
 
 def test_a_transition_is_named_for_where_it_leads(template: Template) -> None:
@@ -99,14 +95,6 @@ def test_a_transition_is_named_for_where_it_leads(template: Template) -> None:
     )
     assert f"to {template.segments[14].label} 15/27" in shown(state, width=60)
     assert state.goal == template.segments[14].id
-
-
-def test_choosing_a_template_drops_the_old_plan(template: Template) -> None:
-    state = reduced(scenes.loaded(template))
-    assert state.path_loaded
-    state.choose_template(template, "{}")
-    assert state.path is None
-    assert not state.path_loaded
 
 
 def test_what_is_prepared_stays_in_view_until_the_robot_is_busy(template: Template) -> None:
@@ -170,31 +158,17 @@ def test_the_robot_going_away_leaves_nothing_stale(template: Template) -> None:
     assert "RUNNING" not in shown(state)
 
 
-def test_a_restarted_robot_is_said_to_be_one(template: Template) -> None:
+@pytest.mark.parametrize("missed", [False, True])
+def test_a_restarted_robot_is_said_to_be_one_though_its_absence_may_be_missed(template: Template, missed: bool) -> None:
     state = reduced(scenes.mid_run(template))
-    idle = m.TraversalStatus(state=m.TraversalStatus.IDLE)
-    reduced(
-        [
-            NodeChanged(topics.ROBOT_SIM, False),
-            NodeChanged(topics.ROBOT_SIM, True),
-            received(topics.STATUS, idle, publisher="robot-2"),
-        ],
-        state,
-    )
+    seen = [] if missed else [NodeChanged(topics.ROBOT_SIM, False), NodeChanged(topics.ROBOT_SIM, True)]
+    reduced([*seen, received(topics.STATUS, m.TraversalStatus(), publisher="robot-2")], state)
     assert state.traversal == m.TraversalStatus.IDLE
-    assert state.paint.needs_fetch
+    assert state.robot.pose is None
+    assert state.paint.needs_fetch and len(state.paint) == 0
     assert any("robot restarted" in text for text in texts(state))
     assert not state.path_loaded
     assert panels.hint(state) == ("l", "load the plan")
-
-
-def test_a_restart_that_presence_missed_is_noticed_by_the_publisher(template: Template) -> None:
-    state = reduced(scenes.mid_run(template))
-    state.apply(received(topics.STATUS, m.TraversalStatus(), publisher="robot-2"), 2.0)
-    assert state.traversal == m.TraversalStatus.IDLE
-    assert state.robot.pose is None
-    assert len(state.paint) == 0
-    assert any("robot restarted" in text for text in texts(state))
 
 
 def test_the_same_robot_seen_again_is_no_restart(template: Template) -> None:
@@ -288,8 +262,8 @@ def test_messages_that_are_legal_but_make_no_sense_do_no_harm(template: Template
     assert state.path is not None  # the sensible plan from before
 
 
-def test_diagnostics_are_per_process_and_the_worst_component_shows() -> None:
-    state = reduced(scenes.up())
+def test_diagnostics_are_per_process_the_worst_component_shows_and_death_ends_them() -> None:
+    state = reduced([*scenes.up(), received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, speed_factor=20))])
     report = m.DiagnosticArray(
         status=(
             m.DiagnosticStatus(name="bridge: disk", level=m.DiagnosticStatus.WARN, message="nearly full"),
@@ -300,10 +274,6 @@ def test_diagnostics_are_per_process_and_the_worst_component_shows() -> None:
     assert panels.service_lines(state, 40)[2].plain.startswith("● bridge     nearly full")
     state.apply(received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE)), 6.0)
     assert panels.service_lines(state, 40)[2].plain.startswith("● bridge     ok")
-
-
-def test_a_process_that_dies_loses_what_it_reported() -> None:
-    state = reduced([*scenes.up(), received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, speed_factor=20))])
     assert state.speed_factor == 20
     reduced([NodeChanged(topics.ROBOT_SIM, False)], state)
     assert panels.service_lines(state, 40)[1].plain.startswith("○ robot      down")
@@ -324,20 +294,11 @@ def test_the_log_counts_repeats_and_keeps_sim_time(template: Template) -> None:
     assert len(log.entries) == 1000
 
 
-@pytest.mark.parametrize(
-    ("state", "key"),
-    [
-        (m.TraversalStatus.READY, "s"),
-        (m.TraversalStatus.RUNNING, "space"),
-        (m.TraversalStatus.PAUSED, "g"),
-        (m.TraversalStatus.DONE, "t"),
-        (m.TraversalStatus.ABORTED, "r"),
-        (m.TraversalStatus.ESTOPPED, "r"),
-    ],
-)
-def test_the_next_key_fits_the_state(template: Template, state: int, key: str) -> None:
-    console = reduced([*scenes.loaded(template), received(topics.STATUS, scenes.status(template, state))])
-    assert panels.hint(console)[0] == key
+def test_the_next_key_fits_the_state(template: Template) -> None:
+    keys = {"READY": "s", "RUNNING": "space", "PAUSED": "g", "DONE": "t", "ABORTED": "r", "ESTOPPED": "r"}
+    for name, key in keys.items():
+        told = scenes.status(template, getattr(m.TraversalStatus, name))
+        assert panels.hint(reduced([*scenes.loaded(template), received(topics.STATUS, told)]))[0] == key
 
 
 def test_paint_is_thin_but_true(template: Template) -> None:

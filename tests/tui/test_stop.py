@@ -1,11 +1,11 @@
 """The emergency stop: in force until the robot's own status says that it is stopped."""
 
 import threading
+from functools import partial
 
 import pytest
 from textual import events
 from textual.command import CommandList, CommandPalette
-from textual.widgets import Input
 
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
@@ -56,7 +56,7 @@ async def test_it_is_repeated_without_end_until_the_status_says_so(template: Tem
 
 
 async def test_an_answer_while_the_robot_goes_on_is_shown_and_ends_nothing(template: Template) -> None:
-    async with console(*scenes.mid_run(template), link=FakeLink(stops=False)) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24), link=FakeLink(stops=False)) as (app, link, pilot):
         await pilot.press("e")
         await until(pilot, lambda: len(link.asked) > 2)
         app.state.now_s += 1.0
@@ -65,20 +65,8 @@ async def test_an_answer_while_the_robot_goes_on_is_shown_and_ends_nothing(templ
         await until(pilot, lambda: "E-STOP ANSWERED BUT RUNNING – repeating" in plain(app, SignalBar))
 
 
-async def test_another_press_is_another_stop_where_the_first_was_answered_in_vain(template: Template) -> None:
-    """Its status of being stopped was missed, and another operator has reset it."""
-    async with console(*scenes.mid_run(template), link=FakeLink(stops=False)) as (app, link, pilot):
-        await pilot.press("ctrl+e")
-        await until(pilot, lambda: app.state.orders.stop.answer)
-        link.incoming.append(received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING, 14)))
-        await until(pilot, lambda: len(link.asked) > 2)
-        assert len(set(stop_ids(link))) == 1
-        await pilot.press("ctrl+e")
-        await until(pilot, lambda: len(set(stop_ids(link))) == 2)
-
-
 async def test_a_robot_that_comes_back_gets_it_again_with_a_new_id(template: Template) -> None:
-    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24), link=deaf()) as (app, link, pilot):
         await pilot.press("e")
         await until(pilot, lambda: link.asked)
         link.incoming.append(NodeChanged(topics.ROBOT_SIM, False))
@@ -97,7 +85,7 @@ async def test_a_reset_that_was_on_its_way_when_the_stop_was_given_does_not_undo
     template: Template, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("touchline.tui.operator.WITHDRAWN_AFTER_S", 60.0)
-    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24), link=deaf()) as (app, link, pilot):
         app.stop_at_once(0.0)  # from the thread that reads the keys, while the console still works off an "r"
         await pilot.press("r")
         await until(pilot, lambda: any("only just been given" in entry.text for entry in app.state.log.entries))
@@ -107,7 +95,7 @@ async def test_a_reset_that_was_on_its_way_when_the_stop_was_given_does_not_undo
 
 async def test_only_the_operator_withdraws_it(template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("touchline.tui.operator.WITHDRAWN_AFTER_S", 0.0)
-    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24), link=deaf()) as (app, link, pilot):
         await pilot.press("e")
         await until(pilot, lambda: link.asked)
         await pilot.press("q")
@@ -121,7 +109,7 @@ async def test_only_the_operator_withdraws_it(template: Template, monkeypatch: p
 
 
 async def test_it_passes_an_order_that_hangs_and_a_try_of_its_own(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (_app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24)) as (_app, link, pilot):
         link.held = threading.Event()
         await pilot.press("space", "e")
         await until(pilot, lambda: topics.ESTOP.name in link.names())
@@ -142,9 +130,9 @@ async def test_key_and_button_work_in_every_dialog(template: Template, size: tup
             await until(pilot, lambda: app.screen.query(StopKey))
             if dialog is CommandPalette:
                 await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 20)
-            for press in (pilot.press, pilot.click):
+            for press in (partial(pilot.press, "ctrl+e"), partial(pilot.click, StopKey)):
                 before = len(set(stop_ids(link)))
-                await (pilot.press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
+                await press()
                 await until(pilot, lambda before=before: len(set(stop_ids(link))) == before + 1)
                 await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
                 assert isinstance(app.screen, dialog)
@@ -152,17 +140,6 @@ async def test_key_and_button_work_in_every_dialog(template: Template, size: tup
             await until(pilot, lambda shown=shown: "E-STOP ACCEPTED" in str(shown.visual))
             assert shown.region.y == 1
             await pilot.press("escape")
-
-
-async def test_e_is_text_where_text_is_written(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
-        await pilot.press("t")
-        await until(pilot, lambda: isinstance(app.screen, TemplateDialog))
-        field = app.screen.query_one(Input)
-        field.focus()
-        await pilot.press("e")
-        assert field.value == "e"
-        assert link.asked == []
 
 
 def test_it_is_on_its_way_before_another_thread_gets_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,7 +154,7 @@ def test_it_is_on_its_way_before_another_thread_gets_its_turn(monkeypatch: pytes
 
 
 async def test_the_key_is_heard_before_what_was_typed_earlier_which_is_then_left_out(template: Template) -> None:
-    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+    async with console(*scenes.mid_run(template), size=(80, 24), link=deaf()) as (app, link, pilot):
         driver = SturdyDriver(app, size=(80, 24))
         sent = []
         driver.send_message = sent.append

@@ -4,11 +4,12 @@ import pytest
 
 from tests.robot_sim.rolled import roller
 from tests.tui import fleets, scenes
-from tests.tui.console import console, last, plain, until
+from tests.tui.console import console, last, plain, reduced, until
 from tests.tui.scenes import FakeLinks, received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
+from touchline.tui import supply_check
 from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
 from touchline.tui.dialogs import ConfirmDialog
@@ -50,11 +51,10 @@ def restarted(template: Template) -> list[Incoming]:
     return [*scenes.mid_run(template), *(received(topics.TOPIC_BY_NAME[e.topic], e.message, "robot-2") for e in told)]
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
 @pytest.mark.parametrize("scene", ["next_morning", "aborted", "restarted"])
-async def test_to_go_on_is_the_next_step(template: Template, scene: str, size: tuple[int, int]) -> None:
+async def test_to_go_on_is_the_next_step(template: Template, scene: str) -> None:
     events = {"next_morning": next_morning(), "aborted": aborted(template), "restarted": restarted(template)}[scene]
-    async with console(*events, size=size) as (app, _, _):
+    async with console(*events, size=(80, 24)) as (app, _, _):
         assert hint(app.state) == ("g", "go on: 14 % painted")
         assert " g  go on: 14 % painted" in plain(app, StatusPanel)
         assert "g" not in useless(app.state)
@@ -65,7 +65,7 @@ async def test_to_go_on_is_the_next_step(template: Template, scene: str, size: t
 
 
 async def test_one_key_loads_the_rest_and_starts_it_once_the_robot_has_it() -> None:
-    async with console(*next_morning()) as (app, link, pilot):
+    async with console(*next_morning(), size=(80, 24)) as (app, link, pilot):
         link.answers[topics.LOAD.name] = m.LoadResponse(success=True, message="loaded, to go on at 340.00 m")
         await pilot.press("g")
         await until(pilot, lambda: "to go on at" in last(app)[1])
@@ -81,51 +81,36 @@ async def test_one_key_loads_the_rest_and_starts_it_once_the_robot_has_it() -> N
         assert link.names() == [topics.LOAD.name, topics.START.name], "once"
 
 
-async def test_a_refusal_starts_nothing() -> None:
-    async with console(*next_morning()) as (app, link, pilot):
-        link.answers[topics.LOAD.name] = m.LoadResponse(success=False, message="seed was 1, is 7")
-        await pilot.press("g")
-        await until(pilot, lambda: "seed was 1, is 7" in last(app)[1])
-        link.incoming.append(resting(S.READY))
-        app.tick()
-        await pilot.pause()
-        assert link.names() == [topics.LOAD.name]
-
-
-@pytest.mark.parametrize("key", ["e", "space"])
-async def test_a_stop_in_between_starts_nothing(key: str) -> None:
-    async with console(*next_morning()) as (app, link, pilot):
+@pytest.mark.parametrize("key", ["", "e", "space"])
+async def test_a_refusal_or_a_stop_in_between_starts_nothing(key: str) -> None:
+    async with console(*next_morning(), size=(80, 24)) as (app, link, pilot):
         link.stops = False
+        if not key:
+            link.answers[topics.LOAD.name] = m.LoadResponse(success=False, message="seed was 1, is 7")
         await pilot.press("g")
-        await until(pilot, lambda: "Go on" in last(app)[1])
-        await pilot.press(key)
+        await until(pilot, lambda: ("Go on" if key else "seed was 1, is 7") in last(app)[1])
+        await pilot.press(*([key] if key else []))
         link.incoming.append(resting(S.READY))
         app.tick()
         await pilot.pause()
         assert topics.START.name not in link.names()
 
 
-async def test_a_rest_for_which_the_tank_will_not_last_asks_and_one_for_which_it_will_does_not(
-    template: Template,
-) -> None:
-    for tank_l, asks in ((3.0, True), (19.0, False)):
-        async with console(*scenes.loaded(template), *scenes.robot_health(tank_l=tank_l)) as (app, link, pilot):
-            app.state.choose_template(template, template.model_dump_json())
-            app.state.planned(scenes.trajectory(template), m.PlanReport(paint_l=20.0, battery_wh=100.0))
-            app.state.handed_over()
-            fields = {"reason": "", "coverage_pct": 50.0, "arc_length_m": 1200.0}
-            link.incoming.append(received(topics.STATUS, scenes.status(template, S.READY, **fields)))
-            app.tick()
-            await pilot.press("s")
-            if asks:
-                await until(pilot, lambda app=app: isinstance(app.screen, ConfirmDialog))
-            else:
-                await until(pilot, lambda link=link: link.names() == [topics.START.name])
+def test_a_rest_needs_what_is_left_to_do(template: Template) -> None:
+    state = reduced([*scenes.loaded(template), *scenes.robot_health(tank_l=19.0)])
+    state.choose_template(template, template.model_dump_json())
+    state.planned(scenes.trajectory(template), m.PlanReport(paint_l=20.0, battery_wh=100.0))
+    state.handed_over()
+    fields = {"reason": "", "coverage_pct": 50.0, "arc_length_m": 1200.0}
+    state.apply(received(topics.STATUS, scenes.status(template, S.READY, **fields)), 0.0)
+    assert supply_check.of_job(state).shortages == ()
+    reduced(scenes.robot_health(tank_l=3.0), state)
+    assert len(supply_check.of_job(state).shortages) == 1
 
 
 @pytest.mark.parametrize("yes", [False, True])
 async def test_to_load_anew_over_a_job_that_is_partly_painted_asks(template: Template, yes: bool) -> None:
-    async with console(*restarted(template)) as (app, link, pilot):
+    async with console(*restarted(template), size=(80, 24)) as (app, link, pilot):
         await pilot.press("l")
         await until(pilot, lambda: isinstance(app.screen, ConfirmDialog))
         assert "soccer-11 is 14 % painted" in app.screen._text
@@ -147,7 +132,7 @@ async def test_a_start_by_itself_never_paints_anew(template: Template) -> None:
 async def test_another_job_in_preparation_comes_next_and_the_rest_is_still_offered(
     template: Template,
 ) -> None:
-    async with console(*next_morning()) as (app, _, _):
+    async with console(*next_morning(), size=(80, 24)) as (app, _, _):
         other = template.model_copy(update={"name": "other"})
         app.state.choose_template(other, other.model_dump_json())
         app.tick()
@@ -156,9 +141,7 @@ async def test_another_job_in_preparation_comes_next_and_the_rest_is_still_offer
 
 
 def test_areas_are_covered_and_what_is_done_or_under_way_is_not_offered() -> None:
-    state = ConsoleState(vehicle=roller())
-    for event in next_morning():
-        state.apply(event, 0.0)
+    state = reduced(next_morning(), ConsoleState(vehicle=roller()))
     assert hint(state) == ("g", "go on: 14 % covered")
     for told in (unfinished(done_pct=100.0), received(topics.UNFINISHED, m.UnfinishedJob())):
         state.apply(told, 0.0)
