@@ -100,7 +100,7 @@ def turned_rad(turn: TurnInPlace, since_s: NDArray[np.float64]) -> NDArray[np.fl
 def working_at(plan: LoadedTrajectory, station_m: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Whether the plan sprays or covers at arc lengths (n,)."""
     masks = np.array([0, *plan.actuation])
-    return (masks[np.searchsorted(plan.switch_m, station_m, side="right")] & Actuation.VALVE) != 0
+    return np.asarray((masks[np.searchsorted(plan.switch_m, station_m, side="right")] & Actuation.VALVE) != 0)
 
 
 def segment_table(plan: LoadedTrajectory) -> NDArray[np.void]:
