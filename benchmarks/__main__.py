@@ -11,17 +11,13 @@ from benchmarks._settings import NotHereError, available, benchmark, parsed
 
 LONG = frozenset(
     (
-        "coverage",
         "fields",
         "fleet_recorded",
         "goals",
         "random_fields",
         "shared",
         "stops",
-        "visits",
         "kills",
-        "recording_kills",
-        "recording_rate",
         "soak",
     )
 )

@@ -23,20 +23,19 @@ REDRAW = b"\x1b[?2026h"
 
 
 class Terminal:
-    """A pseudo-terminal with `touchline tui` in it; what that writes is counted and dropped."""
+    """A pseudo-terminal of 120 by 40 with `touchline tui` in it; what that writes is dropped, redraws are counted."""
 
-    def __init__(self, config: BusConfig, columns: int = 120, rows: int = 40, *, everyone: bool = False) -> None:
-        """Start the console, for the robots that `config` names or for `everyone` on the bus."""
+    def __init__(self, config: BusConfig) -> None:
+        """Start the console, for all robots on the bus."""
         self._ours, theirs = pty.openpty()
-        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
         environment = {**os.environ, **config.environment(), "TERM": "xterm-256color", "COLORTERM": "truecolor"}
         environment["PYTHONPATH"] = os.pathsep.join(sys.path)
-        if everyone:
-            del environment[NAMESPACE_VARIABLE]
+        del environment[NAMESPACE_VARIABLE]
         command = [sys.executable, "-m", "touchline", "tui"]
         self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
         os.close(theirs)
-        self.redraws = self.written_bytes = 0
+        self.redraws = 0
         self._left = threading.Event()
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
@@ -59,7 +58,6 @@ class Terminal:
             if ASKED_WHETHER_IT_SYNCHRONIZES in text:
                 os.write(self._ours, IT_DOES)
             self.redraws += text.count(REDRAW)
-            self.written_bytes += len(read)
             rest = text[-len(REDRAW) + 1 :] if not text.endswith(REDRAW) else b""
 
     def press(self, key: str) -> None:

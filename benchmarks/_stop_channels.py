@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import json
 import os
 import pty
 import random
@@ -22,6 +21,7 @@ from typing import Final, NamedTuple
 import zenoh
 from zenoh import handlers
 
+from benchmarks._stranger_roles import peer
 from benchmarks._system import COMMAND, ROS_DOMAIN, System, new_id
 from touchline.bus import Bus
 from touchline.schemas import topics
@@ -413,7 +413,7 @@ def stop_channels(system: System, bus: Bus, names: frozenset[str]) -> Iterator[d
             "call": lambda: ByCall(bus),
             "order": lambda: _closing(stack, ByOrder(system)),
             "console": lambda: _closing(stack, ByConsole(system)),
-            "ros2": lambda: ByRos2(stack.enter_context(_ros2_session(system.ros2_port))),
+            "ros2": lambda: ByRos2(stack.enter_context(peer(f"tcp/127.0.0.1:{system.ros2_port}"))),
         }
         yield {name: make() for name, make in makers.items() if name in names}
 
@@ -424,20 +424,3 @@ CHANNELS: Final = ("call", "order", "console", "ros2")
 def _closing(stack: ExitStack, channel: ByOrder | ByConsole) -> StopChannel:
     stack.callback(channel.close)
     return channel
-
-
-def _ros2_session(port: int) -> zenoh.Session:
-    """A node's session, as rmw_zenoh configures it."""
-    zenoh.init_log_from_env_or("off")
-    config = zenoh.Config()
-    settings = {
-        "mode": "peer",
-        "scouting/multicast/enabled": False,
-        "listen/endpoints": ["tcp/127.0.0.1:0"],
-        "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
-        "connect/exit_on_failure": False,
-        "connect/timeout_ms": -1,
-    }
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)

@@ -64,21 +64,25 @@ def _begun() -> None:
     sys.stdout.flush()
 
 
-def _session() -> zenoh.Session:
-    """A peer that meets all others and listens nowhere but at a port of its own."""
+def peer(endpoint: str) -> zenoh.Session:
+    """A peer that meets all others at an endpoint and listens nowhere but at a port of its own."""
     zenoh.init_log_from_env_or("off")
     config = zenoh.Config()
     settings = {
         "mode": "peer",
         "scouting/multicast/enabled": False,
         "listen/endpoints": ["tcp/127.0.0.1:0"],
-        "connect/endpoints": [_ENDPOINT],
+        "connect/endpoints": [endpoint],
         "connect/exit_on_failure": False,
         "connect/timeout_ms": -1,
     }
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
+
+
+def _session() -> zenoh.Session:
+    return peer(_ENDPOINT)
 
 
 def _key(name: str) -> str:

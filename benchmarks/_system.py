@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from benchmarks import _stranger_roles as roles
 from benchmarks._processes import NODES, processes
@@ -204,35 +204,34 @@ class Hand:
             self.plans[template] = (text, response.trajectory)
         return self.plans[template]
 
-    def order(self, service: Service[m.CommandRequest, m.CommandResponse], timeout_s: float = _ANSWER_S) -> str:
+    def order(self, service: Service[m.CommandRequest, m.CommandResponse]) -> str:
         """Send an order; return the reason of a failure, "" on success."""
-        try:
-            answer = self.bus.call(service, m.CommandRequest(request_id=new_id()), timeout_s, self.system.check)
-        except SystemLost:
-            raise
-        except TouchlineError as error:
-            return str(error)
-        return "" if answer.success else answer.message or "refused without a reason"
+        return self._refusal(service, m.CommandRequest(request_id=new_id()), _ANSWER_S)
 
     def load(self, template: str, *, resume: bool = False) -> str:
         """Load a template's plan; return the reason of a refusal, "" on success."""
         text, trajectory = self.plan(template)
         request = m.LoadRequest(request_id=new_id(), trajectory=trajectory, template_json=text, resume=resume)
+        return self._refusal(topics.LOAD, request, 30.0)
+
+    def pace(self, factor: float) -> str:
+        """Set the speed of sim time; return the reason of a refusal, "" on success."""
+        request = m.SetSpeedRequest(request_id=new_id(), factor=factor)
+        return self._refusal(topics.SET_SPEED, request, _ANSWER_S)
+
+    def record(self, path: Path) -> str:
+        """Begin to record; return the reason of a refusal, "" on success."""
+        request = m.RecordRequest(request_id=new_id(), path=str(path))
+        return self._refusal(topics.RECORD, request, _ANSWER_S)
+
+    def _refusal(self, service: Service[Any, Any], request: m.Message, timeout_s: float) -> str:
         try:
-            answer = self.bus.call(topics.LOAD, request, 30.0, self.system.check)
+            answer = self.bus.call(service, request, timeout_s, self.system.check)
         except SystemLost:
             raise
         except TouchlineError as error:
             return str(error)
         return "" if answer.success else answer.message or "refused without a reason"
-
-    def pace(self, factor: float) -> str:
-        """Set the speed of sim time; return the reason of a refusal, "" on success."""
-        try:
-            answer = self.bus.call(topics.SET_SPEED, m.SetSpeedRequest(request_id=new_id(), factor=factor), _ANSWER_S)
-        except TouchlineError as error:
-            return str(error)
-        return "" if answer.success else answer.message
 
     def drive(self, template: str, patience_s: float = 40.0, *, resume: bool = False) -> None:
         """Make the robot drive, from any state: reset, load, start, resume, refill.
@@ -275,27 +274,6 @@ class Hand:
         """Refill the tank and replace the battery; return the refusals."""
         refusals = [self.order(service) for service in (topics.REFILL_TANK, topics.REPLACE_BATTERY)]
         return [refusal for refusal in refusals if refusal]
-
-    def record(self, path: Path) -> str:
-        """Begin to record; return the reason of a refusal, "" on success."""
-        request = m.RecordRequest(request_id=new_id(), path=str(path))
-        try:
-            answer = self.bus.call(topics.RECORD, request, _ANSWER_S)
-        except TouchlineError as error:
-            return str(error)
-        return "" if answer.success else answer.message
-
-    def record_job(self, path: Path, template: str) -> None:
-        """Begin to record, and make the robot work on a template.
-
-        Raises:
-            SystemLost: The recording is refused, or the robot does not drive.
-        """
-        self.ready()
-        self.plan(template)
-        if problem := self.record(path):
-            raise SystemLost(f"no recording: {problem}")
-        self.drive(template)
 
     def finish_recording(self, timeout_s: float = 60.0) -> str:
         """End the recording, asking again if the bridge does not answer; returns what is wrong with it, or nothing."""

@@ -20,8 +20,7 @@ import shapely
 from pydantic import ValidationError
 
 from benchmarks._settings import Small
-from benchmarks.coverage import template_of
-from benchmarks.random_fields import half_size
+from benchmarks.random_fields import half_size, template_of
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.vehicles import Vehicle

@@ -81,7 +81,7 @@ def _watched(command: subprocess.Popen[bytes], bus: Bus, config: BusConfig) -> I
     if bus.wait_for({topics.ROBOT_SIM}, _START_S):
         sys.exit("the robots did not come up")
     presence.poll()
-    terminal = Terminal(config, 120, 40, everyone=True)
+    terminal = Terminal(config)
     try:
         terminal.press("v")
         told_s = -1.0

@@ -21,21 +21,20 @@ import numpy as np
 import shapely
 
 from benchmarks._settings import Small
-from benchmarks.coverage import VEHICLE, rectangle, template_of
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 
 REQUIRED_PCT = 98.5
+VEHICLE = "clay-roller"
 HALF_SIZE_SCALED = {
     "body": ("footprint_m", "gnss_antenna_z_m", "radius_of_gyration_m"),
     "drive": ("wheelbase_m", "drum_width_m", "rear_wheel_width_m"),
     "tool": ("rolled_width_m",),
 }
-
-
 SMALL = Small(
     {"fields": 1, "seed": 8, "corners": 5, "holes": 0, "hectares": "0.1,0.2"},
     (
@@ -44,6 +43,13 @@ SMALL = Small(
         "# ha # lanes # s # % as lanes to the power of #",
     ),
 )
+
+
+def template_of(name: str, field: shapely.Polygon) -> Template:
+    """The field as a template: one area, whose outline is the boundary."""
+    rings = [[(float(x), float(y)) for x, y in ring.coords[:-1]] for ring in (field.exterior, *field.interiors)]
+    area = {"id": "field", "outline": rings[0], "holes": rings[1:]}
+    return Template.model_validate({"name": "field", "title": name, "areas": [area], "boundary": {"corners": rings[0]}})
 
 
 def half_size(vehicle: Vehicle) -> Vehicle:
@@ -111,7 +117,7 @@ def growth(sizes_ha: Sequence[float]) -> None:
     vehicle, last = load_vehicle(VEHICLE), dict[str, Any]()
     for hectares in sizes_ha:
         width_m = math.sqrt(1e4 * hectares / 2.0)
-        row = planned(rectangle(2.0 * width_m, width_m), vehicle)
+        row = planned(shapely.box(0.0, 0.0, 2.0 * width_m, width_m), vehicle)
         since = ""
         if last:
             by = math.log(row["planning_s"] / last["planning_s"]) / math.log(row["lanes"] / last["lanes"])

@@ -22,7 +22,7 @@ from typing import Any, Final
 import shapely
 
 from benchmarks._settings import Small
-from benchmarks.coverage import template_of
+from benchmarks.random_fields import template_of
 from touchline.jobs.shared.shared_areas import share_areas
 from touchline.jobs.shared.shared_job import APART_M, SharedJob, share_job
 from touchline.jobs.shared.shared_simulation import names_of, simulate_shared

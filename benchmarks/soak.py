@@ -1,7 +1,8 @@
 """Day of work, job after job, with refills and recordings: no growth, and no job that fails without a reason.
 
 `python -m benchmarks soak`; `hours` is the emulated time, `speed` times real time, `seed` that of the choice of jobs,
-`template` the one job instead. The last three recordings are kept until the end, no more.
+`template` the one job instead. During each job operators join, ask for the robot's diagnostics and leave, one after the
+other. The last three recordings are kept until the end, no more.
 """
 
 from __future__ import annotations
@@ -15,17 +16,21 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+import zenoh
 
 from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
 from benchmarks._settings import Small
-from benchmarks._system import Hand, System, SystemLost, running_system
+from benchmarks._system import Hand, System, SystemLost, new_id, running_system
 from touchline.bus import Bus
 from touchline.schemas import topics
 from touchline.schemas.catalogue import line_templates
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import GetDiagnosticsRequest, TraversalStatus
 
 _KEPT: Final = 3
+_VISITORS: Final = 20
+"""Operators who come and go during a job."""
 _SAMPLE_S: Final = 10.0
 _WARM_UP: Final = 0.2
 """Share of the samples that the trend leaves out."""
@@ -110,9 +115,20 @@ class _Soak:
             self.note(f"BAD: no recording: {problem}")
         self._hand.pace(self._speed)
         self._hand.drive(template)
+        self._visit()
         self._follow(template)
         if not problem:
             self._check(recording)
+
+    def _visit(self) -> None:
+        """Operators join the bus, ask the robot for its diagnostics, and leave."""
+        service = topics.diagnostics_service(topics.ROBOT_SIM)
+        for _ in range(_VISITORS):
+            try:
+                with Bus.open(topics.OPERATOR, self._system.config) as bus:
+                    bus.call(service, GetDiagnosticsRequest(request_id=new_id()))
+            except (TouchlineError, zenoh.ZError) as error:
+                self.note(f"BAD: a visitor was not answered: {error}")
 
     def _follow(self, template: str) -> None:
         """Wait until the job is done, with a person's help where the robot waits for one."""

@@ -32,9 +32,8 @@ def without(lines: tuple[str, ...], text: str) -> list[str]:
 
 LONG = frozenset(
     (
-        *("check_estimator", "console", "coverage", "fleet_console", "fleet_recorded", "foxglove_cost", "joints"),
-        *("kills", "lockstep", "poses", "random_fields", "recording_kills", "recording_rate", "shared", "soak"),
-        *("steering", "stops", "system", "visits"),
+        *("fleet_recorded", "foxglove_cost", "joints", "kills", "lockstep", "poses", "random_fields", "shared", "soak"),
+        *("steering", "stops", "system"),
     )
 )
 """Those of more than four seconds."""

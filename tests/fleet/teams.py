@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks._all_at_once import stopping_segments
+from tests.fleet.all_at_once import stopping_segments
 from tests.fleet.unicycles import LIMITS, drive
 from touchline.fleet.free_area import FreeArea
 from touchline.fleet.hub import Hub

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from benchmarks._all_at_once import buffered_cells, stopping_segments
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import square
 from touchline.fleet.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
 from touchline.fleet.free_area import FreeArea

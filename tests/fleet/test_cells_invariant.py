@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from benchmarks._all_at_once import buffered_cells, stopping_segments
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, corner_grid, seeds, square
 from tests.fleet.unicycles import LIMITS, drive
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks._all_at_once import buffered_cells, stopping_segments
+from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, Team, corner_grid, driven, names_of, on_circle, square, swapped, whereabouts
 from tests.fleet.unicycles import LIMITS
 from touchline.fleet.cells import SegmentsMeet
