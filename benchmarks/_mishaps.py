@@ -14,7 +14,7 @@ from typing import Final
 
 from benchmarks._processes import NODES, limit_descriptors
 from benchmarks._stranger_roles import SPEED_VARIABLE
-from benchmarks._strangers import KINDS, stranger
+from benchmarks._strangers import AT_ONCE, KINDS, stranger
 from benchmarks._system import System
 from touchline.schemas import topics
 
@@ -84,7 +84,7 @@ def mishap(load: str, system: System, chance: random.Random, speed: float) -> It
     """Disturb `system` until the context is left; the disturbance has begun on entry."""
     with ExitStack() as stack:
         if load in KINDS:
-            peers = chance.randint(1, KINDS[load].most)
+            peers = chance.randint(1, AT_ONCE.get(load, 1))
             environment = {**system.environment, SPEED_VARIABLE: f"{speed:g}"}
             if load == "many-peers":
                 stack.enter_context(_few_descriptors(system))

@@ -13,49 +13,24 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+from benchmarks._stranger_roles import ROLES
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 _READY_S: Final = 240.0
 """The largest payloads take seconds to make."""
 
 
-@dataclass(frozen=True)
-class Kind:
-    """Kind of misbehaviour.
-
-    Attributes:
-        role: Role, of `_stranger_roles.ROLES`.
-        most: Maximum number of such peers at once.
-        stopped: Whether the process is stopped (SIGSTOP) once it has joined.
-    """
-
-    role: str
-    most: int = 1
-    stopped: bool = False
-
-
-KINDS: Final[Mapping[str, Kind]] = {
-    "slow-reader": Kind("slow-reader"),
-    "stopped-reader": Kind("slow-reader", stopped=True),
-    "flood-paint": Kind("flood-paint", most=3),
-    "flood-load": Kind("flood-load", most=3),
-    "flood-load-9.7MB": Kind("flood-load-9.7MB", most=2),
-    "flood-load-keys": Kind("flood-load-keys"),
-    "flood-diagnostics": Kind("flood-diagnostics", most=3),
-    "flood-speed": Kind("flood-speed", most=3),
-    "flood-estop": Kind("flood-estop", most=3),
-    "flood-junk": Kind("flood-junk", most=3),
-    "idle-connections": Kind("idle-connections"),
-    "many-peers": Kind("many-peers"),
-    "rogue-tokens": Kind("rogue-tokens"),
-    "rogue-answers": Kind("rogue-answers"),
-    "rogue-wildcards": Kind("rogue-wildcards"),
-    "rogue-numbers": Kind("rogue-numbers"),
-    "rogue-diagnostics": Kind("rogue-diagnostics"),
+STOPPED_READER: Final = "stopped-reader"
+"""A slow reader whose process is stopped (SIGSTOP) once it has joined."""
+KINDS: Final = (*ROLES, STOPPED_READER)
+AT_ONCE: Final = {
+    **dict.fromkeys(("flood-paint", "flood-load", "flood-diagnostics", "flood-speed", "flood-estop", "flood-junk"), 3),
+    "flood-load-9.7MB": 2,
 }
+"""Maximum number of peers of a kind at once, if more than one."""
 
 
 @contextmanager
@@ -67,12 +42,12 @@ def stranger(kind: str, environment: Mapping[str, str], peers: int = 1) -> Itera
         environment: Bus configuration from `BusConfig.environment`.
         peers: Number of peers.
     """
-    chosen = KINDS[kind]
+    role = "slow-reader" if kind == STOPPED_READER else kind
     with ExitStack() as stack:
-        processes = [stack.enter_context(_process(chosen.role, environment)) for _ in range(peers)]
+        processes = [stack.enter_context(_process(role, environment)) for _ in range(peers)]
         for process in processes:
             _await_word(process, kind)
-            if chosen.stopped:
+            if kind == STOPPED_READER:
                 os.kill(process.pid, signal.SIGSTOP)
         yield [process.pid for process in processes]
 

@@ -1,16 +1,14 @@
-"""Paths to poses: limits at every millisecond, free headings, and speed; `touchline study tracking` has their times.
+"""Paths to poses: limits at every millisecond, and speed; `touchline study tracking` has their times.
 
-`python -m benchmarks poses`; `goals` are planned to, with `headings` of them free.
+`python -m benchmarks poses`; `goals` are planned to.
 """
 
-import math
 import time
 from collections.abc import Sequence
 
 import numpy as np
 
 from benchmarks._settings import Small
-from touchline.core.jit import kernel
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.plugins import SPEED_LAWS
@@ -19,29 +17,23 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.poses.cubic_path import CubicPath
-from touchline.services.planner.poses.kernels.free_heading import shortest_lengths
-from touchline.services.planner.steering.plain_words import plain_word
 from touchline_research.tracking.studied_robot import ORIGIN, WAFFLE, goals_anywhere
 
 SMALL = Small(
-    {"goals": 20, "headings": 1000},
+    {"goals": 20},
     (
         "a cubic path: median # ms, # % # ms;",
         "by g2 instead # ms, for #%",
         "# goals, cubic method, at every millisecond: largest share of each limit",
         *(f"{law} speed #, yaw rate #, wheels #, along #; # refused" for law in SPEED_LAWS.names()),
-        "# free headings in # s; longer than any of # headings by # radii at most",
-        "# of them: # off Dubins' word to their own heading, # over # headings",
     ),
 )
-CHECKED = 1000
 
 
-def main(goals: int = 1000, headings: int = 1_000_000) -> None:
+def main(goals: int = 1000) -> None:
     """Run the benchmark, and print its figures."""
     _quickness(goals_anywhere(goals))
     _limits(goals_anywhere(goals))
-    _free_headings(headings)
 
 
 def _quickness(goals: Sequence[PathPose]) -> None:
@@ -95,33 +87,3 @@ def _shares(planned: Plan) -> Floats:
             gain.max() / limits.acceleration_mps2,
         )
     )
-
-
-@kernel
-def _longest_excess(goals: Floats, headings: int, found: Floats) -> float:
-    """Maximum excess length (radii) of free-heading paths over those with the best of some headings."""
-    word, worst = np.empty(3), -math.inf
-    for i in range(len(goals)):
-        for k in range(headings):
-            length, _ = plain_word(goals[i, 0], goals[i, 1], 2.0 * math.pi * k / headings, 1.0, word)
-            worst = max(worst, found[i, 0] - length)
-    return worst
-
-
-def _free_headings(count: int) -> None:
-    rng = np.random.default_rng(8)
-    goals = rng.uniform(-4.0, 4.0, (count, 2))
-    shortest_lengths(goals[:2], 1.0)
-    begin = time.perf_counter()
-    found = shortest_lengths(goals, 1.0)
-    took = time.perf_counter() - begin
-    excess = _longest_excess(goals, 16, found)
-    print(f"{count:,} free headings in {took:.2f} s; longer than any of 16 headings by {excess:.1e} radii at most")
-    gaps, word = [], np.empty(3)
-    for (x, y), (length, heading) in zip(goals[:CHECKED].tolist(), found[:CHECKED].tolist(), strict=True):
-        sampled = min(plain_word(x, y, a, 1.0, word)[0] for a in np.linspace(0.0, 2.0 * math.pi, 721))
-        own = plain_word(x, y, heading, 1.0, word)[0]
-        gaps.append((abs(own - length), length - min(own, sampled)))
-    worst = np.max(gaps, axis=0)
-    off = f"{worst[0]:.1e} off Dubins' word to their own heading, {worst[1]:.1e} over 722 headings"
-    print(f"  {len(gaps):,} of them: {off}")

@@ -8,22 +8,32 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.ordering import random_lines
+from tests.planner.drawn import drawn
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
-from touchline.services.planner.limits import Limits
-from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.plan import plan
-from touchline.services.planner.sequencing.costs import nodes_of, problem
+from touchline.services.planner.sequencing.costs import NEVER_S
 from touchline.services.planner.sequencing.order import Problem, ordered
-from touchline.services.planner.swaths.offset import modes
-from touchline.services.planner.swaths.swaths import Painting, swaths
 
 VEHICLE = Vehicle()
+
+
+def random_lines(count: int, seed: int) -> Problem:
+    """Lines of 2 to 12 m, strewn over a square of 100 m; the cost is the straight distance in metres."""
+    rng = np.random.default_rng(seed)
+    ends = rng.random((count, 2)) * 100.0
+    angle, length = rng.random(count) * 2.0 * np.pi, 2.0 + 10.0 * rng.random(count)
+    others = ends + length[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    begin, end = np.concatenate((ends, others)), np.concatenate((others, ends))
+    cost = np.zeros((2 * count + 1, 2 * count + 1))
+    cost[:-1, :-1] = np.linalg.norm(end[:, None] - begin[None], axis=2)
+    segment = np.tile(np.arange(count), 2)
+    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
+    return Problem(cost, segment, (np.arange(2 * count) + count) % (2 * count))
 
 
 def exhaustive(asked: Problem) -> float:
@@ -62,29 +72,10 @@ def test_what_is_enough_ends_the_search_with_every_segment_in_it() -> None:
 
 
 def test_a_start_pose_decides_what_is_painted_first() -> None:
-    segments = tuple(
-        TemplateSegment(id=f"s{k}", line=LineSpec(start=(20.0 * k, 0.0), end=(20.0 * k + 5.0, 0.0))) for k in range(4)
-    )
-    template = Template(name="row", segments=segments)
+    template = drawn(*((20.0 * k, 0.0, 20.0 * k + 5.0, 0.0) for k in range(4)))
     for start, first in (([-10.0, 0.4, 0.0], "s0"), ([80.0, 0.4, math.pi], "s3")):
         planned = plan(template, VEHICLE, PlanOptions(start=start))
         assert planned.painted[0].segment_id == first
-
-
-def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
-    """What the matrix says of the order, and what the speed profile makes of it, without run-in and run-out."""
-    template, options = load_template("soccer-7"), PlanOptions(drying_time_s=1e-3)
-    limits = Limits.of(VEHICLE, options)
-    painting = Painting.of(VEHICLE, limits, options)
-    choices = swaths(modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True), painting, free=True)
-    asked, _ = problem(choices, transitions_of(VEHICLE, options, limits), painting, None)
-    nodes, _, _ = nodes_of(choices)
-    planned = plan(template, VEHICLE, options)
-    lines = [section.stroke for section in planned.sections if section.stroke]
-    order = np.array([[node.strokes for node in nodes].index((line,)) for line in lines])
-    begun, ended = planned.painted[0].start_m, planned.painted[-1].end_m
-    driven = planned.speeds.time_at(ended) - planned.speeds.time_at(begun)
-    assert asked.cost_of(order) == pytest.approx(driven, rel=0.01)
 
 
 def test_ordering_the_pitch_saves_time_and_a_circle_may_begin_anywhere() -> None:
@@ -103,37 +94,12 @@ def test_ordering_the_pitch_saves_time_and_a_circle_may_begin_anywhere() -> None
     assert nearer.transition_length_m < plan(circle, VEHICLE, PlanOptions(order="given")).report.transition_length_m
 
 
-def test_a_line_in_parts_is_painted_in_one_go() -> None:
-    parts = [LineSpec(start=(2.0 * k, 0.0), end=(2.0 * k + 2.0, 0.0)) for k in (2, 0, 1)]
-    segments = tuple(TemplateSegment(id=f"s{k}", line=part) for k, part in enumerate(parts))
-    planned = plan(Template(name="parts", segments=segments), VEHICLE)
-    assert planned.report.transitions == 0
-    assert planned.painted[-1].end_m - planned.painted[0].start_m == pytest.approx(6.0)
-
-
-def test_a_circle_in_parts_is_painted_in_one_go() -> None:
-    quarters = [
-        ArcSpec(start=(9.0 * math.cos(a), 9.0 * math.sin(a)), center=(0.0, 0.0), sweep_angle=math.pi / 2)
-        for a in (0.0, math.pi, 1.5 * math.pi, 0.5 * math.pi)
-    ]
-    segments = tuple(TemplateSegment(id=f"s{k}", arc=quarter) for k, quarter in enumerate(quarters))
-    planned = plan(Template(name="parts", segments=segments), VEHICLE)
-    assert planned.report.transitions == 0
-    # The robot is inside of the circle, or outside.
-    driven = planned.painted[-1].end_m - planned.painted[0].start_m
-    assert abs(driven - math.tau * 9.0) == pytest.approx(math.tau * abs(VEHICLE.tool.nozzle_y_m))
-
-
 def test_the_nozzles_side_is_kept_to_as_far_as_it_saves_time() -> None:
     """Round a rectangle clockwise, the robot outside, a corner is a quarter turn; the other way it is a loop."""
-    corners = [(0.0, 0.0), (0.0, 20.0), (30.0, 20.0), (30.0, 0.0)]
-    lines = [LineSpec(start=a, end=b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
-    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines))
-    box = Template(name="box", segments=segments)
-    backward = [LineSpec(start=line.end, end=line.start) for line in reversed(lines)]
-    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(backward))
-    clockwise = plan(box, VEHICLE, PlanOptions(order="given")).report.total_time_s
-    against = plan(Template(name="box", segments=segments), VEHICLE, PlanOptions(order="given")).report.total_time_s
+    sides = [(0.0, 0.0, 0.0, 20.0), (0.0, 20.0, 30.0, 20.0), (30.0, 20.0, 30.0, 0.0), (30.0, 0.0, 0.0, 0.0)]
+    box, backward = drawn(*sides), drawn(*((*side[2:], *side[:2]) for side in reversed(sides)))
+    given = PlanOptions(order="given")
+    clockwise, against = (plan(each, VEHICLE, given).report.total_time_s for each in (box, backward))
     assert plan(box, VEHICLE).report.total_time_s <= min(clockwise, against) + 1e-6
 
 

@@ -7,11 +7,8 @@ for a car that only moves forwards along optimal paths", INRIA 2181, 1994.)
 
 import math
 
-import numpy as np
-
 from touchline.core.angles import TAU
 from touchline.core.jit import kernel
-from touchline.services.planner.geometry.clothoid import Floats
 
 # An arc this close below a full turn (rad) is zero with a rounding error.
 WRAP_RAD = 1e-12
@@ -57,24 +54,6 @@ def shortest_to_point(goal: complex, radius: float) -> tuple[float, float, float
                 if length < best[3]:
                     best = (side * first, 0.0, -side * last, length)
     return best
-
-
-@kernel
-def shortest_lengths(goals: Floats, radius: float) -> Floats:
-    """Compute `shortest_to_point` for many points.
-
-    Args:
-        goals: (n, 2) x, y (m) relative to the start.
-        radius: Radius of the turning circle (m).
-
-    Returns:
-        (n, 2) length (m) and heading at the point (rad).
-    """
-    found = np.empty((len(goals), 2))
-    for i in range(len(goals)):
-        first, _, last, length = shortest_to_point(complex(goals[i, 0], goals[i, 1]), radius)
-        found[i, 0], found[i, 1] = length, first + last
-    return found
 
 
 @kernel
