@@ -56,11 +56,13 @@ def areas(methods, width_m):
 
 
 def goals():
-    places = [(5.0, 2.0, 1.0), (0.3, 0.5, 2.0), (5.0, 2.0, np.nan), (-3.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
-    for place, method, law in itertools.product(places, POSE_METHODS.names(), ("", *SPEED_LAWS.names())):
-        goal = PoseGoal(x_m=place[0], y_m=place[1], heading_rad=place[2], method=method, law=law)
-        timed = (goal.model_copy(update={"duration_s": 60.0}),) if place == places[0] else ()
-        yield from (PlanRequest(goal=(each,), options=PlanOptions(start=np.zeros(3))) for each in (goal, *timed))
+    """Every method to every kind of place, and with every law and a given time to the first."""
+    first, *others = [(5.0, 2.0, 1.0), (0.3, 0.5, 2.0), (5.0, 2.0, np.nan), (-3.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    for method in POSE_METHODS.names():
+        laws = [(first, law, seconds) for law in SPEED_LAWS.names() for seconds in (0.0, 60.0)]
+        for (x, y, heading), law, seconds in (*((place, "", 0.0) for place in others), *laws):
+            goal = PoseGoal(x_m=x, y_m=y, heading_rad=heading, method=method, law=law, duration_s=seconds)
+            yield PlanRequest(goal=(goal,), options=PlanOptions(start=np.zeros(3)))
 
 
 def goals_under_way(drive):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.planner.drawn import drawn
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.geometry.clothoid import Floats
@@ -57,8 +58,7 @@ def strewn() -> Template:
     rng = np.random.default_rng(4)
     starts, angles = rng.random((LINES, 2)) * 20.0, rng.random(LINES) * 7.0
     ends = starts + 3.0 * np.stack((np.cos(angles), np.sin(angles)), axis=1)
-    lines = [LineSpec(start=tuple(a), end=tuple(b)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
-    return Template(name="strewn", segments=tuple(TemplateSegment(id=f"s{k}", line=x) for k, x in enumerate(lines)))
+    return drawn(*np.hstack((starts, ends)).tolist())
 
 
 def test_parts_are_all_there_is_and_end_when_it_is_enough() -> None:

@@ -113,7 +113,7 @@ def test_a_body_that_leaps_where_it_is_well_off_touches_what_one_touches_that_is
     field = shapely.Polygon([(0, 0), (20, 0), (20, 8), (9, 9), (8, 20), (0, 20)])
     walls = FreeSpace(field, [shapely.box(4.0, 4.0, 4.3, 4.3)], ROLLER, 0.05).walls
     poses, answers = np.empty((400, 3)), []
-    for _ in range(300):
+    for _ in range(120):
         path = _bends(rng)
         table = np.array(path.pieces, dtype=np.float64)
         along = poses[: poses_along(np.array(path.start), table, len(table), poses)]

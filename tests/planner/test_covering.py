@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import LinearDirection, PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.planner.output.measure import gaps
-from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.plan import plan
 
 pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
 
@@ -25,43 +24,27 @@ def template(**things: object) -> Template:
     return Template.model_validate({"name": "field", "areas": [FIELD], **things})
 
 
-@pytest.fixture(scope="module")
-def planned() -> Plan:
-    return plan(template(), CLAY_ROLLER, ZIGZAG)
-
-
-def test_swaths_are_segments_of_the_area(planned: Plan) -> None:
-    ids = [segment.id for segment in planned.trajectory.path.segments]
-    swaths = [name for name in ids if template().area_of(name)]
-    assert swaths == [f"pan#{number}" for number in range(1, 7)]
-    assert len(set(ids)) == len(ids)
-
-
-def test_the_route_has_no_gaps_and_reverses_between_lanes(planned: Plan) -> None:
+def test_a_field_is_rolled_lane_by_lane_and_reported() -> None:
+    planned = plan(template(), CLAY_ROLLER, ZIGZAG)
+    segments = planned.trajectory.path.segments
+    assert len({segment.id for segment in segments}) == len(segments)
+    ways = {segment.id: segment.direction.value for segment in segments if template().area_of(segment.id)}
+    assert list(ways) == [f"pan#{number}" for number in range(1, 7)]
+    assert list(ways.values()) == [LinearDirection.FORWARD, LinearDirection.BACKWARD] * 3
     position_m, heading_rad = gaps(planned.trajectory)
     assert position_m < 1e-9
     assert heading_rad < 1e-9
-    ways = {s.id: s.direction.value for s in planned.trajectory.path.segments if template().area_of(s.id)}
-    assert list(ways.values()) == [LinearDirection.FORWARD, LinearDirection.BACKWARD] * 3
-    assert planned.report.cusps == 5
-
-
-def test_the_report_says_what_is_covered(planned: Plan) -> None:
+    speeds = planned.speeds
+    assert np.count_nonzero(speeds.speed_mps[1:-1] == 0.0) == planned.report.cusps == 5
+    assert speeds.speed_mps.max() == pytest.approx(1.0)
+    assert planned.report.paint_l == 0.0
     (figures,) = planned.report.coverage
-    assert figures.method == "zigzag"
+    assert (figures.method, figures.lanes) == ("zigzag", 6)
     assert figures.area_m2 == pytest.approx(60.0 * 13.2)
     assert figures.covered_m2 + sum(patch.area_m2 for patch in figures.missed) == pytest.approx(792.0, abs=0.5)
     assert figures.coverage_pct == pytest.approx(100.0 * figures.covered_m2 / figures.area_m2)
-    assert figures.lanes == 6
     assert figures.body_outside_m == pytest.approx(2.5, abs=0.1)
     assert any("body is ignored" in note for note in figures.notes)
-
-
-def test_speeds_stand_at_cusps_alone_and_the_work_is_not_steady(planned: Plan) -> None:
-    speeds = planned.speeds
-    assert np.count_nonzero(speeds.speed_mps[1:-1] == 0.0) == planned.report.cusps
-    assert speeds.speed_mps.max() == pytest.approx(1.0)
-    assert planned.report.paint_l == 0.0
 
 
 def test_a_method_may_name_an_area_method() -> None:
@@ -98,6 +81,7 @@ def test_a_roller_along_lines_is_planned_as_lines() -> None:
         ({"return_to_start": True}, "return to its start"),
         ({"start": np.zeros(3)}, "a start pose"),
         ({"order": "given"}, "the given order"),
+        ({"forward_only": True}, "forward only"),
     ],
 )
 def test_options_out_of_range_are_named(changes: dict[str, object], named: str) -> None:
@@ -105,21 +89,8 @@ def test_options_out_of_range_are_named(changes: dict[str, object], named: str) 
         plan(template(), CLAY_ROLLER, ZIGZAG.model_copy(update=changes))
 
 
-def test_a_roller_marks_no_lines_beside_its_areas() -> None:
+def test_lines_beside_areas_and_a_sprayer_are_refused() -> None:
     with pytest.raises(PlanningError, match="1 lines beside its areas"):
         plan(template(segments=[LINE]), CLAY_ROLLER, ZIGZAG)
-
-
-def test_a_sprayer_covers_by_swaths_only() -> None:
     with pytest.raises(PlanningError, match="use parallel, or a vehicle with a roller"):
         plan(template(), Vehicle(), ZIGZAG)
-
-
-def test_zigzag_cannot_go_forward_only() -> None:
-    with pytest.raises(PlanningError, match="forward only"):
-        plan(template(), CLAY_ROLLER, ZIGZAG.model_copy(update={"forward_only": True}))
-
-
-def test_the_shipped_fields_are_areas() -> None:
-    for name in ("salt-pan", "salt-pan-l", "salt-pan-pond", "soccer-11-grass"):
-        assert load_template(name).areas

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from tests.planner.drawn import box, drawn
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.plan import Plan, plan
@@ -18,8 +19,7 @@ VEHICLE = Vehicle()
 
 def row(count: int = 4) -> Template:
     """Lines one behind the other along x."""
-    lines = [LineSpec(start=(20.0 * k, 0.0), end=(20.0 * k + 5.0, 0.0)) for k in range(count)]
-    return Template(name="row", segments=tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines)))
+    return drawn(*((20.0 * k, 0.0, 20.0 * k + 5.0, 0.0) for k in range(count)))
 
 
 def ends(planned: Plan) -> tuple[np.ndarray, np.ndarray]:
@@ -50,7 +50,7 @@ def test_a_given_end_decides_what_is_painted_last() -> None:
 
 
 def test_a_closed_order_takes_less_time_than_going_home_from_an_open_one() -> None:
-    template = load_template("soccer-7")
+    template = load_template("tennis")
     options = PlanOptions(drying_time_s=1e-3)
     open_end = plan(template, VEHICLE, options)
     closed = plan(template, VEHICLE, options.model_copy(update={"return_to_start": True}))
@@ -60,8 +60,7 @@ def test_a_closed_order_takes_less_time_than_going_home_from_an_open_one() -> No
 
 
 def test_the_way_home_keeps_off_obstacles() -> None:
-    bench = Polygon(id="bench", corners=((30.0, -6.0), (31.0, -6.0), (31.0, 6.0), (30.0, 6.0)))
-    template = row(2).model_copy(update={"obstacles": (bench,)})
+    template = row(2).model_copy(update={"obstacles": (box((30.0, -6.0), (31.0, 6.0), "bench"),)})
     start = [40.0, 8.0, 0.0]
     planned = plan(template.model_copy(update={"segments": template.segments[:1]}), VEHICLE, PlanOptions(end=start))
     checker = CollisionChecker.of(template, VEHICLE)

@@ -5,11 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 
-from tests.planner.test_inside import box, lines
+from tests.planner.drawn import box, drawn
 from tests.planner.test_standing import AGILE, check, comb
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
-from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.collision.via_poses import detours
@@ -93,7 +92,7 @@ START, GOAL = CurveEnd(PathPose(8.0, 0.0, 0.0), 0.0), CurveEnd(PathPose(14.0, 2.
 @pytest.mark.parametrize("south_m", [-0.5, 2.5])
 def test_poses_in_between_are_tried_by_the_times_of_the_method(south_m: float) -> None:
     vehicle, options = Vehicle(), PlanOptions(method="ccd")
-    wall = Template(name="w", segments=lines((0, 0, 8, 0)), obstacles=(box((11.0, -1.2), (11.4, 3.2), "wall"),))
+    wall = drawn((0, 0, 8, 0), obstacles=(box((11.0, -1.2), (11.4, 3.2), "wall"),))
     checker = CollisionChecker.of(wall, vehicle)
     assert checker
     transitions = Asked(method_of(options).transitions(Limits.of(vehicle, options)), OneSided(south_m))

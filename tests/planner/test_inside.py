@@ -8,12 +8,13 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.planner.drawn import box, drawn, lines
 from tests.planner.strategies import floats
 from tests.planner.test_standing import SPINNING, there_and_back
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -21,17 +22,6 @@ from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
 REFUSING = PlanOptions(obstructed="refuse")
-
-
-def box(low: tuple[float, float], high: tuple[float, float], name: str = "boundary") -> Polygon:
-    (a, b), (c, d) = low, high
-    return Polygon(id=name, corners=((a, b), (c, b), (c, d), (a, d)))
-
-
-def lines(*ends: tuple[float, float, float, float]) -> tuple[TemplateSegment, ...]:
-    return tuple(
-        TemplateSegment(id=f"s{k}", line=LineSpec(start=(a, b), end=(c, d))) for k, (a, b, c, d) in enumerate(ends)
-    )
 
 
 def bodies_at(poses: np.ndarray) -> np.ndarray:
@@ -106,7 +96,7 @@ def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Templa
 
 
 def test_a_turn_on_the_spot_sweeps_its_corners() -> None:
-    post = Template(name="p", segments=lines((0, 0, 1, 0)), obstacles=(box((-0.05, 0.7), (0.05, 0.8), "post"),))
+    post = drawn((0, 0, 1, 0), obstacles=(box((-0.05, 0.7), (0.05, 0.8), "post"),))
     checker = CollisionChecker.of(post, VEHICLE)
     assert checker is not None
     still = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(0.01),))
@@ -117,7 +107,7 @@ def test_a_turn_on_the_spot_sweeps_its_corners() -> None:
 
 
 def test_without_outlines_nothing_changes() -> None:
-    template = Template(name="free", segments=lines((0, 0, 8, 0), (8, 3, 0, 3)))
+    template = drawn((0, 0, 8, 0), (8, 3, 0, 3))
     wide = template.model_copy(update={"boundary": box((-50, -50), (60, 60))})
     assert plan(template, VEHICLE).trajectory == plan(wide, VEHICLE).trajectory
 
@@ -137,23 +127,13 @@ def test_transitions_keep_inside_a_boundary_and_off_a_post(order: str) -> None:
 
 def test_a_way_round_about_is_found_where_every_direct_one_is_blocked() -> None:
     wall = box((11.0, -1.2), (11.4, 3.2), "wall")
-    template = Template(name="wall", segments=lines((0, 0, 8, 0), (14, 2, 20, 2)), obstacles=(wall,))
+    template = drawn((0, 0, 8, 0), (14, 2, 20, 2), obstacles=(wall,))
     planned = plan(template, VEHICLE, PlanOptions(order="given"))
     check_clear(planned, template)
 
 
-def test_a_line_that_cannot_be_painted_is_named() -> None:
-    post = box((3.9, 0.2), (4.1, 0.6), "post")
-    fence = box((3.9, -0.6), (4.1, -0.2), "fence")
-    template = Template(name="bad", segments=lines((0, 0, 8, 0)), obstacles=(post, fence))
-    with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .* would touch "post" near \('):
-        plan(template, VEHICLE, REFUSING)
-    both = Template(name="side", segments=lines((0, 0, 8, 0)), obstacles=(post,))
-    check_clear(plan(both, VEHICLE), both)
-
-
 def test_a_template_outside_its_boundary_is_refused_by_the_first_line() -> None:
-    template = Template(name="out", segments=lines((20, 20, 28, 20)), boundary=box((-5, -5), (5, 5)))
+    template = drawn((20, 20, 28, 20), boundary=box((-5, -5), (5, 5)))
     with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .*"boundary"'):
         plan(template, VEHICLE, REFUSING)
 
@@ -168,7 +148,7 @@ def test_a_line_walled_in_names_what_cannot_be_reached() -> None:
             ((10.0, -1.0), (10.1, 1.7), "east"),
         )
     )
-    template = Template(name="cage", segments=lines((0, 0, 8, 0), (30, 0, 38, 0)), obstacles=ring)
+    template = drawn((0, 0, 8, 0), (30, 0, 38, 0), obstacles=ring)
     with pytest.raises(PlanningError, match=r'segment "s\d" (cannot be reached|leaves no room).* would touch'):
         plan(template, VEHICLE, REFUSING, enough=lambda: True)  # other orders are of no use
 

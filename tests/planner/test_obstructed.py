@@ -7,13 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.planner.test_inside import VEHICLE, box, check_clear, lines
+from tests.planner.drawn import box, drawn, lines
+from tests.planner.test_inside import VEHICLE, check_clear
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.swath_ids import line_id_of
-from touchline.schemas.template import ArcSpec, Area, LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, Area, LineSpec, Template, TemplateSegment
 from touchline.services.planner.collision.clear_lines import reachable_lines
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan
@@ -48,34 +49,23 @@ def check_parts(template: Template, options: PlanOptions | None = None) -> Plan:
     return planned
 
 
-@pytest.mark.full
-@pytest.mark.parametrize(
-    ("post", "most_m"), [(box((9.94, -0.25), (10.06, 0.25), "post"), 3.0), (box((9.0, -3.0), (11.0, 3.0), "shed"), 8.0)]
-)
-def test_round_what_is_wider_than_a_line_both_ends_are_painted(post: Polygon, most_m: float) -> None:
-    template = Template(name="posts", segments=lines((0, 0, 20, 0)), obstacles=(post,))
-    (left,) = check_parts(template).report.left_out
-    assert left.line_id == "s0" and left.outline == post.id and 0.1 < left.length_m < most_m
-    assert left.from_m < 10.0 < left.to_m
-
-
 def test_a_post_that_a_line_can_be_painted_past_in_one_direction_costs_nothing() -> None:
     beside = box((3.9, 0.2), (4.1, 0.6), "post")
-    template = Template(name="side", segments=lines((0, 0, 8, 0)), obstacles=(beside,))
+    template = drawn((0, 0, 8, 0), obstacles=(beside,))
     assert check_parts(template).report.left_out == ()
 
 
 @pytest.mark.full
 def test_a_wall_across_several_lines_parts_each() -> None:
     wall = box((5.0, -0.5), (5.3, 4.5), "wall")
-    template = Template(name="wall", segments=lines((0, 0, 10, 0), (0, 2, 10, 2), (0, 4, 10, 4)), obstacles=(wall,))
+    template = drawn((0, 0, 10, 0), (0, 2, 10, 2), (0, 4, 10, 4), obstacles=(wall,))
     report = check_parts(template).report
     assert [(each.line_id, each.outline) for each in report.left_out] == [(f"s{k}", "wall") for k in range(3)]
 
 
 def test_an_obstacle_that_swallows_a_line_leaves_the_others() -> None:
     bench = box((29.0, -1.0), (35.0, 1.0), "bench")
-    template = Template(name="swallowed", segments=lines((0, 0, 8, 0), (30, 0, 34, 0)), obstacles=(bench,))
+    template = drawn((0, 0, 8, 0), (30, 0, 34, 0), obstacles=(bench,))
     report = check_parts(template).report
     (left,) = report.left_out
     assert (left.line_id, left.from_m, left.to_m) == ("s1", 0.0, 4.0)
@@ -90,13 +80,13 @@ def test_an_arc_is_parted() -> None:
 
 def test_where_nothing_is_left_the_plan_is_refused() -> None:
     bench = box((-2.0, -2.0), (10.0, 2.0), "bench")
-    template = Template(name="all", segments=lines((0, 0, 8, 0), (0, 1, 8, 1)), obstacles=(bench,))
+    template = drawn((0, 0, 8, 0), (0, 1, 8, 1), obstacles=(bench,))
     with pytest.raises(PlanningError, match=r'has no line that can be painted: .* touch "bench"; move the lines'):
         plan(template, VEHICLE)
 
 
 def test_the_refusal_can_be_asked_for() -> None:
-    template = Template(name="posts", segments=lines((0, 0, 20, 0)), obstacles=(POST,))
+    template = drawn((0, 0, 20, 0), obstacles=(POST,))
     with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .* would touch "post"'):
         plan(template, VEHICLE, PlanOptions(obstructed="refuse"))
     with pytest.raises(PlanningError, match=r'unknown treatment "ignore".*use leave-out or refuse'):
@@ -115,7 +105,7 @@ def test_swaths_of_an_area_are_parted_too() -> None:
 
 def test_round_a_post_both_ends_are_painted_and_the_robot_s_figures_are_of_what_could_be_reached() -> None:
     bench = box((29.0, -1.0), (35.0, 1.0), "bench")
-    template = Template(name="both", segments=lines((0, 0, 20, 0), (30, 0, 34, 0)), obstacles=(POST, bench))
+    template = drawn((0, 0, 20, 0), (30, 0, 34, 0), obstacles=(POST, bench))
     planned = check_parts(template, GIVEN)
     left = planned.report.left_out[0]
     assert left.outline == "post" and 0.1 < left.length_m < 3.0 and left.from_m < 10.0 < left.to_m
@@ -144,7 +134,7 @@ def test_a_short_line_stays_whole_when_others_are_shortened() -> None:
 
 
 def test_a_part_is_shortened_by_ever_more() -> None:
-    template = Template(name="long", segments=lines((0, 0, 200, 0)), obstacles=(box((99.0, -1.0), (101.0, 1.0), "a"),))
+    template = drawn((0, 0, 200, 0), obstacles=(box((99.0, -1.0), (101.0, 1.0), "a"),))
     lengths_m = []
     parts = reachable_lines(template.segments, template, VEHICLE, Limits.of(VEHICLE, PlanOptions()))
     while parts.segments:

@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.planner.at_once import planned_at_once
+from tests.planner.drawn import drawn
 from tests.planner.strategies import poses, templates
+from tests.with_full import with_full
 from touchline.schemas.catalogue import line_templates, load_template
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.curves import Curve, PathTable
@@ -34,11 +36,8 @@ from touchline.services.planner.segments import sent_segments
 from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M
 
 VEHICLE = Vehicle()
-SHIPPED = [
-    pytest.param(name, marks=pytest.mark.full) if name == "american-football" else name
-    for name in sorted(line_templates())
-]
-"""The one of many short marks takes as long as all others."""
+LONG = ("american-football", "soccer-9")
+"""They take as long as all others, of which soccer-11 and soccer-7 are like the second."""
 
 
 def table(trajectory: Trajectory) -> PathTable:
@@ -197,7 +196,7 @@ METHOD_NAMES = sorted(METHODS.names())
 ORDERED = 30
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", with_full(*sorted(set(line_templates()) - set(LONG)), full=LONG))
 def test_line_templates(name: str) -> None:
     template = load_template(name)
     for order in ("given", "optimised") if len(template.segments) <= ORDERED else ("given",):
@@ -261,8 +260,7 @@ def test_painted_ids_may_look_like_transition_ids() -> None:
 
 
 def test_a_start_on_the_first_line_still_gets_up_to_speed() -> None:
-    line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
-    template = Template(name="line", segments=(TemplateSegment(id="a", line=line),))
+    template = drawn((0.0, 0.0, 1.0, 0.0))
     start = [0.0, -VEHICLE.tool.nozzle_y_m, 0.0]
     check(plan(template, VEHICLE, PlanOptions(start=start)), template, "g2")
 
@@ -300,16 +298,14 @@ def test_progress_reaches_the_end_of_every_stage() -> None:
 
 @pytest.mark.parametrize("order", ["", "given"])
 def test_a_hundred_thousand_segments_are_refused_at_once(order: str) -> None:
-    line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
-    template = Template(name="one", segments=(TemplateSegment(id="s", line=line),))
+    template = drawn((0.0, 0.0, 1.0, 0.0))
     many = template.model_copy(update={"segments": template.segments * 100_000})
     with pytest.raises(PlanningError, match=r"has 100,000 segments, more than .*split the template"):
         plan(many, VEHICLE, PlanOptions(order=order))
 
 
 def test_too_many_lines_to_order_are_refused_with_the_way_out() -> None:
-    apart = (LineSpec(start=(0.0, 0.1 * i), end=(1.0, 0.1 * i)) for i in range(1501))
-    many = Template(name="many", segments=tuple(TemplateSegment(id=f"s{i}", line=line) for i, line in enumerate(apart)))
+    many = drawn(*((0.0, 0.1 * i, 1.0, 0.1 * i) for i in range(1501)))
     with pytest.raises(PlanningError, match=r"has 1,501 lines that do not continue each other.*given order"):
         plan(many, VEHICLE)
 

@@ -6,29 +6,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.planner.drawn import drawn
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 
 VEHICLE = Vehicle()
 
 
-def lines(ends: list[tuple[tuple[float, float], tuple[float, float]]]) -> Template:
-    segments = (TemplateSegment(id=f"s{i}", line=LineSpec(start=a, end=b)) for i, (a, b) in enumerate(ends))
-    return Template(name="lines", segments=tuple(segments))
-
-
-@pytest.mark.parametrize("degrees", range(0, 360, 30))
+@pytest.mark.parametrize("degrees", range(0, 360, 60))
 @pytest.mark.parametrize("away_m", [0.0, 5.0])
 @pytest.mark.parametrize("back", [False, True])
 def test_going_back_on_a_line_loads(degrees: int, away_m: float, back: bool) -> None:
     """Two lines on one straight, the second one behind the first: what is left of the angle between is rounding."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     stations = [(0.0, 3.0), (-1.0, -4.0) if back else (-4.0, -1.0)]
-    first, second = ([(away_m + c * t, away_m + s * t) for t in pair] for pair in stations)
-    template = lines([(first[0], first[1]), (second[0], second[1])])
+    template = drawn(*((away_m + c * a, away_m + s * a, away_m + c * b, away_m + s * b) for a, b in stations))
     load_trajectory(plan(template, VEHICLE, PlanOptions(order="given")).trajectory, VEHICLE)
 
 
@@ -42,8 +37,8 @@ def rows(draw: st.DrawFn) -> Template:
     for column, row, turned, length in draw(st.lists(place, min_size=1, max_size=7, unique=True)):
         x, y = 3.0 * column, 1.5 * row
         a, b = (c * x - s * y, s * x + c * y), (c * (x + length) - s * y, s * (x + length) + c * y)
-        ends.append((b, a) if turned else (a, b))
-    return lines(ends)
+        ends.append((*b, *a) if turned else (*a, *b))
+    return drawn(*ends)
 
 
 @settings(max_examples=15, deadline=None)

@@ -61,28 +61,6 @@ def test_a_curve_has_its_ends_headings_and_tangents():
         assert np.abs(np.angle(found * np.exp(-1j * travelled))).max() < 1e-12
 
 
-def printed_curve(start, goal, leaving, arriving, s):
-    """As the study printed it: without the goal in the first term, and with the start's sign turned in β."""
-    alpha, beta = arriving - 3.0 * goal, leaving - 3.0 * start
-    place = s**3 - (s - 1.0) ** 3 * start + alpha * s**2 * (s - 1.0) + beta * s * (s - 1.0) ** 2
-    way = 3.0 * s**2 - 3.0 * (s - 1.0) ** 2 * start + alpha * (3.0 * s**2 - 2.0 * s)
-    return place, way + beta * (3.0 * s**2 - 4.0 * s + 1.0)
-
-
-def test_the_printed_formulas_fail_wherever_they_do_not_start_at_the_origin():
-    start, goal, heading, length = random_pairs(100_000)
-    leaving, arriving = length * np.exp(1j * heading)
-    place, _ = printed_curve(start, goal, leaving, arriving, 1.0)
-    _, way = printed_curve(start, goal, leaving, arriving, 0.0)
-    assert np.abs(place - goal).min() > 1e-3
-    assert np.abs(way - leaving).min() > 1e-3
-    place, _ = printed_curve(1 + 2j, 4 + 3j, 3.0 * np.exp(0.5j), 3.0 * np.exp(-1j), 1.0)
-    assert place == pytest.approx(1.0)  # both terms beside s³ vanish: the study's curve ends there, whatever the goal
-    _, way = printed_curve(1 + 2j, 4 + 3j, 3.0 * np.exp(0.5j), 3.0 * np.exp(-1j), 0.0)
-    assert np.angle(way) == pytest.approx(-1.88, abs=0.005)
-    assert abs(way) == pytest.approx(11.1, abs=0.05)
-
-
 @given(poses, poses, floats(0.5, 10.0), floats(0.5, 10.0), floats(0.05, 0.95))
 def test_bend_is_what_differences_find(start, goal, leaving, arriving, s):
     curve, h = curve_of(start, goal, (leaving, arriving)), 1e-5
@@ -106,16 +84,6 @@ def test_straight_ahead_the_chosen_curve_is_a_line_that_goes_on_forward(distance
     assert piece.length_m == pytest.approx(distance_m, rel=1e-12)
     assert found.progress is not None
     assert found.progress.rate_m.min() >= 0.05 * distance_m
-
-
-def test_tangents_of_10_m_drive_back_below_a_third_of_that():
-    """x'(½) = 1.5d − 0.5k changes its sign at d = k/3."""
-    low, high = 1.0, 5.0
-    while high - low > 1e-10:
-        middle = 0.5 * (low + high)
-        reverses = tangent(cubic_curve(0j, complex(middle), 10.0 + 0j, 10.0 + 0j), 0.5).real < 0.0
-        low, high = (middle, high) if reverses else (low, middle)
-    assert low == pytest.approx(10.0 / 3.0, abs=1e-9)
 
 
 def turning_rad(curve):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.planner.drawn import drawn
 from touchline.schemas.catalogue import load_template
+from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.planner.plan_task import Company, PlanTask
@@ -41,11 +42,8 @@ def test_areas_are_refused():
 
 def test_a_wet_line_of_another_robot_is_kept_off():
     """Two parallel lines with another robot's between them: the way round its end is taken, if it is worth it."""
-    lines = (("a", (0.0, 0.0), (12.0, 0.0)), ("b", (12.0, 6.0), (0.0, 6.0)))
-    segments = tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, a, b in lines)
-    template = Template(name="two", segments=segments)
-    between = TemplateSegment(id="x", line=LineSpec(start=(11.0, 3.0), end=(30.0, 3.0)))
-    painted = wet_rows([between.curve()])
+    template = drawn((0.0, 0.0, 12.0, 0.0), (12.0, 6.0, 0.0, 6.0))
+    painted = wet_rows([Curve.from_line((11.0, 3.0), (30.0, 3.0))])
     painted[:, BEGUN], painted[:, SPEED] = -100.0, 1.0
     options = PlanOptions(hard_drying=False)
 

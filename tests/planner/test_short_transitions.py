@@ -13,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, limits, pose_pairs
+from tests.with_full import with_full
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.g2 import Steering
@@ -149,16 +150,6 @@ def test_transitions_with_standstills_join_any_poses_and_curvatures(
             assert piece.curvature_1pm == pytest.approx(end.curvature_1pm)
 
 
-@given(end_pairs())
-@settings(max_examples=100)
-def test_the_transition_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
-    start, goal, curvature, sharpness = ends
-    steering = Steering(curvature, sharpness)
-    other = [CurveEnd(PathPose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in (start, goal)]
-    length = PiecePath(start.pose, steering.between(start, goal)).length_m
-    assert PiecePath(other[0].pose, steering.between(*other)).length_m == pytest.approx(length, rel=1e-3)
-
-
 def test_goals_far_behind_are_reached() -> None:
     """There most words with cusps do not exist: what was left of the one before was once taken for them."""
     curvature, sharpness = 10 / 3, 14.0
@@ -172,16 +163,7 @@ def test_goals_far_behind_are_reached() -> None:
                     check(transition, start, goal, curvature, sharpness)
 
 
-def test_short_hops_do_not_wind_round() -> None:
-    """A row where turning circles make 10.60 m, and turns that do not reach the limit 6.59 m."""
-    row = reference_rows()[4009]
-    assert row["cc00_dubins_m"] > 10.6
-    start, goal, curvature, sharpness = row_ends(row)
-    transition = Steering(curvature, sharpness).between(start, goal)
-    assert PiecePath(start.pose, transition).length_m == pytest.approx(6.5947, abs=1e-3)
-
-
-@pytest.mark.parametrize("bent_ends", [False, True])
+@pytest.mark.parametrize("bent_ends", with_full(True, full=(False,)))
 def test_hardly_any_transition_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
     """Random profiles of less than full sharpness are feasible paths; ours are as short but for a few in a thousand."""
     rng = np.random.default_rng(7)

@@ -58,12 +58,6 @@ def test_trapezium() -> None:
     assert profile.station_at(3.0) == pytest.approx(4.0)
 
 
-def test_triangle_when_there_is_no_room() -> None:
-    profile = speed_profile(straight([(2.0, 5.0)]), [], replace(LIMITS, acceleration_mps2=1.0))
-    assert profile.station_m.tolist() == [0.0, 1.0, 2.0]
-    assert profile.speed_mps[1] == pytest.approx(2.0**0.5)
-
-
 @given(st.lists(st.tuples(floats(0.001, 5.0), floats(0.1, 2.0)), min_size=1, max_size=12))
 def test_caps_and_acceleration_are_kept_and_used(lengths_and_speeds: list[tuple[float, float]]) -> None:
     profile = speed_profile(straight(lengths_and_speeds), [], LIMITS)

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from touchline.schemas.catalogue import load_template
+from tests.planner.drawn import drawn
 from touchline.schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import Plan, plan
@@ -23,15 +23,13 @@ REVERSING = AGILE.changed(drive={"can_spin": False})
 
 def comb() -> Template:
     """Short lines side by side, with no room to turn between them."""
-    lines = [LineSpec(start=(0.0, 0.3 * k), end=(4.0, 0.3 * k)) for k in range(4)]
-    return Template(name="comb", segments=tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines)))
+    return drawn(*((0.0, 0.3 * k, 4.0, 0.3 * k) for k in range(4)))
 
 
 def there_and_back() -> Template:
     """Two lines, the second painted on the way back along the robot's own track."""
     left = -2.0 * AGILE.tool.nozzle_y_m
-    lines = [LineSpec(start=(0.0, 0.0), end=(4.0, 0.0)), LineSpec(start=(4.0, left), end=(0.0, left))]
-    return Template(name="back", segments=tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines)))
+    return drawn((0.0, 0.0, 4.0, 0.0), (4.0, left, 0.0, left))
 
 
 def check(planned: Plan) -> None:
@@ -52,11 +50,6 @@ def test_a_robot_that_can_only_go_forward_is_sent_no_standstill() -> None:
     assert (planned.report.cusps, planned.report.spins) == (0, 0)
     assert {s.direction.value for s in planned.trajectory.path.segments} == {LinearDirection.FORWARD}
     assert planned.trajectory == plan(comb(), Vehicle(), PlanOptions(forward_only=True)).trajectory
-
-
-def test_forward_only_is_kept_by_a_robot_that_could_do_more() -> None:
-    planned = plan(comb(), AGILE, PlanOptions(forward_only=True))
-    assert (planned.report.cusps, planned.report.spins) == (0, 0)
 
 
 @pytest.mark.parametrize(("vehicle", "template"), [(AGILE, comb()), (SPINNING, there_and_back()), (REVERSING, comb())])
@@ -110,8 +103,3 @@ def test_runs_are_the_curves_that_are_travelled() -> None:
         assert np.allclose(np.exp(1j * heading) * run.direction, np.exp(1j * travelling))
         at += length
     assert parts[-1].path.end.heading_rad == pytest.approx(path.end.heading_rad + math.pi)
-
-
-def test_the_pitch_is_planned_for_an_agile_robot() -> None:
-    template = load_template("study-square")
-    check(plan(template, AGILE))

@@ -11,6 +11,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint.metrics import PaintMetrics
 
 VEHICLE = Vehicle()
@@ -21,10 +22,7 @@ def painted(planned: Plan, template: Template, config: OnboardConfig) -> PaintMe
     robot = Emulator(VEHICLE, Scenario(seed=3), config)
     robot.load(planned.trajectory, template)
     robot.start()
-    for _ in range(STEPS_MAX):
-        robot.tick()
-        if not robot.active:
-            break
+    FastRunner(robot).run(STEPS_MAX)
     assert not robot.active
     return robot.metrics()
 

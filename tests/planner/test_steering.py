@@ -129,18 +129,6 @@ def test_reference_lengths(nth: int) -> None:
 
 
 @given(pose_pairs(), limits)
-@settings(max_examples=100)
-def test_any_two_poses_are_connected_within_the_limits(
-    pair: tuple[PathPose, PathPose], bounds: tuple[float, float]
-) -> None:
-    start, goal = pair
-    path = PiecePath(start, ContinuousDubins(*bounds).connect(start, goal))
-    assert miss(path, goal) < ENDS_TOLERANCE
-    assert steps(path) < 1e-12
-    check_limits(path, *bounds)
-
-
-@given(pose_pairs(), limits)
 def test_every_word_reaches_the_goal(pair: tuple[PathPose, PathPose], bounds: tuple[float, float]) -> None:
     start, goal = pair
     for turn in (ContinuousTurn(*bounds), ArcTurn(bounds[0])):

@@ -93,7 +93,7 @@ def test_a_closed_outline_is_one_swath_that_may_begin_at_any_of_its_joints_eithe
     assert {option.strokes[0].id for option in options} == {"east", "north", "south", "west"}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(chains())
 def test_a_chain_is_found_whichever_way_its_segments_are_given(segments: list[TemplateSegment]) -> None:
     tight = [swath for options in found(segments) for swath in options]
@@ -108,7 +108,7 @@ def test_a_chain_is_found_whichever_way_its_segments_are_given(segments: list[Te
         assert len(found(segments)) == 1
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(chains())
 def test_the_robots_path_is_continuous_in_curvature_and_near_the_line(segments: list[TemplateSegment]) -> None:
     for swath in (swath for options in found(segments) for swath in options):

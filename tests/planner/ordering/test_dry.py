@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.planner.drawn import drawn
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
@@ -68,10 +69,7 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
 @settings(max_examples=3)
 def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    points = rng.random((4, 2, 2)) * 12.0
-    lines = [LineSpec(start=tuple(a), end=tuple(b)) for a, b in points.tolist()]
-    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines))
-    _, matrix, tracks, ground = asked(Template(name="few", segments=segments))
+    _, matrix, tracks, ground = asked(drawn(*(rng.random((4, 4)) * 12.0).tolist()))
     pairs = [np.flatnonzero(matrix.segment == k).tolist() for k in range(4)]
     best = min(
         total(np.array(picked), matrix, tracks, ground)
@@ -96,15 +94,3 @@ def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
     # Two wheels and two casters over both crossings of halfway line and centre circle, whichever of them comes first.
     # README and planner.md say these figures, and that of the quickest order.
     assert (careful.wet_crossings, careful.wet_crossings_unavoidable) == (50, 8)
-
-
-def test_what_is_enough_at_once_gives_a_whole_plan() -> None:
-    template = load_template("soccer-7")
-    told: list[str] = []
-    planned = plan(template, VEHICLE, progress=lambda stage, fraction: told.append(stage), enough=lambda: True)
-    assert planned.report.painted_segments == len(template.segments)
-    patient = plan(template, VEHICLE)
-    assert patient.report.total_time_s + patient.report.wet_crossings < (
-        planned.report.total_time_s + planned.report.wet_crossings
-    )
-    assert told[-1] == "report"

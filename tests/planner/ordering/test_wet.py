@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.planner.drawn import drawn
 from tests.planner.strategies import floats
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner import tour
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -78,26 +78,19 @@ def test_fewer_crossings_are_worth_some_time(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_hard_drying_is_kept_or_refused_with_both_lines() -> None:
-    apart = tuple(
-        TemplateSegment(id=f"s{k}", line=LineSpec(start=(0.0, 3.0 * k), end=(8.0, 3.0 * k))) for k in range(3)
-    )
-    assert plan(Template(name="a", segments=apart), VEHICLE, PlanOptions(hard_drying=True)).report.wet_crossings == 0
-    cross = (
-        TemplateSegment(id="first", line=LineSpec(start=(0.0, 0.0), end=(8.0, 0.0))),
-        TemplateSegment(id="second", line=LineSpec(start=(4.0, -4.0), end=(4.0, 4.0))),
-    )
+    apart = drawn(*((0.0, 3.0 * k, 8.0, 3.0 * k) for k in range(3)))
+    assert plan(apart, VEHICLE, PlanOptions(hard_drying=True)).report.wet_crossings == 0
+    cross = drawn((0.0, 0.0, 8.0, 0.0), (4.0, -4.0, 4.0, 4.0))
     with pytest.raises(PlanningError, match=r"cannot be painted without driving over .* while that is wet; shorten"):
-        plan(Template(name="x", segments=cross), VEHICLE, PlanOptions(hard_drying=True))
+        plan(cross, VEHICLE, PlanOptions(hard_drying=True))
     quick = PlanOptions(hard_drying=True, drying_time_s=1.0)
-    assert plan(Template(name="x", segments=cross), VEHICLE, quick).report.wet_crossings == 0
+    assert plan(cross, VEHICLE, quick).report.wet_crossings == 0
 
 
 def test_hard_drying_finds_the_one_order_without_a_crossing() -> None:
     """Rungs end on both rails: they are painted first, and the rails so that the wheels are outside."""
-    rungs = [LineSpec(start=(4.0 * k, 0.0), end=(4.0 * k, 5.0)) for k in range(3)]
-    rails = [LineSpec(start=(-2.0, y), end=(10.0, y)) for y in (0.0, 5.0)]
-    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate((*rails, *rungs)))
-    ladder = Template(name="ladder", segments=segments)
+    rungs, rails = [(4.0 * k, 0.0, 4.0 * k, 5.0) for k in range(3)], [(-2.0, y, 10.0, y) for y in (0.0, 5.0)]
+    ladder = drawn(*rails, *rungs)
     assert plan(ladder, VEHICLE, PlanOptions(order="given")).report.wet_crossings > 0
     report = plan(ladder, VEHICLE, PlanOptions(hard_drying=True)).report
     assert (report.wet_crossings, report.wet_crossings_unavoidable) == (0, 0)
