@@ -188,14 +188,3 @@ def test_few_arcs_suffice() -> None:
     assert len(fit(circle)) <= 8
     straight = fit(bezier([(0, 0), (1, 1), (5, 5), (9, 9)]))
     assert all(c.curvature_1pm == 0.0 for c in straight)
-
-
-def test_tiny_features_are_bridged_and_specks_dropped() -> None:
-    zigzag = tuple(
-        Curve.from_line((i * 0.004, i % 2 * 0.002), ((i + 1) * 0.004, (i + 1) % 2 * 0.002)) for i in range(9)
-    )
-    curves = painted(Outline("zigzag", zigzag))
-    assert min(c.length_m for c in curves) >= MIN_LENGTH_M
-    assert steps(curves)[0] < 1e-9
-    assert apart(zigzag, curves) < 2e-3
-    assert painted(Outline("speck", (Curve.from_line((0, 0), (0.004, 0.0)),))) == []

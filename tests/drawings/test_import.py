@@ -11,7 +11,6 @@ import pytest
 from touchline.drawings.deviation import distance_m
 from touchline.drawings.importer import Anchor, ImportOptions, import_drawing
 from touchline.drawings.picture import bounds, picture
-from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
@@ -65,20 +64,6 @@ def test_svg_units_give_the_scale(tmp_path: Path) -> None:
         if "mm" not in head:
             with pytest.raises(SpecError, match=r"logo\.svg: svg has no width .* --scale"):
                 import_drawing(svg(tmp_path, line, head))
-
-
-def test_svg_transforms_are_carried_out(tmp_path: Path) -> None:
-    body = (
-        '<g transform="translate(4 5) rotate(90)"><path id="p" d="M0 0 H2"/><circle r="1" transform="scale(1 2)"/></g>'
-    )
-    imported = import_drawing(svg(tmp_path, body), METRES)
-    line = imported.template.segments[0].curve()
-    assert (line.x_m, line.y_m, *line.end[:2]) == pytest.approx((4, -5, 4, -7), abs=1e-5)
-    rest = [s.curve() for s in imported.template.segments[1:]]
-    t = np.linspace(0, 2 * math.pi, 500)
-    expected = np.column_stack((4 - 2 * np.sin(t), -5 - np.cos(t)))
-    assert distance_m(expected, rest).max() < 1e-3
-    assert imported.deviation_m < 1e-3
 
 
 def test_svg_curves_arcs_and_sub_paths(tmp_path: Path) -> None:
@@ -284,12 +269,6 @@ def test_circles_tighter_than_an_arc_may_be_become_lines(tmp_path: Path) -> None
     assert imported.skipped == ("circle-1",)
     assert all(segment.line for segment in imported.template.segments)
     assert imported.deviation_m <= 5e-3
-
-
-def test_an_imported_template_is_one(tmp_path: Path) -> None:
-    template = import_drawing(svg(tmp_path, '<ellipse cx="5" cy="5" rx="5" ry="4"/>')).template
-    assert parse_template(template.to_json()) == template
-    plan(template, Vehicle())
 
 
 @pytest.mark.parametrize(

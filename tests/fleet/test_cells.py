@@ -58,12 +58,6 @@ def test_a_point_in_a_polygon_is_its_own_nearest():
     assert nearest_in(corners, 4, 3 + 4j) == 2 + 1j
 
 
-def test_a_stopping_segment_ends_where_braking_does():
-    poses = np.array([(1.0, 2.0, 0.0, 0.5), (1.0, 2.0, math.pi / 2, -0.4), (1.0, 2.0, 0.7, 0.0)])
-    found = stopping_segments(poses, 0.5)
-    assert found == pytest.approx(segments((1, 2, 1.25, 2), (1, 2, 1, 1.84), (1, 2, 1, 2)))
-
-
 @pytest.mark.parametrize("area", [square(6.0), L_SHAPE, COURT], ids=["square", "L", "court"])
 @settings(max_examples=30)
 @given(st.lists(points, min_size=1, max_size=8, unique=True))

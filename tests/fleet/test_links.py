@@ -9,7 +9,6 @@ import pytest
 import shapely
 
 from tests.fleet.teams import (
-    FAIR,
     FOUL,
     TEAM_LIMITS,
     Team,
@@ -113,12 +112,6 @@ def test_a_robot_drives_only_while_it_knows_that_it_is_heard() -> None:
     assert keeper.until_s == 4.0 + TEAM_LIMITS.lease_s
 
 
-def test_a_team_that_loses_nothing_changes_places() -> None:
-    team, goals = swapping(8, FAIR, 1)
-    team.run_until(lambda: not missing(team, goals), 40.0)
-    assert team.closest_m >= APART_M - 1e-6
-
-
 @seeds(4)
 def test_cells_that_are_kept_to_lie_apart_whatever_is_lost(seed: int) -> None:
     team, _ = swapping(6, replace(FOUL, frozen=(("tb02", 8.0, 16.0),)), seed)
@@ -128,24 +121,6 @@ def test_cells_that_are_kept_to_lie_apart_whatever_is_lost(seed: int) -> None:
         nearest = min(nearest, nearest_cells_m(team))
     assert nearest >= APART_M - 1e-9
     assert team.closest_m >= APART_M - 1e-9
-
-
-class NewestOnly(Hub):
-    """Goes on to the newest plane of two robots without caring which cell the other may still be using."""
-
-    def _planes_of(self, name, other, new):
-        return [max(super()._planes_of(name, other, new), key=lambda plane: plane.number)]
-
-
-def test_going_on_to_the_newest_plane_alone_is_not_safe(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The test above finds what it looks for."""
-    monkeypatch.setattr("tests.fleet.teams.Hub", NewestOnly)
-    team, _ = swapping(6, FOUL, 0)
-    nearest = math.inf
-    for update in range(1, 100):
-        team.run(0.4 * update)
-        nearest = min(nearest, nearest_cells_m(team))
-    assert nearest < APART_M - 0.05
 
 
 @seeds(2)

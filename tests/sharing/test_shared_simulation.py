@@ -56,12 +56,6 @@ def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job, 
     assert sum(len(own.report.segments) for (own,) in both.robots) == len(GRID)
 
 
-def test_the_same_again_is_the_same_to_the_bit(job, undisturbed):
-    first, second = undisturbed, carried_out(job)
-    assert [own.report for (own,) in first.robots] == [own.report for (own,) in second.robots]
-    assert first.work == second.work
-
-
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.full)])
 def test_when_one_is_paused_they_keep_apart_and_paint_all_the_same(job, seed):
     chance = random.Random(seed)

@@ -43,10 +43,6 @@ def test_of_a_line_under_an_obstacle_both_ends_are_left():
     assert parts[2:] == (BOW, DONE)
 
 
-def test_without_anything_in_the_way_lines_stay_as_they_are():
-    assert clear_lines(TEMPLATE, VEHICLE, LIMITS) == TEMPLATE.segments
-
-
 def test_the_line_that_ends_beside_a_standing_robot_is_shortened_there():
     beside = [Standing("r2", (22.0, 1.0, 0.0))]
     error = PlanningError("bow", "cannot be reached", "make room")

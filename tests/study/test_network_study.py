@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from tests.command import app
 from touchline_research.network import deployments, network_study, swaps
 from touchline_research.network.deployments import AskedSpread, deployment_table
-from touchline_research.network.moving_picture import BODY, TOUCHING, moving_picture, touching
+from touchline_research.network.moving_picture import BODY, TOUCHING, moving_picture
 from touchline_research.network.network_study import NetworkStudy, TeamCounts, run_network_study
-from touchline_research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial, listed
+from touchline_research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial
 
 # With cold kernels on a busy machine the first use takes a minute or two.
 pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
@@ -128,22 +128,6 @@ def test_the_moving_picture_shows_every_body_and_who_touches(study: NetworkStudy
             at = [float(each) for each in times.split(";")]
             assert at[0] == 0.0 and at == sorted(at) and at[-1] <= 1.0
             assert len(at) == len((animation.get("values") or "").split(";"))
-
-
-def test_who_touches_is_seen_for_a_while(study: NetworkStudy) -> None:
-    record = of_rules(study, BEARING)
-    frames = len(record.trace.times_s)
-    seen = touching(record, frames)
-    time_s, who = record.trace.touched[0]
-    at = next(k for k, update_s in enumerate(record.trace.times_s) if update_s >= time_s)
-    assert seen[at : at + 2, list(who)].all() and not seen[:at].any()
-    assert not touching(of_rules(study, OURS), frames).any()
-
-
-def test_values_of_seeds_are_listed() -> None:
-    assert listed([2.0, 2.0], ".1f", " s") == "2.0 s"
-    assert listed([2, 3, 4], "d") == "2, 3, 4"
-    assert listed([5, 1, 4, 2], "d", " m") == "1 to 5 m"
 
 
 def test_a_trial_is_reproducible() -> None:

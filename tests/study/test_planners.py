@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 
@@ -14,11 +13,11 @@ from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline_research.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from touchline_research.pairs import close_pairs, joints, random_pairs, tally
+from touchline_research.pairs import close_pairs, random_pairs, tally
 from touchline_research.pitch import Pitch
 from touchline_research.sent import CHORD_M, as_biarcs, as_chords
 from touchline_research.sent import joints as joints_of
-from touchline_research.study_ccd import CLOSEST_M, StudyContinuousDubins
+from touchline_research.study_ccd import CLOSEST_M
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 KAPPA, SIGMA = STUDY_KAPPA_1PM, 1.0
@@ -55,12 +54,6 @@ def test_a_small_turn_winds_a_full_circle_where_ours_does_not() -> None:
     assert abs(theirs.end.point - goal.pose.point) < 1e-9
 
 
-def test_turns_above_the_limit_deflection_are_the_usual_ones() -> None:
-    quarter = PiecePath(ORIGIN, ContinuousTurn(KAPPA, SIGMA).pieces(0.5 * math.pi))
-    theirs = StudyContinuousDubins(KAPPA, SIGMA).connect(ORIGIN, quarter.end)
-    assert PiecePath(ORIGIN, theirs).length_m == pytest.approx(quarter.length_m, rel=1e-9)
-
-
 def test_lsr_and_rsl_are_missing() -> None:
     """A change of lane, which plain Dubins drives as LSR, takes turns of one hand."""
     path = PiecePath(ORIGIN, STUDY_CCD.method(KAPPA, 7.0).connect(ORIGIN, PathPose(12.0, 6.0, 0.0)))
@@ -74,13 +67,6 @@ def test_close_poses_fail_and_ours_do_not() -> None:
     assert ours.feasible == ours.continuous == ours.tried == 60
     with pytest.raises(PlanningError, match=r"closer than 0\.1 m"):
         STUDY_CCD.method(KAPPA, SIGMA).connect(ORIGIN, PathPose(0.99 * CLOSEST_M, 0.0, 0.0))
-
-
-def test_random_pairs_are_complete_for_all() -> None:
-    for contestant in (DPP, STUDY_CCD, OURS):
-        found = tally(contestant.method(KAPPA, SIGMA), random_pairs(100), 100, KAPPA, SIGMA)
-        assert found.complete == found.feasible == 100, contestant.name
-        assert found.continuous == (0 if contestant is DPP else 100)
 
 
 def test_a_failed_or_wrong_transition_is_counted() -> None:
@@ -99,14 +85,6 @@ def test_a_failed_or_wrong_transition_is_counted() -> None:
     assert tally(OURS.method(2.0, 4.0), random_pairs(20), 20, KAPPA, SIGMA).feasible < 20
 
 
-def test_curvature_is_kept_at_arcs_by_ours_only() -> None:
-    counts = [
-        tally(c.method(KAPPA, SIGMA), joints(5, (0.0, 0.5, -0.5)), 45, KAPPA, SIGMA).continuous
-        for c in (DPP, STUDY_CCD, OURS)
-    ]
-    assert counts == [0, 5, 45]
-
-
 def test_its_chords_turn_at_every_joint_and_our_arcs_do_not(pitch: Pitch) -> None:
     transition = PiecePath(ORIGIN, ContinuousTurn(KAPPA, SIGMA).pieces(2.0))
     gap, kink, _ = joints_of(as_chords(transition))
@@ -116,12 +94,6 @@ def test_its_chords_turn_at_every_joint_and_our_arcs_do_not(pitch: Pitch) -> Non
     assert max(gap.max(), kink.max()) < 1e-9
     ideal = as_chords(transition)[:, 4].sum()
     assert ideal == pytest.approx(transition.length_m, abs=1e-5)
-
-
-def test_joints_are_measured() -> None:
-    rows = np.array([[0.0, 0.0, 0.0, 0.0, 1.0], [1.0, 0.003, 0.01, 0.5, 1.0]])
-    gap, kink, step = joints_of(rows)
-    assert (gap[0], kink[0], step[0]) == pytest.approx((0.003, 0.01, 0.5))
 
 
 @given(pose_pairs())

@@ -3,9 +3,7 @@
 import csv
 import io
 import json
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 from touchline.schemas.catalogue import load_template
@@ -13,10 +11,8 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.planner.plots.actuator_picture import plot_actuators
 from touchline.services.planner.plots.actuator_series import actuator_series
-from touchline.services.planner.plots.plan_picture import plot_plan
-from touchline_research import continuity, figures
+from touchline_research import continuity
 from touchline_research.driven_template import DPP, OURS, STUDY_CCD
 from touchline_research.pitch import Pitch, length_rows
 from touchline_research.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
@@ -93,41 +89,8 @@ def test_row_1_tells_what_fails() -> None:
     assert "study CCD on close" in row.note
 
 
-def test_actuator_series_agree_with_the_plan(square: Template) -> None:
-    vehicle = Vehicle()
-    planned = plan(square, vehicle, PlanOptions(order="given", forward_only=True))
-    series = actuator_series(planned, 1e-3)
-    assert np.all(np.diff(series.time_s) >= 0.0)
-    assert series.time_s[-1] == pytest.approx(planned.report.total_time_s, abs=0.1)
-    assert np.abs(series.value).max() == pytest.approx(max(each.max for each in planned.report.actuators), rel=1e-3)
-    moved = np.diff(series.time_s) * 0.5 * (series.speed_mps[1:] + series.speed_mps[:-1])
-    assert moved.sum() == pytest.approx(planned.report.total_length_m, abs=0.01)
-    rates = np.diff(series.value, axis=1) / np.diff(series.time_s)
-    smooth = np.abs(np.diff(series.rate, axis=1)).max(axis=0) < 0.5
-    middle = 0.5 * (series.rate[:, 1:] + series.rate[:, :-1])
-    late = smooth & (series.speed_mps[1:] > 0.3) & (np.diff(series.time_s) > 1e-5)
-    assert np.abs(rates - middle)[:, late].max() < 0.5
-
-
 def test_a_weaker_robot_breaks_its_limits(square: Template) -> None:
     planned = plan(square, Vehicle(), PlanOptions(order="given", forward_only=True))
     series = actuator_series(planned, 0.01)
     assert series.violations(Vehicle().changed(drive={"max_wheel_acceleration_radps2": 5.0})) > 0
     assert series.violations(Vehicle().changed(drive={"max_wheel_speed_radps": 9.0})) > 0
-
-
-@pytest.mark.full
-def test_plots_are_drawn_the_same_every_time(square: Template, pitch: Pitch, tmp_path: Path) -> None:
-    planned = plan(square, Vehicle(), PlanOptions(order="given", forward_only=True))
-    for colour in ("plain", "speed", "curvature"):
-        plot_plan(planned, square, tmp_path / "a.svg", colour, Vehicle())
-        assert (tmp_path / "a.svg").read_text().startswith("<?xml")
-    plot_plan(planned, square, tmp_path / "b.svg", colour, Vehicle())
-    assert (tmp_path / "a.svg").read_text() == (tmp_path / "b.svg").read_text()
-    plot_actuators(planned, square, Vehicle(), tmp_path / "wheels.png")
-    assert (tmp_path / "wheels.png").read_bytes().startswith(b"\x89PNG")
-    figures.plot_curvature(pitch, tmp_path / "curvature.svg")
-    figures.plot_length((1.0, 2.1), {"ours": [0.02, 0.01], "study CCD": [0.1, 0.1]}, 0.009, tmp_path / "length.svg")
-    still = np.linspace(0.0, 1.0, 5)
-    figures.plot_acceleration({"ours": (still, still), "DPP": (still, 2 * still)}, tmp_path / "acceleration.svg")
-    assert len(list(tmp_path.glob("*.svg"))) == 5

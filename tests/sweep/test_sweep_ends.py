@@ -20,7 +20,7 @@ from touchline.cli.options import ExitCode
 from touchline.jobs.single import simulation
 from touchline.jobs.single.simulation import Job, simulate
 from touchline.jobs.sweep import task as sweep_task
-from touchline.jobs.sweep.summary import statistics, summarise, write_csv
+from touchline.jobs.sweep.summary import summarise, write_csv
 from touchline.jobs.sweep.task import SweepRun, Task, prepare, run_figures
 from touchline.jobs.task_pool import here, in_processes
 from touchline.schemas.catalogue import load_template
@@ -68,11 +68,6 @@ def test_a_runs_figures_are_those_of_its_report():
     numbers = itertools.count(1)
     given = {name: next(numbers) for name in run_figures(TraversalReport())}
     assert run_figures(TraversalReport(**given)) == given
-
-
-def test_the_worst_seed_is_that_of_the_worst_run_whatever_seeds_there_are():
-    runs = [SweepRun(0, seed, True, "", {"gap_m": gap}) for seed, gap in ((40, 0.1), (7, 0.3), (19, 0.2))]
-    assert statistics("gap_m", runs)["worst_seed"] == 7
 
 
 def test_a_line_of_the_csv_says_what_was_set(tmp_path):
