@@ -144,16 +144,6 @@ def test_any_chain_of_curves_stays_within_the_tolerance(
         assert all(math.dist(a.end[:2], (b.x_m, b.y_m)) < 1e-6 for a, b in itertools.pairwise(strokes.curves))
 
 
-@given(st.lists(points, min_size=2, max_size=30))
-@settings(max_examples=6, deadline=None)
-def test_so_does_any_chain_of_short_lines(steps: list[tuple[float, float]]) -> None:
-    ends = list(itertools.accumulate(((x / 40, y / 40) for x, y in steps), lambda p, q: (p[0] + q[0], p[1] + q[1])))
-    lines = tuple(Curve.from_line(a, b) for a, b in itertools.pairwise(ends) if a != b)
-    strokes = Strokes.of(Outline("chain", lines), DETAIL)
-    if strokes.kind is StrokeKind.LINES:
-        assert apart_m(strokes.drawn, strokes.curves) <= DETAIL.stray_m + 1e-3
-
-
 def test_curves_that_nobody_would_draw_are_no_work(tmp_path: Path) -> None:
     """Huge coordinates are refused before anything is fitted to them."""
     with pytest.raises(SpecError, match=r"reaches [0-9,]+ m from its centre origin; check --scale"):

@@ -54,11 +54,3 @@ def test_a_wall_that_is_touched_between_two_exchanges_is_a_contact_and_told_once
     told.take("a", way(9, 5.9, 5.9, 5.9))
     assert told.look(9) == ()
     assert told.contacts.at_walls == [0, 0]
-
-
-def test_who_begins_beyond_a_wall_has_not_run_into_it() -> None:
-    told = ReportedContacts(["a", "b"], 0.2, FIELD)
-    told.take("a", way(2, 9.5, 9.4))
-    assert told.look(2) == ()
-    told.take("a", way(4, 8.0, 8.9))
-    assert told.look(4) == ("a",)

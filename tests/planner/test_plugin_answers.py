@@ -76,8 +76,6 @@ class Wild:
 
 METHODS_OF_OTHERS = {
     "a NaN length": (turning(spoiled(length_m=math.nan)), "'length_m': nan"),
-    "a NaN curvature": (turning(spoiled(curvature_1pm=math.nan)), "'curvature_1pm': nan"),
-    "an endless piece": (turning(spoiled(length_m=math.inf)), "'length_m': inf"),
     "a negative length": (turning(spoiled(length_m=-1.0)), "'length_m': -1.0"),
     "no direction": (turning(spoiled(direction=0)), "'direction': 0"),
     "a way to elsewhere": (turning(spoiled(sharpness_1pm2=0.0)), "from its goal"),
