@@ -58,11 +58,11 @@ class Robot(Protocol):
 
 
 class EmulatedRobot:
-    """World and sensors of the emulator, wheels commanded open loop."""
+    """World and sensors of the emulator, actuators commanded open loop."""
 
-    def __init__(self, scenario: Scenario, seed: int) -> None:
+    def __init__(self, scenario: Scenario, seed: int, vehicle: Vehicle = VEHICLE) -> None:
         scenario = scenario.model_copy(update={"seed": seed})
-        self.world, self.sensors = World(VEHICLE, scenario), Sensors(VEHICLE, scenario)
+        self.world, self.sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
         self.silent = False
         self._tick = 0
 
@@ -71,10 +71,13 @@ class EmulatedRobot:
         return self.world.pose
 
     def step(self, speed: float, yaw_rate: float) -> SensorFrame:
-        self._tick += 1
         rim = VEHICLE.drive.half_track_m * yaw_rate
         left, right = (speed - rim) / VEHICLE.drive.wheel_radius_m, (speed + rim) / VEHICLE.drive.wheel_radius_m
-        self.world.step(Command((left, right), False, False), self._tick)
+        return self.command(left, right)
+
+    def command(self, *actuators: float) -> SensorFrame:
+        self._tick += 1
+        self.world.step(Command(actuators, False, False), self._tick)
         frame = self.sensors.read(self._tick, self.world.state)
         return frame._replace(gnss=()) if self.silent else frame
 

@@ -13,15 +13,13 @@ import numpy as np
 from scipy.special import chdtri
 
 from benchmarks._settings import Small
-from benchmarks.estimator import Check, error
+from benchmarks.estimator import Check, EmulatedRobot, error
 from touchline.onboard import filter_model as m
 from touchline.onboard.estimation.filter import Estimator
-from touchline.onboard.interface import Command, SensorFrame
+from touchline.onboard.interface import SensorFrame
 from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER as VEHICLE
-from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world.world import World
 
 CLAY = Scenario(ground=Ground(surface="clay"))
 ONBOARD = OnboardConfig(drive=DriveSheet(slip_relative=0.03))
@@ -43,18 +41,8 @@ SMALL = Small(
 )
 
 
-class EmulatedRoller:
-    """World and sensors of the emulator, drum and steering commanded open loop."""
-
-    def __init__(self, seed: int, scenario: Scenario = CLAY) -> None:
-        scenario = scenario.model_copy(update={"seed": seed})
-        self.world, self.sensors = World(VEHICLE, scenario), Sensors(VEHICLE, scenario)
-        self.silent = False
-        self._tick = 0
-
-    @property
-    def pose(self) -> tuple[float, float, float]:
-        return self.world.pose
+class EmulatedRoller(EmulatedRobot):
+    """An emulated roller, drum and steering commanded open loop."""
 
     @property
     def steering_rad(self) -> float:
@@ -62,11 +50,7 @@ class EmulatedRoller:
         return float(self.world.figures.drive.offset_rad)
 
     def step(self, speed: float, steering_rad: float) -> SensorFrame:
-        self._tick += 1
-        command = Command((speed / VEHICLE.drive.drum_radius_m, steering_rad), False, False)
-        self.world.step(command, self._tick)
-        frame = self.sensors.read(self._tick, self.world.state)
-        return frame._replace(gnss=()) if self.silent else frame
+        return self.command(speed / VEHICLE.drive.drum_radius_m, steering_rad)
 
 
 Course = Callable[[int], tuple[float, float]]
@@ -113,7 +97,7 @@ class Run(NamedTuple):
 
 def drive(course: Course, ticks: int, seed: int, silent_from: int | None = None, scenario: Scenario = CLAY) -> Run:
     """A new roller along a course."""
-    run = Run(EmulatedRoller(seed, scenario), Estimator(VEHICLE, ONBOARD))
+    run = Run(EmulatedRoller(scenario, seed, VEHICLE), Estimator(VEHICLE, ONBOARD))
     go_on(run, course, 1, ticks, silent_from)
     return run
 

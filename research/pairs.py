@@ -54,9 +54,9 @@ def random_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
         yield Pair(CurveEnd(PathPose(x0, y0, first), 0.0), CurveEnd(PathPose(x1, y1, last), 0.0))
 
 
-def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
+def close_pairs(count: int) -> Iterator[Pair]:
     """Generate poses less than 0.1 m apart with any headings; of ten, one coincides, and one but for the heading."""
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(SEED)
     for k in range(count):
         x, y = generator.uniform(0.0, BOX_M, 2).tolist()
         first, last = generator.uniform(-math.pi, math.pi, 2).tolist()

@@ -161,17 +161,6 @@ def test_only_the_neighbourhood_of_a_sliver_changes() -> None:
     assert apart(drawn, curves) < 2.1e-3
 
 
-def test_a_walk_far_off_finds_its_way_back() -> None:
-    """Of the lines near the slivers none can be met where enough of it is left."""
-    millimetres = [
-        *((0.0, 0.0), (4.4, 0.0), (-4.38, 0.77), (6.04, 0.32), (-5.11, 1.77), (22.81, -7.02), (6.8, -2.05)),
-        *((23.76, -7.26), (-3.14, -1.58), (8.1, -4.6), (-13.76, 0.5), (-1.53, 1.49), (-13.37, 1.4), (8.95, 1.48)),
-        (0.88, 0.94),
-    ]
-    drawn = polyline(*((x / 1e3, y / 1e3) for x, y in millimetres))
-    assert apart(drawn, painted(Outline("scribble", tuple(drawn)))) < 5e-3
-
-
 @given(st.floats(0.1, 20.0), st.floats(0.1, 20.0), st.floats(-7.0, 7.0), st.floats(0.1, 6.28), st.booleans())
 @settings(max_examples=15, deadline=None)
 def test_an_ellipse_is_followed_within_a_millimetre(a: float, b: float, begin: float, sweep: float, back: bool) -> None:

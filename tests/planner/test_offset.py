@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.planner.strategies import template_segments
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
@@ -29,12 +28,6 @@ def arc(radius: float, sweep: float) -> TemplateSegment:
 
 def one(segment: TemplateSegment, vehicle: Vehicle = TURF_TANK) -> Stroke:
     return strokes((segment,), vehicle, CURVATURE_MAX)[0]
-
-
-def test_the_robot_drives_left_of_its_right_hand_nozzle() -> None:
-    assert one(line((0, 0), (2, 0))).robot == Curve(0.0, K, 0.0, 0.0, 2.0)
-    back = one(line((2, 0), (0, 0))).robot
-    assert (back.x_m, back.y_m) == pytest.approx((2.0, -K))
 
 
 def test_arcs_change_radius_by_the_offset_and_the_direction() -> None:

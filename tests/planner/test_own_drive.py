@@ -44,7 +44,7 @@ def of_roller(name: str = "tennis", **options: object) -> tuple[Plan, Vehicle]:
 @pytest.mark.parametrize(
     "options", with_full({}, full=({"method": "ccd"}, {"forward_only": True}, {"order": "optimised"}))
 )
-def test_it_plans_within_its_own_limits(options: dict[str, object]) -> None:
+def test_it_plans_within_its_own_limits_and_is_drawn(options: dict[str, object], tmp_path: Path) -> None:
     planned, vehicle = of_roller(**options)
     drive, report = vehicle.drive, planned.report
     assert isinstance(drive, DrumDrive)
@@ -62,6 +62,10 @@ def test_it_plans_within_its_own_limits(options: dict[str, object]) -> None:
     assert [each.max for each in report.actuators] == pytest.approx([drum, steering], rel=1e-3)
     assert report.actuators[1].max_rate <= drive.max_steering_rate_radps * (1 + 1e-6)
     assert 0.0 < report.battery_wh < 100.0
+    plot_actuators(planned, load_template("tennis"), vehicle, tmp_path / "own.svg")
+    text = (tmp_path / "own.svg").read_text()
+    for words in ("drum wheel", "steering steering", "steering rate (rad/s)", "wheel acceleration (rad/s²)"):
+        assert words in text
 
 
 def test_the_shipped_drive_plans_the_same_beside_it() -> None:
@@ -69,14 +73,6 @@ def test_the_shipped_drive_plans_the_same_beside_it() -> None:
     before = encode(plan(template, Vehicle()).trajectory)
     of_roller()
     assert encode(plan(template, Vehicle()).trajectory) == before
-
-
-def test_it_is_drawn(tmp_path: Path) -> None:
-    planned, vehicle = of_roller("study-square")
-    plot_actuators(planned, load_template("study-square"), vehicle, tmp_path / "own.svg")
-    text = (tmp_path / "own.svg").read_text()
-    for words in ("drum wheel", "steering steering", "steering rate (rad/s)", "wheel acceleration (rad/s²)"):
-        assert words in text
 
 
 def test_it_is_in_the_help_and_printed_as_a_file_that_can_be_given(tmp_path: Path) -> None:

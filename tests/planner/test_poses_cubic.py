@@ -76,7 +76,7 @@ def test_bend_is_what_differences_find(start, goal, leaving, arriving, s):
     assert sharpness == pytest.approx(twist, rel=1e-2, abs=1e-2)
 
 
-@pytest.mark.parametrize("distance_m", np.geomspace(0.05, 20.0, 12).tolist())
+@pytest.mark.parametrize("distance_m", [0.05, 1.0, 20.0])
 def test_straight_ahead_the_chosen_curve_is_a_line_that_goes_on_forward(distance_m):
     found = AUTO.between(ORIGIN, PathPose(distance_m, 0.0, 0.0), WAFFLE)
     (piece,) = found.path.pieces

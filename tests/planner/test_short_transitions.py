@@ -17,7 +17,7 @@ from tests.with_full import with_full
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.g2 import Steering
-from touchline.services.planner.steering.method import CurveEnd, before, through_straights
+from touchline.services.planner.steering.method import CurveEnd, through_straights
 from touchline.services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS, STRETCH_MIN_M
 from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, ramp, spiral
 from touchline.services.planner.steering.word_lengths import word_lengths
@@ -265,21 +265,3 @@ def test_lengths_of_words_are_those_of_single_paths(box_m: float) -> None:
             start, goal = CurveEnd(PathPose(*s[:3]), s[3]), CurveEnd(PathPose(*g[:3]), g[3])
             transition = through_straights(words, start, goal)
             assert measured[i, j] == pytest.approx(PiecePath(start.pose, transition).length_m, abs=TOLERANCE)
-
-
-def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:
-    starts, goals = random_rows(20, 30.0, 0.0), random_rows(21, 30.0, 0.0)[:20]
-    plain, dear, dearer = (
-        np.diag(word_lengths(starts, goals, 1.125, 2.1, turn_weight=weight)) for weight in (1.0, 2.0, 4.0)
-    )
-    turns = dear - plain
-    assert np.all(turns > 0.0)
-    assert np.all(turns < plain)
-    # The words that are chosen may change in favour of fewer turns.
-    assert np.all(dearer <= plain + 3.0 * turns + TOLERANCE)
-
-
-def test_a_ramp_into_a_goal_ends_there() -> None:
-    goal = PathPose(3.0, 4.0, 1.0)
-    into = (Piece(0.3, 0.0, 1.0),)
-    assert PiecePath(before(goal, into), into).end == pytest.approx(goal)

@@ -73,12 +73,6 @@ def test_turns_of_any_deflection_end_on_the_turning_circle(bounds: tuple[float, 
     assert abs(centre + turn.centre.conjugate()) < 1e-11
 
 
-def test_partial_turn_meets_the_full_one_at_the_limit_deflection() -> None:
-    turn = ContinuousTurn(1.125, 2.1)
-    below, above = turn.length(turn.limit_deflection * (1 - 1e-12)), turn.length(turn.limit_deflection)
-    assert below == pytest.approx(above, rel=1e-9)
-
-
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_straight_ahead_is_straight(method: TransitionMethod) -> None:
     goal = PathPose(0.05, 0.0, 0.0)
@@ -136,18 +130,6 @@ def test_every_word_reaches_the_goal(pair: tuple[PathPose, PathPose], bounds: tu
             path = PiecePath(start, word.pieces(turn))
             assert miss(path, goal) < ENDS_TOLERANCE, word
             assert path.length_m == pytest.approx(word.length(turn), abs=1e-10)
-
-
-@given(pose_pairs(), limits)
-def test_curvature_continuity_costs_length_and_a_mirror_image_costs_nothing(
-    pair: tuple[PathPose, PathPose], bounds: tuple[float, float]
-) -> None:
-    start, goal = pair
-    plain, smooth = ArcTurn(bounds[0]), ContinuousTurn(*bounds)
-    length = shortest_word(start, goal, smooth).length(smooth)
-    assert length >= shortest_word(start, goal, plain).length(plain) - 1e-8
-    mirrored = (PathPose(p.x_m, -p.y_m, -p.heading_rad) for p in pair)
-    assert shortest_word(*mirrored, smooth).length(smooth) == pytest.approx(length, abs=1e-7)
 
 
 @given(pose_pairs(), limits, floats(-1.0, 1.0), floats(-1.0, 1.0))

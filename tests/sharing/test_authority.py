@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from tests.planner.drawn import drawn
 from touchline.onboard import Onboard
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
@@ -18,10 +18,7 @@ from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.loaded_job import Taking
 
 VEHICLE = Vehicle()
-LINES = (("a", (0.0, 0.0), (6.0, 0.0)), ("b", (6.0, 5.0), (0.0, 5.0)))
-TEMPLATE = Template(
-    name="two", segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, a, b in LINES)
-)
+TEMPLATE = drawn((0.0, 0.0, 6.0, 0.0), (6.0, 5.0, 0.0, 5.0))
 PLAN = plan(TEMPLATE, VEHICLE)
 ON_A, BETWEEN = PLAN.painted[0].start_m + 3.0, 0.5 * (PLAN.painted[0].end_m + PLAN.painted[1].start_m)
 

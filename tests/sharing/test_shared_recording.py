@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.planner.drawn import drawn
 from tests.sharing.stretches import nearest_m
 from touchline.checking.check_session import check_recording
 from touchline.jobs.recording.payload_recorder import PayloadRecorder
@@ -15,15 +16,10 @@ from touchline.recordings.reader import RecordingReader
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import NavPath, PlanOptions
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 
 pytestmark = pytest.mark.xdist_group("shared recording")  # by one worker, so that it is recorded once
-LINES = {"a": ((0.0, 0.0), (4.0, 0.0)), "b": ((5.5, 0.0), (9.5, 0.0))}
-TEMPLATE = Template(
-    name="two",
-    segments=tuple(TemplateSegment(id=name, line=LineSpec(start=a, end=b)) for name, (a, b) in LINES.items()),
-)
+TEMPLATE = drawn((0.0, 0.0, 4.0, 0.0), (5.5, 0.0, 9.5, 0.0))
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from tests.planner.drawn import drawn
 from touchline.jobs.shared import shared_simulation
 from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_simulation import simulate_shared
@@ -11,24 +12,13 @@ from touchline.jobs.shared.team_order import TeamOrder
 from touchline.jobs.single.simulation import GivenDrive, Products, carry_out
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.setup import Setup
-from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.loaded_job import Taking
 
 pytestmark = pytest.mark.xdist_group("shared lines")  # by one worker, so that they are planned and driven once
-GRID = {
-    **{f"row-{k}": ((0.0, 4.0 * k), (12.0, 4.0 * k)) for k in range(4)},
-    "west": ((-1.0, 0.0), (-1.0, 12.0)),
-    "middle": ((6.0, 12.0), (6.0, 0.0)),
-}
-TEMPLATE = Template(
-    name="grid",
-    segments=tuple(
-        TemplateSegment(id=name, line=LineSpec(start=start, end=end)) for name, (start, end) in GRID.items()
-    ),
-)
+TEMPLATE = drawn(*((0.0, 4.0 * k, 12.0, 4.0 * k) for k in range(4)), (-1.0, 0.0, -1.0, 12.0), (6.0, 12.0, 6.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +43,7 @@ def test_two_take_little_more_than_half_the_time_and_paint_everything_once(job, 
     assert both.work.metrics.double_paint_m2 < 0.005
     assert both.apart_m >= APART_M
     assert job.table.gates, "they do come into each other's way here"
-    assert sum(len(own.report.segments) for (own,) in both.robots) == len(GRID)
+    assert sum(len(own.report.segments) for (own,) in both.robots) == len(TEMPLATE.segments)
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.full)])
@@ -93,10 +83,7 @@ def test_without_the_command_the_other_waits_where_it_is_safe_and_gives_up(monke
 
 
 def test_robots_that_never_meet_have_the_hashes_that_each_would_have_alone():
-    lines = [
-        TemplateSegment(id=f"line-{k}", line=LineSpec(start=(60.0 * k, 0.0), end=(60.0 * k + 9.0, 0.0))) for k in (0, 1)
-    ]
-    far = share_job(Template(name="far", segments=tuple(lines)), PlanOptions(), Vehicle(), [None] * 2)
+    far = share_job(drawn((0, 0, 9, 0), (60, 0, 69, 0)), PlanOptions(), Vehicle(), [None] * 2)
     assert not far.table.gates
     setups = [Setup().with_seed(seed) for seed in (1, 2)]
     both = simulate_shared(far, setups, hashed=True)

@@ -5,7 +5,6 @@ from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -14,7 +13,7 @@ from touchline_research.network import deployments, network_study, swaps
 from touchline_research.network.deployments import AskedSpread, deployment_table
 from touchline_research.network.moving_picture import BODY, TOUCHING, moving_picture
 from touchline_research.network.network_study import NetworkStudy, TeamCounts, run_network_study
-from touchline_research.network.team_trials import BEARING, OURS, TeamRecord, TeamTrial
+from touchline_research.network.team_trials import BEARING, OURS, TeamRecord
 
 # With cold kernels on a busy machine the first use takes a minute or two.
 pytestmark = [pytest.mark.full, pytest.mark.timeout(400), pytest.mark.xdist_group("network study")]
@@ -119,10 +118,3 @@ def test_the_moving_picture_shows_every_body_and_who_touches(study: NetworkStudy
     switched = [each.get("values").split(";") for each in red[:10] if each is not None]  # type: ignore[union-attr]
     assert len(switched) >= 2 and all(set(colours) == {BODY, TOUCHING} for colours in switched)
     assert f"{pair[0].trace.contacts[-1]} contacts" in [each.text for each in root.findall(f"{SVG}text")]
-
-
-def test_a_trial_is_reproducible() -> None:
-    trial = TeamTrial(BEARING, 3, 5, "swap", 4.0)
-    one, other = (np.array(trial.run().trace.places) for _ in range(2))
-    assert np.array_equal(one, other)
-    assert not np.array_equal(one, np.array(trial._replace(seed=6).run().trace.places))

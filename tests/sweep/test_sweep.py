@@ -1,5 +1,6 @@
 """Sweeps: which runs, the same wherever they happen, and what is said about them."""
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -102,9 +103,11 @@ def test_the_report_and_its_csv(ran, tmp_path):
         ("pure-pursuit", 8),
     ]
     write_csv(report, tmp_path / "runs.csv")
-    lines = (tmp_path / "runs.csv").read_text().splitlines()
-    assert lines[0].startswith("follower,seed,success,reason,scenario_hash,coverage_pct")
-    assert len(lines) == 5
+    text = (tmp_path / "runs.csv").read_text()
+    assert text.startswith("follower,seed,success,reason,scenario_hash,coverage_pct")
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [(row["follower"], row["seed"]) for row in rows[:3]] == [("mpc", "7"), ("mpc", "8"), ("pure-pursuit", "7")]
+    assert [float(row["gap_m"]) for row in rows] == [run["gap_m"] for run in report["runs"]]
 
 
 def test_the_worst_is_the_least_coverage_and_the_largest_error():

@@ -1,6 +1,5 @@
 """Runs of a sweep that go wrong, figures that must be the report's own, and how a sweep ends."""
 
-import csv
 import dataclasses
 import itertools
 import json
@@ -20,7 +19,6 @@ from touchline.cli.options import ExitCode
 from touchline.jobs.single import simulation
 from touchline.jobs.single.simulation import Job, simulate
 from touchline.jobs.sweep import task as sweep_task
-from touchline.jobs.sweep.summary import summarise, write_csv
 from touchline.jobs.sweep.task import SweepRun, Task, prepare, run_figures
 from touchline.jobs.task_pool import here, in_processes
 from touchline.schemas.catalogue import load_template
@@ -68,18 +66,6 @@ def test_a_runs_figures_are_those_of_its_report():
     numbers = itertools.count(1)
     given = {name: next(numbers) for name in run_figures(TraversalReport())}
     assert run_figures(TraversalReport(**given)) == given
-
-
-def test_a_line_of_the_csv_says_what_was_set(tmp_path):
-    wanted = combined("follower=mpc,pure-pursuit", "gnss.white_m=0.01")
-    runs = [SweepRun(case, 5, True, "", {"gap_m": 0.1 * case}, f"hash{case}") for case in range(2)]
-    write_csv(summarise(wanted, runs), tmp_path / "runs.csv")
-    with (tmp_path / "runs.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["follower"], row["gnss.white_m"], row["seed"], row["gap_m"]) for row in rows] == [
-        ("mpc", "0.01", "5", "0.0"),
-        ("pure-pursuit", "0.01", "5", "0.1"),
-    ]
 
 
 def test_each_combination_begins_with_its_own_seed():
