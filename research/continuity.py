@@ -112,15 +112,10 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
     ]
 
 
-def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
+def joint_row(count: int) -> Row:
     """Row 4: random transitions between lines and arcs to either side, `count` of each of the nine kinds."""
-    total = count * len(ARC_CURVATURES_1PM) ** 2
-    found = [
-        tally(
-            c.method(STUDY_KAPPA_1PM, sigma_1pm2), joints(count, ARC_CURVATURES_1PM), total, STUDY_KAPPA_1PM, sigma_1pm2
-        )
-        for c in CONTESTANTS
-    ]
+    total, limits = count * len(ARC_CURVATURES_1PM) ** 2, (STUDY_KAPPA_1PM, STUDY_SIGMA_1PM2)
+    found = [tally(c.method(*limits), joints(count, ARC_CURVATURES_1PM), total, *limits) for c in CONTESTANTS]
     return Row(
         "4",
         "transitions between lines and arcs, G² with both",

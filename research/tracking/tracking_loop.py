@@ -85,17 +85,17 @@ class Tracked(NamedTuple):
         return np.asarray(np.hypot(self.errors[:, 0], self.errors[:, 1]))
 
 
-def driven_reference(speed_mps: Floats, yaw_rate_radps: Floats, start: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Floats:
-    """Integrate poses (n, 3) of a unicycle from speeds and yaw rates (n,), by Simpson's rule between samples."""
-    heading = start[2] + np.concatenate(([0.0], np.cumsum(0.5 * STEP_S * (yaw_rate_radps[1:] + yaw_rate_radps[:-1]))))
+def driven_reference(speed_mps: Floats, yaw_rate_radps: Floats) -> Floats:
+    """Integrate poses (n, 3) from the origin by speeds and yaw rates (n,), with Simpson's rule between samples."""
+    heading = np.concatenate(([0.0], np.cumsum(0.5 * STEP_S * (yaw_rate_radps[1:] + yaw_rate_radps[:-1]))))
     turned = 0.125 * STEP_S * (yaw_rate_radps[:-1] - yaw_rate_radps[1:])
     middle, pace = 0.5 * (heading[1:] + heading[:-1]) + turned, 0.5 * (speed_mps[1:] + speed_mps[:-1])
     poses = np.empty((len(heading), 3))
-    poses[0, :2], poses[:, 2] = start[:2], heading
+    poses[0, :2], poses[:, 2] = 0.0, heading
     for axis, part in enumerate((np.cos, np.sin)):
         rates = speed_mps * part(heading)
         steps = STEP_S / 6.0 * (rates[:-1] + 4.0 * pace * part(middle) + rates[1:])
-        poses[1:, axis] = start[axis] + np.cumsum(steps)
+        poses[1:, axis] = np.cumsum(steps)
     return poses
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
+from tests.fleet.teams import whereabouts
 from touchline.fleet.coordination import Coordination
 from touchline.fleet.start_poses import free_area
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TeamScenario
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
@@ -13,10 +13,8 @@ PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0)}
 
 def says(team: Coordination, name: str, now_s: float) -> None:
     """The robot, which stands, has adopted what it was told."""
-    x, y = PLACES[name]
     number = team.guidance()[name].number if name in team.guidance() else 0
-    said = Whereabouts(stamp_s=now_s, x_m=x, y_m=y, stop_x_m=x, stop_y_m=y, adopted=number, decided=number)
-    team.hear(name, said, now_s)
+    team.hear(name, whereabouts(PLACES[name], stamp_s=now_s, adopted=number, decided=number), now_s)
 
 
 def run(team: Coordination, names: str, since_s: float, until_s: float) -> None:

@@ -1,11 +1,12 @@
 """What a coordinator reports of a task that has ended."""
 
+import numpy as np
 import pytest
 
+from tests.fleet.teams import whereabouts
 from touchline.fleet.coordination import Coordination
 from touchline.fleet.start_poses import free_area
 from touchline.fleet.task_statistics import TaskStatistics
-from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TeamScenario
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.5, 1.0)}
@@ -18,16 +19,8 @@ def run(team: Coordination, books: TaskStatistics, names: str, since_s: float, u
         for name in names:
             x, y = PLACES[name]
             number = team.guidance()[name].number if name in team.guidance() else 0
-            said = Whereabouts(
-                stamp_s=tick / 10.0,
-                x_m=x,
-                y_m=y,
-                stop_x_m=x + 0.1 * (name == "a"),
-                stop_y_m=y,
-                adopted=number,
-                decided=number,
-            )
-            team.hear(name, said, tick / 10.0)
+            stops = np.array((x, y, x + 0.1 * (name == "a"), y))
+            team.hear(name, whereabouts(stops, stamp_s=tick / 10.0, adopted=number, decided=number), tick / 10.0)
         books.count(len(names), len(team.guidance()))
         if tick % 4 == 0:
             team.update(tick / 10.0)

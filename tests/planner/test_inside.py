@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from tests.planner.drawn import box, drawn, lines
 from tests.planner.strategies import floats
 from tests.planner.test_standing import SPINNING, there_and_back
-from touchline.schemas.catalogue import parse_template
-from touchline.schemas.errors import PlanningError, SpecError
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
@@ -151,17 +150,6 @@ def test_a_line_walled_in_names_what_cannot_be_reached() -> None:
     template = drawn((0, 0, 8, 0), (30, 0, 38, 0), obstacles=ring)
     with pytest.raises(PlanningError, match=r'segment "s\d" (cannot be reached|leaves no room).* would touch'):
         plan(template, VEHICLE, REFUSING, enough=lambda: True)  # other orders are of no use
-
-
-@pytest.mark.parametrize(
-    ("corners", "expected"),
-    [("[[0,0],[1,1],[1,0],[0,1]]", "must not cross"), ("[[0,0],[1,1]]", "at least 3"), ("[[0,0],[1,1],[2,2]]", "area")],
-)
-def test_bad_outlines_are_refused_with_the_field(corners: str, expected: str) -> None:
-    line = '{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}'
-    with pytest.raises(SpecError, match=expected) as error:
-        parse_template(f'{{"name": "n", "segments": [{line}], "boundary": {{"corners": {corners}}}}}')
-    assert "boundary" in str(error.value)
 
 
 def test_the_body_is_clear_where_it_reverses_and_turns_on_the_spot() -> None:

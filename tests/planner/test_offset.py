@@ -30,14 +30,6 @@ def one(segment: TemplateSegment, vehicle: Vehicle = TURF_TANK) -> Stroke:
     return strokes((segment,), vehicle, CURVATURE_MAX)[0]
 
 
-def test_arcs_change_radius_by_the_offset_and_the_direction() -> None:
-    left, right = one(arc(3.0, 1.0)), one(arc(3.0, -1.0))
-    assert left.robot.curvature_1pm == pytest.approx(1 / (3.0 - K))
-    assert right.robot.curvature_1pm == pytest.approx(-1 / (3.0 + K))
-    assert not left.flipped
-    assert not right.flipped
-
-
 def test_an_arc_too_tight_one_way_is_painted_the_other_way() -> None:
     stroke = one(arc(1.0, 1.0))
     assert stroke.flipped

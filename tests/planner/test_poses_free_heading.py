@@ -47,11 +47,6 @@ def test_bearing_looks_along_the_chord(x, y, heading):
     assert abs(math.remainder(end.heading_rad - wanted, math.tau)) < 1e-9
 
 
-def test_bearing_at_the_place_itself_keeps_the_heading():
-    start = PathPose(1.0, 1.0, 0.7)
-    assert Bearing().between(start, start._replace(heading_rad=math.nan), TRAVELLER).path.length_m == 0.0
-
-
 def test_dubins_says_which_heading_it_has_chosen():
     found = DubinsPaths().between(ORIGIN, PathPose(2.0, 1.0, math.nan), TRAVELLER)
     assert found.note.startswith(f"heading {found.path.end.heading_rad:.3f} rad")

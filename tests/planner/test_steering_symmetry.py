@@ -93,17 +93,3 @@ def test_the_transitions_of_an_image_are_the_images_of_the_transitions(share: fl
                 for transition, other in zip(found, others, strict=True):
                     assert length(other) == pytest.approx(length(transition), abs=LENGTH_TOLERANCE_M)
                     assert table(other) == pytest.approx(table(of_transition(transition)), abs=SHAPE_TOLERANCE)
-
-
-def test_the_images_of_a_transition_with_a_flat_turn_are_its_transitions() -> None:
-    """Two turns of full sharpness make 2.664 m; the first of the shortest has less than half of that sharpness."""
-    steering = Steering(1.3126, 7.0)
-    start, goal = PathPose(0.609220037, 1.749076837, 0.145518542), PathPose(0.022687158, 0.237469681, 3.040370346)
-    query = CurveEnd(start, 0.0), CurveEnd(goal, 0.0)
-    found = min(transitions(steering, query), key=length)
-    assert length(found) == pytest.approx(2.63832335, abs=1e-8)
-    assert abs(found[0].sharpness_1pm2) < 3.5
-    for of_query, of_transition in IMAGES:
-        other = min(transitions(steering, of_query(query)), key=length)
-        assert length(other) == pytest.approx(length(found), abs=LENGTH_TOLERANCE_M)
-        assert table(other) == pytest.approx(table(of_transition(found)), abs=SHAPE_TOLERANCE)

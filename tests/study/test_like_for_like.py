@@ -14,12 +14,10 @@ from touchline_research.driven_template import DPP, study_vehicle
 from touchline_research.durations import painting_seconds
 from touchline_research.like_for_like import (
     LAW,
-    WHEELS,
     Match,
     Setting,
     dubins_padded,
     in_order_of,
-    match,
     match_rows,
     matches,
 )
@@ -52,11 +50,6 @@ def test_at_the_speed_and_curvature_of_the_study_it_is_the_dpp_of_the_study(cour
     seconds, driven = dubins_padded(court, Limits.of(court.vehicle, options))
     assert seconds == pytest.approx(court.drive(DPP).seconds(1.5), rel=1e-6)
     assert driven.length_m == pytest.approx(court.drive(DPP).length_m, rel=1e-6)
-
-
-def test_more_speed_and_curvature_make_dpp_faster_too(court: Pitch) -> None:
-    slow, fast, free = (match(court, Setting(LAW, *s)).dpp_s for s in ((1.5, 1.125), (2.0, 1.125), (2.0, WHEELS)))
-    assert slow > fast > free
 
 
 def test_ours_is_faster_on_a_court_and_its_wheels_can_do_it(matched: dict[Setting, Match]) -> None:

@@ -136,15 +136,10 @@ def test_a_missed_row_makes_the_exit_code(
 ) -> None:
     found = TrackingStudy((table_of(("≤ 2 s", met)),), study.domains)
     monkeypatch.setattr(tracking_study, "run_tracking_study", lambda counts, progress: found)
-    result = CliRunner().invoke(app, ["study", "tracking", "--quick", "--json", "--out", str(tmp_path)])
+    told = ["study", "tracking", "--quick", "--json", "--out", str(tmp_path), "--plots", str(tmp_path)]
+    result = CliRunner().invoke(app, told)
     assert result.exit_code == code
     rows = json.loads(result.stdout)[0]["rows"]
     assert [each["met"] for each in rows] == [None, met]
     assert (tmp_path / "tracking-study.md").read_text().startswith("## what")
-
-
-def test_plots_are_drawn_on_request(study: TrackingStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = TrackingStudy((table_of(("≤ 2 s", True)),), study.domains)
-    monkeypatch.setattr(tracking_study, "run_tracking_study", lambda counts, progress: found)
-    assert CliRunner().invoke(app, ["study", "tracking", "--plots", str(tmp_path)]).exit_code == 0
     assert len(list(tmp_path.glob("tracking-*.png"))) == 3
