@@ -90,7 +90,7 @@ def tightest_radius(smooth: Smooth) -> float:
 
 
 @given(st.lists(points, min_size=3, max_size=4))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_a_bezier_is_followed_within_a_millimetre(control: list[tuple[float, float]]) -> None:
     smooth = bezier(control)
     assume(tightest_radius(smooth) > 0.05)
@@ -104,7 +104,7 @@ def test_a_bezier_is_followed_within_a_millimetre(control: list[tuple[float, flo
 
 
 @given(st.lists(points, min_size=3, max_size=4))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=9, deadline=None)
 def test_the_stated_deviation_is_the_true_one(control: list[tuple[float, float]]) -> None:
     """Cusps, loops and degenerate handles as well: what cannot be met is at least told."""
     smooth = bezier(control)
@@ -118,7 +118,7 @@ def test_the_stated_deviation_is_the_true_one(control: list[tuple[float, float]]
 
 
 @given(st.lists(st.tuples(lengths, st.just(0.0), turns), min_size=1, max_size=25))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_lines_of_any_length_are_bridged_within_half_the_shortest(parts: list[tuple[float, float, float]]) -> None:
     """Hairpins, saws, dust: both ways."""
     drawn = chain(parts)
@@ -129,7 +129,7 @@ def test_lines_of_any_length_are_bridged_within_half_the_shortest(parts: list[tu
 
 
 @given(st.lists(st.tuples(lengths, curvatures, turns), min_size=1, max_size=25))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=9, deadline=None)
 def test_so_are_arcs_of_any_length_and_radius(parts: list[tuple[float, float, float]]) -> None:
     """But for what they bulge between the points looked at."""
     drawn = chain(parts)
@@ -162,7 +162,7 @@ def test_only_the_neighbourhood_of_a_sliver_changes() -> None:
 
 
 @given(st.floats(0.1, 20.0), st.floats(0.1, 20.0), st.floats(-7.0, 7.0), st.floats(0.1, 6.28), st.booleans())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=9, deadline=None)
 def test_an_ellipse_is_followed_within_a_millimetre(a: float, b: float, begin: float, sweep: float, back: bool) -> None:
     assume(min(a, b) ** 2 / max(a, b) > 0.05)
     smooth = ellipse((3.0, -2.0), (a, 0.0), (0.0, b), begin, begin - sweep if back else begin + sweep)

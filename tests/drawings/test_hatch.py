@@ -21,7 +21,7 @@ def painted(strokes: list) -> BaseGeometry:
 
 @given(st.floats(0.13, 6.0), st.floats(0.13, 6.0), st.floats(-2.0, 2.0))
 @example(1.0, 3.0, 2.0)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_a_rectangle_along_the_strokes_is_filled_exactly(width: float, height: float, angle: float) -> None:
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height)])
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
@@ -32,7 +32,7 @@ def test_a_rectangle_along_the_strokes_is_filled_exactly(width: float, height: f
 
 @given(st.lists(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), min_size=3, max_size=8), st.floats(0.0, 3.0))
 @example([(0.0, 0.0), (0.0, -1.0), (6.0987050903478454e-31, 0.0)], 1.0)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_nothing_is_painted_beyond_the_edge(points: list[tuple[float, float]], angle: float) -> None:
     hull = LineString(points).convex_hull
     if hull.geom_type != "Polygon":

@@ -35,11 +35,8 @@ def site(tmp_path: Path) -> Path:
     ("options", "low", "high"),
     [
         ({}, (-20, -15), (20, 15)),
-        ({"areas": True}, (-20, -15), (20, 15)),
         ({"areas": True, "anchor": Anchor.CORNER}, (0, 0), (40, 30)),
         ({"fill": True}, (-20, -15), (20, 15)),
-        ({"detail_m": 0.0}, (-20, -15), (20, 15)),
-        ({"layers": ("lawn",)}, (-15, -10), (15, 10)),
         ({"layers": ("lawn",), "areas": True, "boundary": "edge"}, (-15, -10), (15, 10)),
         ({"layers": ("lawn",), "boundary": "edge", "anchor": Anchor.CORNER}, (0, 0), (30, 20)),
     ],

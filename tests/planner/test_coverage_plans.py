@@ -87,23 +87,28 @@ def test_a_strip_in_which_the_machine_cannot_turn_is_driven_both_sides() -> None
 
 def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
     field, wall = shapely.box(0.0, 0.0, 28.0, 13.0), shapely.box(15.0, -1.0, 16.0, 14.0)
-    route = cover(asked(field, wall, coverage_pct=80.0))
+    route = cover(asked(field, wall, laps=0, coverage_pct=80.0))
     check(route, field.difference(wall))
+    assert not any(piece.kind == "lap" for piece in route.pieces)
     near = route.reachable.intersection(shapely.box(0.0, 0.0, 15.0, 13.0))
     assert covered_pct(route, near) >= 80.0
     assert "m² are left out: the passage to them is too narrow" in route.remarks[-1]
 
 
-def test_laps_that_fit_are_driven_and_what_is_left_out_is_told() -> None:
-    route = cover(asked(shapely.box(0.0, 0.0, 22.0, 12.0), laps=6, coverage_pct=50.0))
-    assert route.remarks[0] == "6 laps are asked for, 3 fit: there is no room further in"
+def test_every_straight_is_driven_or_said_to_be_left_out() -> None:
+    route = cover(asked(shapely.box(0.0, 0.0, 22.0, 16.0), laps=2, coverage_pct=85.0))
     driven = {piece.label for piece in route.pieces if piece.kind in ("lap", "lane")}
     left_out = next(remark for remark in route.remarks if remark.startswith("left out, as turns"))
     told = set(left_out.partition(": ")[2].split("; "))
-    sides = {f"{lap}, side {number}" for lap in ("lap", "lap 2", "lap 3") for number in range(1, 5)}
+    sides = {f"{lap}, side {number}" for lap in ("lap", "lap 2") for number in range(1, 5)}
     lanes = {f"lane {number}" for number in range(1, max(int(label[5:]) for label in driven - sides) + 1)}
     assert not driven & told
     assert driven | told >= sides | lanes
+
+
+def test_laps_that_do_not_fit_are_told() -> None:
+    route = cover(asked(shapely.box(0.0, 0.0, 22.0, 12.0), laps=6, coverage_pct=50.0))
+    assert route.remarks[0] == "6 laps are asked for, 3 fit: there is no room further in"
 
 
 def test_an_area_narrower_than_the_tool_is_covered() -> None:

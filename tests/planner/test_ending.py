@@ -50,7 +50,7 @@ def test_a_given_end_decides_what_is_painted_last() -> None:
 
 
 def test_a_closed_order_takes_less_time_than_going_home_from_an_open_one() -> None:
-    template = load_template("tennis")
+    template = load_template("soccer-7")
     options = PlanOptions(drying_time_s=1e-3)
     open_end = plan(template, VEHICLE, options)
     closed = plan(template, VEHICLE, options.model_copy(update={"return_to_start": True}))

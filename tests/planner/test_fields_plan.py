@@ -1,10 +1,9 @@
 """Every field of lines, at the ends of its parameters' ranges and wherever it lies, can be driven."""
 
-from collections.abc import Iterator
-
 import pytest
 
 from tests.planner.at_once import planned_at_once
+from tests.with_full import with_full
 from touchline.schemas.catalogue import line_templates
 from touchline.schemas.fields import FIELDS
 from touchline.schemas.lettering import Corners, write
@@ -13,18 +12,17 @@ from touchline.schemas.placement import place
 from touchline.schemas.template import Placement, Template
 
 
-def extremes() -> Iterator[tuple[str, dict[str, float | bool]]]:
-    """All least, all most, and every switch turned."""
-    for name in line_templates():
-        field = FIELDS[name]
-        for end in ("least", "most"):
-            values: dict[str, float | bool] = {
-                p.name: not p.default if p.least is None else getattr(p, end) for p in field.parameters
-            }
-            yield name, values
+def extremes(end: str) -> list[tuple[str, dict[str, float | bool]]]:
+    """All least or all most, and every switch turned."""
+    fields = ((name, FIELDS[name].parameters) for name in line_templates())
+    cases = (
+        (name, {p.name: not p.default if p.least is None else getattr(p, end) for p in parameters})
+        for name, parameters in fields
+    )
+    return [(name, values) for name, values in cases if values]
 
 
-@pytest.mark.parametrize(("name", "values"), [case for case in extremes() if case[1]])
+@pytest.mark.parametrize(("name", "values"), with_full(*extremes("least"), full=extremes("most")))
 def test_fields_can_be_driven_at_the_ends_of_their_ranges(name: str, values: dict[str, float | bool]) -> None:
     template = place(FIELDS[name].template(values), Placement(x_m=-300, y_m=120, rotation_deg=33, mirror=True))
     report = planned_at_once(template, PlanOptions(order="given")).report

@@ -76,7 +76,7 @@ wanderings = st.builds(
 
 
 @given(yards, wanderings)
-@settings(max_examples=80)
+@settings(max_examples=30)
 def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Template, path: PiecePath) -> None:
     checker = CollisionChecker.of(template, VEHICLE)
     assert checker is not None

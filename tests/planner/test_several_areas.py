@@ -51,6 +51,11 @@ def test_a_machine_that_stands_in_another_area_sets_out_from_there() -> None:
     for before, after in zip(planned.sections, planned.sections[1:], strict=False):
         assert abs(before.path.end.point - after.path.start.point) < 1e-6
     assert [figures.reachable_pct >= EASY.coverage_pct for figures in planned.report.coverage] == [True]
+
+
+@pytest.mark.full
+def test_the_area_in_which_the_machine_stands_comes_first() -> None:
+    two, roller = template(), load_vehicle("clay-roller")
     both = plan(two, roller, FORWARD.model_copy(update={"start": np.array((30.0, 7.0, 0.0))}))
     swaths = [section.swath_id.partition("#")[0] for section in both.sections if section.swath_id]
     assert swaths == sorted(swaths), "east comes first, as the machine stands there"
@@ -62,7 +67,7 @@ def test_areas_with_a_wall_between_are_refused_with_the_remedy() -> None:
         "obstacles": [{"id": "wall", "corners": box(21.5, -2, 22.5, 16)}],
     }
     with pytest.raises(PlanningError, match=r'no path.*"west".*"east".*template of its own'):
-        plan(template(**parts), load_vehicle("clay-roller"), EASY)
+        plan(template(**parts), load_vehicle("clay-roller"), FORWARD)
 
 
 def test_an_area_without_room_is_named() -> None:

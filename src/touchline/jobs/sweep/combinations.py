@@ -71,6 +71,7 @@ def cases(
     scenario: Scenario,
     options: PlanOptions,
     settings: Mapping[str, Sequence[Any]],
+    config: OnboardConfig | None = None,
 ) -> list[SweepCase]:
     """Return every combination of ``settings``, the last name's values changing fastest.
 
@@ -79,12 +80,13 @@ def cases(
         scenario: Default scenario.
         options: Default planning options.
         settings: Values by name.
+        config: Default configuration of the onboard computer; None: the shipped robot's.
 
     Raises:
         SpecError: A name is not a field, or a value not allowed.
     """
     combinations = [dict(zip(settings, values, strict=True)) for values in itertools.product(*settings.values())]
-    base = SweepCase({}, work, scenario, OnboardConfig(), options)
+    base = SweepCase({}, work, scenario, config or OnboardConfig(), options)
     return [_case(base, setting) for setting in combinations]
 
 
