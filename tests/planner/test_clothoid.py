@@ -65,14 +65,6 @@ def test_joined_merges_lines_and_arcs_and_drops_empty_pieces() -> None:
     assert joined(chain) == (Piece(3.0), Piece(2.0, 0.5), Piece(1.0, 0.5, 1.0))
 
 
-@given(poses, poses)
-def test_seen_from_undoes_moved(a: PathPose, b: PathPose) -> None:
-    displacement, turn = b.seen_from(a)
-    back = a.moved(displacement, turn)
-    assert abs(back.point - b.point) < 1e-13
-    assert abs(cmath.phase(back.direction / b.direction)) < 1e-14
-
-
 def test_turning_on_the_spot_moves_nothing() -> None:
     path = PiecePath(PathPose(1.0, 2.0, 0.0), (Piece.spin(math.pi / 2), Piece(3.0), Piece.spin(-1.0)))
     assert path.length_m == 3.0
