@@ -165,15 +165,6 @@ def test_resume_warns_before_the_robot_moves_off() -> None:
     assert run.onboard.painted.coverage_pct == pytest.approx(100.0)
 
 
-def test_a_resume_while_it_still_brakes_is_no_move_off() -> None:
-    run = under_way()
-    run.onboard.pause()
-    run.ticks(20)
-    run.onboard.resume()
-    run.tick()
-    assert any(run.command.actuators)
-
-
 def test_a_hazard_ends_the_warning() -> None:
     run = under_way()
     run.onboard.pause()

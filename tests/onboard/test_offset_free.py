@@ -9,7 +9,7 @@ import pytest
 
 from tests.onboard.test_followers import standing_inputs
 from touchline.onboard import tracking_state as tracking
-from touchline.onboard.control import MpcFollower, make_follower, mpc
+from touchline.onboard.control import make_follower
 from touchline.onboard.control.lead import lead_ticks
 from touchline.onboard.drives.onboard_drive import command as drive_command
 from touchline.onboard.drives.onboard_drive import drive_of
@@ -79,14 +79,3 @@ def test_curves_are_fed_forward_as_far_ahead_as_the_motors_lag(name: str) -> Non
         ahead[begins:, projection.A_YAW_RATE] = 0.5
         turning.append(make_follower(name, vehicle).step(now, ahead)[1])
     assert turning == pytest.approx([0.5, 0.0], abs=0.02)
-
-
-@pytest.mark.parametrize(("cap", "fallbacks"), [(1, 1), (mpc.ITERATION_CAP, 0)])
-def test_the_solver_gets_its_iteration_cap(monkeypatch: pytest.MonkeyPatch, cap: int, fallbacks: int) -> None:
-    monkeypatch.setattr(mpc, "ITERATION_CAP", cap)
-    follower = MpcFollower(Vehicle())
-    now, ahead = standing_inputs()
-    now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = 0.3
-    now[tracking.HEADING_ERROR] = 0.4
-    follower.step(now, ahead)
-    assert follower.fallbacks == fallbacks

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 import zenoh
 
-from tests.meeting import eventually
 from tests.system.commands import start_touchline, touchline_here
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.ports import free_port
@@ -22,7 +21,6 @@ from touchline.jobs.single.recorded_paint import read_painted
 from touchline.recordings.reader import RecordingReader
 from touchline.schemas import topics
 from touchline.schemas.catalogue import template_text
-from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.messages import (
     CommandRequest,
     Event,
@@ -221,51 +219,6 @@ def test_random_bytes_on_every_topic(site, outsider):
     assert_all_answer(site)
 
 
-def refusal(site, outsider, service, payload):
-    """Text of a refusal; "Timeout" where a busy machine took so long that Zenoh dropped the message."""
-    (reply,) = outsider.get(site.bus.key(service.name), payload=payload, timeout=20.0)
-    return reply.err.payload.to_string()
-
-
-def test_more_than_is_decoded(site, outsider):
-    huge = b"\x00\x01\x00\x00" + os.urandom(1000) + bytes(MAX_PAYLOAD_BYTES)
-    for service in (topics.PLAN_SERVICE, topics.LOAD, topics.RECORD):
-        assert eventually(lambda service=service: "at most" in refusal(site, outsider, service, huge), ANSWER_S)
-    outsider.put(site.bus.key(topics.EVENTS.name), huge)
-    assert_all_answer(site)
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("", "is not JSON"),
-        ("[" * 10_000, "nested"),
-        ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [NaN, 0]}}]}', "end[0] is nan"),
-        (
-            '{"name": "t", "segments": [{"id": "r", "arc": {"start": [0.1, 0], "center": [0, 0], "sweep_angle": 1}}]}',
-            '"r"',
-        ),
-    ],
-    ids=["empty", "deep", "NaN", "undrivable"],
-)
-def test_the_planner_refuses_bad_templates(site, text, says):
-    request = PlanRequest(template_json=text, options={"kappa_max_1pm": 1.125})
-    response = site.bus.call(topics.PLAN_SERVICE, request, ANSWER_S)
-    assert not response.success
-    assert says in response.message
-    assert_all_answer(site)
-
-
-def test_the_planner_refuses_bad_options(site):
-    text, _ = template_text("study-square")
-    for options in ({"method": "magic"}, {"kappa_max_1pm": float("nan")}, {"sigma_max_1pm2": -1.0}, {"start": [1.0]}):
-        request = PlanRequest(template_json=text, options=options)
-        response = site.bus.call(topics.PLAN_SERVICE, request, ANSWER_S)
-        assert not response.success, options
-        assert response.message
-    assert_all_answer(site)
-
-
 def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the_whole_job(site: Site):
     recording = site.folder / "whole job.mcap"
     with Bus.open(topics.OPERATOR, site.bus.config) as bus:
@@ -341,20 +294,6 @@ def test_the_planner_may_die(site: Site, painting):
     wait_until(lambda: observer.look().status.arc_length_m > before + 3.0)
     assert observer.status.state == TraversalStatus.RUNNING
     assert planned(bus, LONG_LINE).path.segments
-
-
-def test_an_emergency_stop_outlives_the_process_that_was_told(site: Site, painting):
-    bus, _, _ = painting
-    assert bus.call(topics.ESTOP, CommandRequest(request_id=new_id())).success
-    site.kill(topics.ROBOT_SIM)
-    again = Observer(bus)
-    wait_until(lambda: again.look().status.state == TraversalStatus.ESTOPPED)
-    assert "before the restart" in again.status.reason
-    refused = bus.call(topics.START, CommandRequest(request_id=new_id()))
-    assert not refused.success
-    assert "reset" in refused.message
-    assert bus.call(topics.RESET, CommandRequest(request_id=new_id())).success
-    wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
 
 
 def test_services_end_with_a_killed_supervisor(site: Site):

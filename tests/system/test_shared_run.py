@@ -18,6 +18,7 @@ from tests.system.test_failures import wait_until
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.health import STARTING
 from touchline.bus.ports import free_port
+from touchline.jobs.shared import shared_bus_run
 from touchline.jobs.shared.shared_bus_run import SharedBusRun, SharedRunSettings
 from touchline.jobs.shared.shared_job import APART_M, share_job
 from touchline.jobs.shared.shared_robot import fresh_id
@@ -54,6 +55,8 @@ TEMPLATE = Template(
 PAINTED_TWICE_M2 = 0.02 * TEMPLATE.line_width_m
 QUICKLY, SLOWLY = 20.0, 2.0
 """Sim time per wall time, and while somebody is to be killed amid a line."""
+STALLED_S = 0.5
+"""How long a team may stand, once it is paused: at work it may be held up for as long by a busy machine."""
 
 
 class Silent:
@@ -95,15 +98,31 @@ class Claims:
         return len(last) == len(self._inboxes) and not any(claimed.poses for claimed in last.values())
 
 
-class Listening(Silent):
-    """Hears which stretches the robots claim."""
+class Pausing(Silent):
+    """Hears which stretches the robots claim, and has both pause once for longer than a team may stand."""
 
-    def __init__(self, buses):
+    def __init__(self, buses, monkeypatch):
         super().__init__()
-        self.claims = Claims(buses)
+        self.claims, self.buses, self.monkeypatch = Claims(buses), buses, monkeypatch
+        self.answers, self.resumes_at = [], None
 
     def check(self):
         self.claims.hear()
+        if self.resumes_at is not None and time.monotonic() > self.resumes_at:
+            self.resumes_at = None
+            self.monkeypatch.undo()
+            self.order(topics.RESUME)
+
+    def progress(self, fraction, text):
+        if fraction > 0.1 and not self.answers:
+            self.order(topics.PAUSE)
+        elif text.startswith("paused: r1 since") and "r2 since" in text and len(self.answers) == 2:
+            self.order(topics.PAUSE)
+            self.monkeypatch.setattr(shared_bus_run, "STALLED_S", STALLED_S)
+            self.resumes_at = time.monotonic() + 3.0 * STALLED_S
+
+    def order(self, service):
+        self.answers += [bus.call(service, CommandRequest(request_id=fresh_id())) for bus in self.buses]
 
 
 @pytest.fixture(scope="module")
@@ -152,17 +171,21 @@ def is_ready(bus) -> bool:
     return not told.diagnostics.status[0].message.startswith(STARTING)
 
 
-def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file(system, job, recordings):
+def test_two_robots_paint_a_template_over_the_bus_recorded_in_one_file_though_they_are_paused_for_long(
+    system, job, recordings, monkeypatch
+):
     record = recordings / "both.mcap"
     nan = AuthorizeRequest(request_id="a", until_m=float("nan"))
     assert "give an arc length" in system.bus.call(topics.AUTHORIZE, nan).message
     early = AuthorizeRequest(request_id="b", until_m=1.0)
     assert "no trajectory is loaded" in system.bus.call(topics.AUTHORIZE, early).message
-    listening = Listening(system.buses)
-    with begun(system, job, SharedRunSettings(-1.0, record=record), listening) as run:
+    pausing = Pausing(system.buses, monkeypatch)
+    with begun(system, job, SharedRunSettings(QUICKLY, record=record), pausing) as run:
         run.run()
     assert run.recording["complete"], run.recording
-    claims = listening.claims
+    assert [answer.message for answer in pausing.answers[2:4]] == ["already paused"] * 2
+    assert all(answer.success for answer in pausing.answers) and len(pausing.answers) == 6
+    claims = pausing.claims
     assert eventually(claims.all_given_up)
     assert claims.nearest_m(job.vehicle) >= APART_M
     for robot in run.robots:

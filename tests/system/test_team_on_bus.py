@@ -80,6 +80,7 @@ SPEED = "8"
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.0, 1.0), "late": (2.0, 3.5)}
 AREA = {"outline": [(0, 0), (4, 0), (4, 4), (0, 4)]}
 CORNERS = {"kind": "goals", "goals": {"a": [(3.4, 0.6)], "b": [(3.4, 3.4)], "c": [(0.6, 0.6)]}}
+OTHERS = {"kind": "goals", "goals": {"a": [(3.4, 3.4)], "b": [(0.6, 0.6)], "c": [(3.4, 0.6)]}}
 
 
 def team(*names: str) -> TeamScenario:
@@ -154,19 +155,15 @@ def test_a_team_on_the_bus_takes_in_who_comes_and_stands_when_nobody_guides_it(t
                 deploy = TeamTaskRequest(request_id="2", task_json='{"kind": "deploy"}')
                 assert bus.call(topics.TEAM_TASK, deploy, 60.0).success
                 assert status.report.task == "goals"
-                assert eventually(lambda: 0.9 < status.now.cost_of_squares < 1.25, 200.0), status.now
                 paused = bus.call(topics.TEAM_STOP, CommandRequest(request_id="3"), 30.0)
                 assert paused.success, paused.message
             assert "may drive" in remove(bus, "a").message
             assert eventually(lambda: remove(bus, "late").success), remove(bus, "late").message
             assert eventually(lambda: [cell.name for cell in status.cells.cells] == ["a", "b", "c"])
-            with robots(config, tmp_path, "late"):
-                assert not bus.of("late").wait_for({topics.ROBOT_SIM}, 60.0)
-                admitted = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id="admit", robot="late"), 30.0)
-                assert admitted.success, admitted.message
-                assert eventually(lambda: len(status.cells.cells) == 4 and status.now.resting == 0), status.now
-            corners = TeamTaskRequest(request_id="4", task_json=json.dumps(CORNERS))
-            assert bus.call(topics.TEAM_TASK, corners, 60.0).success
+            admitted = bus.call(topics.TEAM_ADMIT, TeamRobotRequest(request_id="admit", robot="late"), 30.0)
+            assert admitted.success, admitted.message
+            others = TeamTaskRequest(request_id="4", task_json=json.dumps(OTHERS))
+            assert bus.call(topics.TEAM_TASK, others, 60.0).success
             assert eventually(lambda: status.report.task == "deploy"), status.report
             assert not status.report.finished
             for name in ("a", "b", "c"):
