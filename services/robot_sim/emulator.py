@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from touchline.onboard import Onboard
 from touchline.onboard.control import Ask, nobody
-from touchline.onboard.executive.traversal import (
+from touchline.onboard.executive.stop_causes import (
     ABORTED_BY_OPERATOR,
     BY_SHUT_DOWN,
     BY_WATCHDOG,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from touchline.onboard.executive.traversal import EMERGENCY_STOP
+from touchline.onboard.executive.stop_causes import EMERGENCY_STOP
 from touchline.onboard.interface import Checkpoint
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import LoadRequest, Trajectory, TraversalStatus, UnfinishedJob

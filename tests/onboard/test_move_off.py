@@ -8,7 +8,7 @@ from tests.onboard.rig import Rig, Run, chain, start, trajectory
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import Onboard
 from touchline.onboard.executive.move_off import MoveOffRules
-from touchline.onboard.executive.traversal import BY_WATCHDOG
+from touchline.onboard.executive.stop_causes import BY_WATCHDOG
 from touchline.onboard.interface import Pause
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import CommandRefused

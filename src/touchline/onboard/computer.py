@@ -15,20 +15,19 @@ from touchline.onboard.drives.onboard_drive import drive_of
 from touchline.onboard.estimation.auxiliary_models import AuxiliarySensors
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.estimation.report import report
+from touchline.onboard.executive.course import Course, prepare_course
 from touchline.onboard.executive.events import WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.guided_tick import GuidedCourse
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
 from touchline.onboard.executive.move_off import MoveOffRules
-from touchline.onboard.executive.traversal import (
+from touchline.onboard.executive.stop_causes import (
     ABORTED_BY_OPERATOR,
     BY_OPERATOR,
     EMERGENCY_STOP,
     PAUSED_BY_OPERATOR,
-    Course,
-    Monitors,
-    Traversal,
 )
+from touchline.onboard.executive.traversal import Monitors, Traversal
 from touchline.onboard.interface import (
     AuxiliarySample,
     Checkpoint,
@@ -84,12 +83,12 @@ class Onboard:
         self._state, self._drive = ComputerState.sized(len(vehicle.drive.actuators))(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
-        self._team = config.team
+        self._vehicle, self._fence_limits, self._team = vehicle, config.fence, config.team
         name = config.follower if follower is None else follower.name
         follower = make_follower(config.follower, vehicle, ask, config) if follower is None else follower
         self._follower = GuardedFollower(follower, name, self._drive)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        monitors = Monitors(self._watch, self._hazards, config.fence, MoveOffRules(config.move_off, vehicle))
+        monitors = Monitors(self._watch, self._hazards, MoveOffRules(config.move_off, vehicle))
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._auxiliary = AuxiliarySensors(vehicle, self._estimator)
         self._estimate: tuple[int, Estimate] | None = None
@@ -112,7 +111,7 @@ class Onboard:
         Raises:
             CommandRefused: It cannot be driven.
         """
-        return self._traversal.prepare(trajectory, boundary)
+        return prepare_course(trajectory, boundary, self._vehicle, self._fence_limits)
 
     def load(
         self,
@@ -304,7 +303,7 @@ class Onboard:
     @property
     def warning(self) -> MoveOffWarning | None:
         """Warning that the robot gives before and while it moves; None while it is to stand."""
-        return self._traversal.warning
+        return self._traversal.stop.warning
 
     @property
     def held(self) -> bool:

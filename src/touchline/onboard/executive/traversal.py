@@ -16,70 +16,47 @@ watchdog or a hazard ordered does not. Before the robot moves off after a stop i
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control import Follower
 from touchline.onboard.estimation.filter import Estimator
+from touchline.onboard.executive.course import Course
 from touchline.onboard.executive.events import ERROR, INFO, WARN, EventLog
 from touchline.onboard.executive.failsafe import Failsafe
-from touchline.onboard.executive.geofence import Geofence
 from touchline.onboard.executive.guided import GuidedDrive
 from touchline.onboard.executive.handover import check_here
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.mission import Mission
 from touchline.onboard.executive.move_off import MoveOffRules
-from touchline.onboard.executive.retry_limit import MAX_TRIES, Tries
-from touchline.onboard.executive.traversal_job import TraversalJob
-from touchline.onboard.interface import (
-    TICK_S,
-    TICKS_PER_S,
-    Checkpoint,
-    Command,
-    MoveOffWarning,
-    Pause,
-    Status,
+from touchline.onboard.executive.retry_limit import Tries
+from touchline.onboard.executive.stop import ABOUT_TO_MOVE, MAX_RESUME_DISTANCE_M, Stop
+from touchline.onboard.executive.stop_causes import (
+    ABORTED_BY_OPERATOR,
+    BY_EMERGENCY_STOP,
+    BY_FOLLOWER,
+    BY_LINK,
+    BY_LOCALIZATION,
+    BY_OPERATOR,
+    EMERGENCY_STOP,
+    PAUSED_BY_OPERATOR,
 )
-from touchline.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
+from touchline.onboard.executive.traversal_job import TraversalJob
+from touchline.onboard.executive.traversal_states import (
+    ABORTED,
+    DONE,
+    ESTOPPED,
+    IDLE,
+    NAMES,
+    PAUSED,
+    READY,
+    RUNNING,
+    require_state,
+)
+from touchline.onboard.interface import TICK_S, Checkpoint, Command, Pause, Status
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import PauseStatus, Trajectory, TraversalStatus
-from touchline.schemas.onboard import FenceLimits, TeamLimits
+from touchline.schemas.onboard import TeamLimits
 from touchline.schemas.vehicles import Vehicle
-
-IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
-PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
-ABORTED, ESTOPPED = TraversalStatus.ABORTED, TraversalStatus.ESTOPPED
-NAMES = {
-    IDLE: "idle",
-    READY: "ready",
-    RUNNING: "running",
-    PAUSED: "paused",
-    DONE: "done",
-    ABORTED: "aborted",
-    ESTOPPED: "emergency-stopped",
-}
-
-MAX_RESUME_DISTANCE_M = 0.5
-EMERGENCY_STOP = "emergency stop"
-ABORTED_BY_OPERATOR = "aborted by the operator"
-PAUSED_BY_OPERATOR = "paused by the operator"
-ABOUT_TO_MOVE = "about to move; keep clear"
-BY_OPERATOR = Pause(PauseStatus.OPERATOR, "operator")
-BY_LINK = Pause(PauseStatus.LINK, "link")
-BY_WATCHDOG = Pause(PauseStatus.WATCHDOG, "watchdog")
-BY_SHUT_DOWN = Pause(PauseStatus.SHUT_DOWN, "shut-down")
-BY_EMERGENCY_STOP = Pause(PauseStatus.EMERGENCY_STOP, "emergency stop")
-_BY_FOLLOWER = Pause(PauseStatus.FOLLOWER, "follower")
-_BY_LOCALIZATION = Pause(PauseStatus.LOCALIZATION, "localization", ends_by_itself=True)
-
-
-class Course(NamedTuple):
-    """Checked trajectory with the fence round it."""
-
-    plan: LoadedTrajectory
-    fence: Geofence
 
 
 class Monitors(NamedTuple):
@@ -88,13 +65,11 @@ class Monitors(NamedTuple):
     Attributes:
         localization: Evaluates the pose.
         failsafe: Evaluates everything else, and the fence that it gets with a trajectory.
-        fence_limits: Margins of that fence.
         move_off: Rules for moving off again.
     """
 
     localization: LocalizationMonitor
     failsafe: Failsafe
-    fence_limits: FenceLimits
     move_off: MoveOffRules
 
 
@@ -106,7 +81,7 @@ class Traversal:
         reason: Reason for this state, or what the robot waits for; "" if that needs no words.
         job: The loaded job, None while idle.
         clock: The last tick, and the time since the start.
-        warning: Given from before the robot moves off until it is stopped; None while it is to stand.
+        stop: The pause, and the warning before the robot moves off.
     """
 
     def __init__(
@@ -118,28 +93,14 @@ class Traversal:
         computer: ComputerState,
         log: EventLog,
     ) -> None:
-        """Begin in IDLE.
-
-        Args:
-            vehicle: The nominal robot.
-            follower: Follower of the path.
-            estimator: Estimator of the pose.
-            monitors: Monitors and rules.
-            computer: State of the computer.
-            log: Log of the events.
-        """
-        self._watch, self._hazards, self._fence_limits, self._rules = monitors
+        """Begin in IDLE."""
+        self._watch, self._hazards, rules = monitors
         self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
         self.job: TraversalJob | None = None
-        self.warning: MoveOffWarning | None = None
-        self._pause: Pause | None = None
-        self._why = ""  # reason of the last pause, whatever has become of it
-        self._lasts = False  # True if the hazard that paused it can be seen at standstill, too
-        self._stopped_tick = 0  # start of the standstill, if it pauses, or has not set off since
-        self._tries = Tries()
+        self.stop = Stop(rules, computer, self._watch, log)
         self._before_estop = IDLE
         self._fallbacks_before = 0  # of an earlier process, less those of earlier jobs
 
@@ -149,27 +110,14 @@ class Traversal:
         Raises:
             CommandRefused: It would not, in this state or because the robot moves.
         """
-        self._require("load", IDLE, READY, DONE, ABORTED)
+        require_state(self.state, "load", IDLE, READY, DONE, ABORTED)
         self._require_standstill("load")
-
-    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
-        """Check a trajectory, which may take seconds; nothing is changed, so any thread may do it meanwhile.
-
-        Args:
-            trajectory: Path, speeds and actuation.
-            boundary: Corners (x, y) [m] of the area that the robot is not to leave; if empty, the plan's surroundings.
-
-        Raises:
-            CommandRefused: The trajectory cannot be driven; the reason says why.
-        """
-        plan = load_trajectory(trajectory, self._vehicle)
-        return Course(plan, Geofence(plan.path, boundary, self._vehicle, self._fence_limits))
 
     def take(self, course: Course, resume: Checkpoint | None = None) -> float:
         """Take a prepared course.
 
         Args:
-            course: Result of `prepare`.
+            course: Result of `prepare_course`.
             resume: Checkpoint to begin at; None: the start.
 
         Returns:
@@ -187,7 +135,7 @@ class Traversal:
         self.clock.tick = max(self.clock.tick, resume.tick if resume is not None else 0)
         self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = (resume.follower_fallbacks if resume is not None else 0) - self._follower.fallbacks
-        self._tries = Tries()
+        self.stop.tries = Tries()
         self._become(READY, "")
         return plan.total_time_s
 
@@ -210,14 +158,14 @@ class Traversal:
             CommandRefused: Not in this state, while paint is owed, or because it does not agree with the present
                 course.
         """
-        self._require("replace", RUNNING)
+        require_state(self.state, "replace", RUNNING)
         plan, mission = course.plan, self.mission
         if mission is None:
             raise CommandRefused("cannot replace while the robot is guided by a team's coordinator; abort that first")
         arc_m = mission.take_over(plan)
         self._hazards.fence = course.fence
         self.clock.elapsed_s = plan.time_at(arc_m, 0)
-        self._tries = Tries()
+        self.stop.tries = Tries()
         self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
 
@@ -232,12 +180,12 @@ class Traversal:
         self._hazards.take_fence_away()
         self.clock.elapsed_s = 0.0
         self._fallbacks_before = -self._follower.fallbacks
-        self._tries = Tries()
+        self.stop.tries = Tries()
         self._set_off("guided by a coordinator")
 
     def start(self) -> None:
         """Begin: align, then drive."""
-        self._require("start", READY)
+        require_state(self.state, "start", READY)
         self._set_off("started")
 
     def pause(self, reason: str = PAUSED_BY_OPERATOR, by: Pause = BY_OPERATOR) -> None:
@@ -250,8 +198,8 @@ class Traversal:
         Raises:
             CommandRefused: Not in this state.
         """
-        if not self._ends_by_itself:
-            self._require("pause", RUNNING)
+        if not self.stop.ends_by_itself:
+            require_state(self.state, "pause", RUNNING)
         self._halt(by, reason)
 
     def resume(self) -> None:
@@ -260,7 +208,7 @@ class Traversal:
         Raises:
             CommandRefused: Not in this state, or the cause of the pause persists.
         """
-        self._require("resume", PAUSED)
+        require_state(self.state, "resume", PAUSED)
         job = self._loaded()
         problem = self._hazards.lasting
         if problem:
@@ -277,7 +225,7 @@ class Traversal:
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
-        self._tries.forgive()
+        self.stop.tries.forgive()
         self._go_on(job, "resumed")
 
     def report_accepted(self, moved_m: float) -> None:
@@ -292,7 +240,7 @@ class Traversal:
         Raises:
             CommandRefused: Not in this state.
         """
-        self._require("abort", READY, RUNNING, PAUSED)
+        require_state(self.state, "abort", READY, RUNNING, PAUSED)
         self._leave_running(ABORTED, reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
@@ -306,7 +254,7 @@ class Traversal:
         Raises:
             CommandRefused: Not in this state, while the bumper is pressed, or while the robot moves.
         """
-        self._require("reset", ESTOPPED, DONE, ABORTED)
+        require_state(self.state, "reset", ESTOPPED, DONE, ABORTED)
         if self._hazards.findings.bumper:
             raise CommandRefused("cannot reset while the bumper is pressed")
         self._require_standstill("reset")
@@ -330,7 +278,7 @@ class Traversal:
 
     def link_lost(self) -> None:
         """Pause if running; a pause that would have ended by itself now waits for the operator."""
-        if self.state == RUNNING or self._ends_by_itself:
+        if self.state == RUNNING or self.stop.ends_by_itself:
             self.pause("the link to the operator is lost", BY_LINK)
 
     def step(self, tick: int) -> Command:
@@ -347,16 +295,16 @@ class Traversal:
         if self.state == ESTOPPED:
             return job.stop_hard()
         command = job.rest()
-        if self._ends_by_itself:
+        if self.stop.ends_by_itself:
             self._try_again(job)
-        elif self._lasts:
-            self.reason = self._hazards.lasting or f"over: {self._why}; resume to go on"
+        elif self.stop.lasts:
+            self.reason = self._hazards.lasting or f"over: {self.stop.why}; resume to go on"
         return command
 
     @property
     def nominal(self) -> bool:
         """True if `nominal_tick` can run the next tick, as far as can be seen before it."""
-        if self.state != RUNNING or self.reason or self._warns_in(self.clock.tick + 1):
+        if self.state != RUNNING or self.reason or self.stop.warns_in(self.clock.tick + 1):
             return False
         return self._loaded().nominal and not self._follower.can_fail and not self._follower.problem
 
@@ -410,23 +358,8 @@ class Traversal:
             self.clock.elapsed_s,
             0.0 if self.state in (DONE, ABORTED) else done.remaining_s,
             self._fallbacks,
-            self._pause_now,
+            self.stop.pause_now,
         )
-
-    @property
-    def _pause_now(self) -> Pause | None:
-        """The pause, with the earliest end of one that ends by itself as it is known now."""
-        if self._pause is None or not self._pause.ends_by_itself:
-            return self._pause
-        if self.warning is not None:
-            return self._pause._replace(earliest_tick=self.warning.earliest_tick)
-        settled_tick = math.ceil(max(self.clock.tick, TICKS_PER_S * self._watch.findings.settled_at_s))
-        return self._pause._replace(earliest_tick=settled_tick + self._rules.warning_ticks)
-
-    @property
-    def _ends_by_itself(self) -> bool:
-        """True if the robot pauses and will move off without a person."""
-        return self._pause is not None and self._pause.ends_by_itself
 
     def _heed_hazards(self, job: TraversalJob) -> None:
         hazards = self._hazards
@@ -435,10 +368,10 @@ class Traversal:
         elif hazards.stop and self.state == RUNNING:
             job.owe_dry(hazards.findings.dry_s)
             self._halt(hazards.pause, hazards.stop, ERROR)
-            self._lasts = hazards.stop == hazards.lasting
-        elif hazards.stop and self._ends_by_itself:
+            self.stop.lasts = hazards.stop == hazards.lasting
+        elif hazards.stop and self.stop.ends_by_itself:
             self._halt(hazards.pause, hazards.stop, ERROR)
-            self._lasts = hazards.stop == hazards.lasting
+            self.stop.lasts = hazards.stop == hazards.lasting
 
     def _stop_hard(self, reason: str) -> None:
         self._before_estop = self.state
@@ -447,7 +380,7 @@ class Traversal:
         self._become(ESTOPPED, reason, ERROR)
 
     def _run(self, job: TraversalJob) -> Command:
-        if self._warns_in(self.clock.tick) and (self._estimator.aligned or not job.aligning):
+        if self.stop.warns_in(self.clock.tick) and (self._estimator.aligned or not job.aligning):
             self.reason = ABOUT_TO_MOVE
             return job.rest()
         step = job.run()
@@ -457,82 +390,48 @@ class Traversal:
             self._leave_running(ABORTED, step.refusal, ERROR)
         elif self._follower.problem:
             job.close_valve(in_s=0.0)
-            self._halt(_BY_FOLLOWER, self._follower.problem, ERROR)
+            self._halt(BY_FOLLOWER, self._follower.problem, ERROR)
             return step.command._replace(valve=False, disc=False, valve_after_s=0.0)
         elif step.hold:
-            self._halt(_BY_LOCALIZATION, step.hold, WARN)
+            self._halt(BY_LOCALIZATION, step.hold, WARN)
         else:
             self.reason = _waits_for(job)
-            if (job.aligning or job.waiting) and self._rules.needs_person(self._stopped_tick, self.clock.tick):
-                self._wait_for_person(_BY_LOCALIZATION, f"not ready to set off for {self._longest}: {self.reason}")
+            if (job.aligning or job.waiting) and self.stop.too_long(self.clock.tick):
+                self._wait_for_person(BY_LOCALIZATION, f"not ready to set off for {self.stop.longest}: {self.reason}")
         return step.command
 
     def _try_again(self, job: TraversalJob) -> None:
-        """Warn, then end the pause, once the pose has been good for a while and the robot stands."""
-        tick, pause = self.clock.tick, self._pause or _BY_LOCALIZATION
-        settled = job.standing and self._watch.settled(tick / TICKS_PER_S)
-        if not settled:
-            self.warning = None
-        problem = self._watch.drive_problem() or self._watch.pose_problem
-        self.reason = problem or (self._why if self.warning is None else ABOUT_TO_MOVE)
-        earliest_tick = tick + self._rules.warning_ticks if self.warning is None else self.warning.earliest_tick
-        if self._rules.needs_person(self._stopped_tick, earliest_tick):
-            self._wait_for_person(pause, f"stopped for more than {self._longest}: {self.reason}")
-        elif settled and (self.warning is None or tick >= self.warning.earliest_tick):
-            self._end_pause(job, pause)
-
-    def _end_pause(self, job: TraversalJob, pause: Pause) -> None:
-        """Warn that the pause is about to end, or, after that, end it."""
-        distance = 0.0 if job.aligning else job.locate()
-        if distance > MAX_RESUME_DISTANCE_M:
-            self._wait_for_person(pause, f"the robot stands {distance:.2f} m beside its path")
-        elif self.warning is not None:
-            self._go_on(job, self.warning.reason)
-        elif not self._tries.another(job.next_paint_m):
-            self._wait_for_person(pause, f"gave up after {MAX_TRIES} tries: {self._why}")
-        else:
-            self._warn("goes on by itself", self._rules.warning_ticks)
-            seconds = f"{self._rules.warning_ticks / TICKS_PER_S:g} s"
-            self._log.report(WARN, "about-to-move", f"about to move: the robot goes on by itself in {seconds}")
+        """End the pause if that can be now."""
+        attempt = self.stop.attempt(job)
+        self.reason = attempt.reason
+        if attempt.person:
+            self._wait_for_person(self.stop.pause or BY_LOCALIZATION, attempt.person)
+        elif attempt.goes_on:
+            self._go_on(job, "")
 
     def _wait_for_person(self, pause: Pause, reason: str) -> None:
         self._halt(pause._replace(ends_by_itself=False), f"{reason}; resume to go on", ERROR)
 
-    @property
-    def _longest(self) -> str:
-        return f"{self._rules.longest_stop_s:g} s"
-
     def _set_off(self, reason: str) -> None:
         """Begin to run at standstill."""
-        self._stopped_tick = self.clock.tick
+        self.stop.since_tick = self.clock.tick
         self._become(RUNNING, "")
-        self._warn(reason, self._rules.start_warning_ticks)
+        self.stop.warn_of_start(reason)
 
     def _go_on(self, job: TraversalJob, reason: str) -> None:
         """Continue after a pause: with the present warning, or a new one unless the robot still moves."""
-        warning, self._stopped_tick = self.warning, self.clock.tick
+        warning, self.stop.since_tick = self.stop.warning, self.clock.tick
         self._become(RUNNING, "")
-        if warning is not None or not job.standing:
-            self.warning = warning or MoveOffWarning(self.clock.tick, reason)
-        else:
-            self._warn(reason, self._rules.warning_ticks)
+        self.stop.warn_again(warning, reason, standing=job.standing)
         job.go_on()
-
-    def _warn(self, reason: str, ticks: int) -> None:
-        """Begin to warn; the robot does not move off in so many ticks."""
-        self.warning = MoveOffWarning(self.clock.tick + ticks, reason)
-
-    def _warns_in(self, tick: int) -> bool:
-        """Return True if the robot has to stand in this tick because it warns."""
-        return self.warning is not None and tick < self.warning.earliest_tick
 
     def _halt(self, by: Pause, reason: str, severity: int = INFO) -> None:
         """Pause, or turn a pause into another one."""
         if self.state == RUNNING:
             self._loaded().close_valve()
-            self._stopped_tick = self.clock.tick
+            self.stop.since_tick = self.clock.tick
         self._become(PAUSED, reason, severity)
-        self._pause, self._why, self._lasts = by, reason, False
+        self.stop.begin(by, reason)
 
     def _leave_running(self, state: int, reason: str, severity: int = INFO) -> None:
         self._loaded().close_valve()
@@ -542,18 +441,13 @@ class Traversal:
         assert self.job is not None, "every state but IDLE has a job"
         return self.job
 
-    def _require(self, command: str, *states: int) -> None:
-        if self.state not in states:
-            allowed = " or ".join(NAMES[state] for state in states)
-            remedy = "; reset it first" if self.state == ESTOPPED else ""
-            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}{remedy}")
-
     def _require_standstill(self, command: str) -> None:
         if self.job is not None and not self.job.standing:
             raise CommandRefused(f"cannot {command} while the robot is moving")
 
     def _become(self, state: int, reason: str, severity: int = INFO) -> None:
-        self.state, self.reason, self.warning, self._pause = state, reason, None, None
+        self.state, self.reason = state, reason
+        self.stop.clear()
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
 
 
