@@ -32,7 +32,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
-MUTATED = 160
+MUTATED = 80
 
 
 def painted_session(path: Path, compression: CompressionType) -> Path:

@@ -1,10 +1,12 @@
 """What is written is what was said, in a file that others can read, whatever happens on the way."""
 
-import json
 import os
+import resource
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
@@ -272,39 +274,35 @@ def test_what_is_not_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
         read_summary(tmp_path / "missing.mcap")
 
 
-FULL_DISK = """
-import json, resource, sys
-from pathlib import Path
-from touchline.schemas.cdr import encode
-from touchline.recordings.recording_file import RecordingError
-from touchline.recordings.recorder import Recorder
-from tests.bridge.said import messages
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
-recorder, refusals = Recorder(Path(sys.argv[1])), []
-for number, (topic, message) in enumerate(messages(4000)):
+@contextmanager
+def full_disk(at_bytes: int) -> Iterator[None]:
+    """A file size limit, which fails the same write that a full disk does."""
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (at_bytes, usual[1]))
     try:
-        recorder.write(topic.name, encode(message), number)
-    except RecordingError as error:
-        refusals.append(str(error))
-        if len(refusals) == 3:
-            break
-report = recorder.finish()
-print(json.dumps([refusals, report.problem, report.messages, report.bytes]))
-"""
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
 
 
 @pytest.mark.parametrize("limit", [100, 5_000, 30_000, 30_001])
 def test_a_full_disk_is_told_and_leaves_a_whole_file(tmp_path: Path, limit: int) -> None:
-    """A file size limit fails the same write that a full disk does."""
-    path = tmp_path / "full.mcap"
-    command = [sys.executable, "-c", FULL_DISK, str(path), str(limit)]
-    done = subprocess.run(command, cwd=ROOT, timeout=300, check=True, capture_output=True, text=True)
-    refusals, problem, count, size = json.loads(done.stdout)
+    path, refusals = tmp_path / "full.mcap", []
+    with full_disk(limit):
+        recorder = Recorder(path)
+        for number, (topic, message) in enumerate(messages(4000)):
+            try:
+                recorder.write(topic.name, encode(message), number)
+            except RecordingError as error:
+                refusals.append(str(error))
+                if len(refusals) == 3:
+                    break
+        report = recorder.finish()
     assert len(refusals) == 3 and all("cannot write" in refusal for refusal in refusals)
-    assert "the recording ends before it" in problem
+    assert "the recording ends before it" in report.problem
     held = read_summary(path)
-    assert (sent(held), held.size_bytes, held.problem) == (count, size, "")
-    assert count > 0 or limit < 30_000
+    assert (sent(held), held.size_bytes, held.problem) == (report.messages, report.bytes, "")
+    assert report.messages > 0 or limit < 30_000
     said = [encode(message) for topic, message in messages(4000) if topic is topics.IMU]
     kept = [item.payload for item in RecordingReader(path).messages({"/tt2/imu/data_raw"})]
     assert kept == said[: len(kept)]
@@ -312,13 +310,6 @@ def test_a_full_disk_is_told_and_leaves_a_whole_file(tmp_path: Path, limit: int)
 
 def test_a_disk_that_is_full_from_the_start_leaves_no_file(tmp_path: Path) -> None:
     path = tmp_path / "full.mcap"
-    done = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, str(path), "10"],
-        cwd=ROOT,
-        timeout=300,
-        check=False,
-        capture_output=True,
-        text=True,
-    )
-    assert "RecordingError" in done.stderr and "cannot write" in done.stderr
+    with full_disk(10), pytest.raises(RecordingError, match="cannot write"):
+        Recorder(path)
     assert not path.exists()

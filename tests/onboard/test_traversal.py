@@ -14,6 +14,7 @@ from touchline.onboard import Onboard
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.vehicles import Vehicle
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
