@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.foreign import foreign
-from tests.bridge.said import messages, record
 from touchline.recordings.alignment import SIGHT, Alignment
 from touchline.recordings.compare import compare
 from touchline.recordings.recorded import Recorded, RecordingKind
@@ -80,17 +79,6 @@ def test_random_losses_on_both_sides_are_all_found() -> None:
     assert all(one == other for one, other in pairs if one and other)
     assert {one for one, other in pairs if other is None} == {text for _, text in left} - {text for _, text in right}
     assert {other for one, other in pairs if one is None} == {text for _, text in right} - {text for _, text in left}
-
-
-def test_a_dropped_message_of_a_recording_is_told_with_its_topic_time_and_side(tmp_path: Path) -> None:
-    whole = record(tmp_path / "whole.mcap", messages(1538)).finish().path
-    said = list(messages(1538))
-    del said[[number for number, (topic, _) in enumerate(said) if topic.name == "joint_states"][2]]
-    short = record(tmp_path / "short.mcap", iter(said)).finish().path
-    result = compare(whole, short)
-    (missing,) = [line for line in result.lines() if "missing" in line]
-    assert missing.endswith("1 message of whole.mcap, made at 0.020 s, is missing from short.mcap")
-    assert sum(topic.different for topic in result.topics.values()) == 0 and not result.same
 
 
 def test_the_same_session_recorded_by_other_clocks_is_compared_from_the_beginning(tmp_path: Path) -> None:

@@ -184,19 +184,6 @@ def test_links_and_long_names_are_read(tmp_path: Path) -> None:
     assert list(read_summary(link).topics) == [name] and compare(link, path).identical
 
 
-def test_messages_outside_of_chunks_are_read(tmp_path: Path) -> None:
-    path, payload = tmp_path / "a.mcap", encode(Clock())
-    with path.open("wb") as stream:
-        writer = Writer(stream, use_chunking=False)
-        writer.start("ros2", "another")
-        schema = writer.register_schema("x", "ros2msg", b"")
-        channel = writer.register_channel("/tt2/clock", "cdr", schema)
-        writer.add_message(channel, 5, payload, 5, 1)
-        writer.finish()
-    held = read_summary(path)
-    assert (held.messages, held.problem, held.complete) == (1, "", True)
-
-
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
     for path in (tmp_path / "pipe.mcap", Path("/dev/zero"), tmp_path):

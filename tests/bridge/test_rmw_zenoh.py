@@ -8,7 +8,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import service_type_hash, type_hash, typestore
 from touchline.schemas.messages import BatteryState, Imu, NavSatFix, String
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.rmw_zenoh import RosNode, dds_type, gid
+from touchline.services.bridge.rmw_zenoh import RosNode, gid
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 TALKER = RosNode(2, "/", "talker", "8b20917502ee955ac4476e0266340d5c")
@@ -87,8 +87,3 @@ def test_the_attachment_is_what_zenoh_serialises():
     assert ours == theirs
     assert len(ours) == 33
     assert ours[16] == 16
-
-
-def test_names_of_types():
-    assert dds_type("std_msgs/msg/String") == "std_msgs::msg::dds_::String_"
-    assert dds_type("touchline_msgs/srv/Plan") == "touchline_msgs::srv::dds_::Plan_"

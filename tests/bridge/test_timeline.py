@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tests.bridge.foreign import foreign
-from tests.bridge.said import messages, record, stamp
+from tests.bridge.said import messages, stamp
 from touchline.recordings.channels import namespace_at, topic_at
 from touchline.recordings.reader import RecordingReader
 from touchline.recordings.recorder import Recorder
@@ -41,15 +41,6 @@ def test_a_clock_that_begins_anew_goes_on_from_there(tmp_path: Path) -> None:
     for sequence, tick in enumerate((9000, 9100, 0, 100)):
         recorder.write("clock", encode(Clock(clock=stamp(tick))), sequence)
     assert [cue.at_s for cue in Timeline(recorder.finish().path).cues()] == [0.0, 1.0, 1.0, 2.0]
-
-
-def test_a_recording_broken_off_is_replayed_up_to_there(tmp_path: Path) -> None:
-    path = record(tmp_path / "a.mcap", messages(2000)).finish().path
-    whole = len(list(Timeline(path).cues()))
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    timeline = Timeline(path)
-    assert 0 < len(list(timeline.cues())) < whole
-    assert timeline.reader.summary.problem == "broken off, or still being written"
 
 
 def test_topics_that_are_not_ours_are_counted(tmp_path: Path) -> None:

@@ -175,13 +175,21 @@ def test_a_change_is_found_in_a_later_job(monkeypatch, day, tmp_path, name):
     assert one.part == part, str(one.first)
 
 
-def test_another_state_is_a_difference(day, tmp_path):
+def begun_in(day, tmp_path, change):
+    """A recording of a later job that tells as the state in which it began what `change` makes of that."""
     told = day.later(3)
     at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
-    state = json.loads(decode(String, told[at][1]).data)
-    state["command"][0][0] = 1.0
+    state = change(json.loads(decode(String, told[at][1]).data))
     told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
-    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
+    return write(tmp_path / "later.mcap", told)
+
+
+def test_another_state_is_a_difference(day, tmp_path):
+    def faster(state):
+        state["command"][0][0] = 1.0
+        return state
+
+    (one,) = check_recording(begun_in(day, tmp_path, faster), exact=True)
     assert not one.passed
     assert one.part == "world"
 
@@ -197,11 +205,7 @@ def test_another_state_is_a_difference(day, tmp_path):
     ],
 )
 def test_a_state_that_is_none_is_refused_in_a_line(day, tmp_path, damage):
-    told = day.later(3)
-    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
-    state = {**json.loads(decode(String, told[at][1]).data), **damage}
-    told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
-    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True)
+    (one,) = check_recording(begun_in(day, tmp_path, lambda state: {**state, **damage}), exact=True)
     assert not one.passed
     assert "state at the job's begin" in one.problem
 
@@ -235,13 +239,11 @@ def of_one_actuator(state, array):
     ],
 )
 def test_a_state_of_another_number_of_actuators_is_refused_and_the_field_named(day, tmp_path, field, part):
-    told = day.later(3)
-    at = next(number for number, (topic, _) in enumerate(told) if topic is topics.INITIAL_STATE)
-    state = json.loads(decode(String, told[at][1]).data)
-    command = {"command": [[0.0], False, False, 0.0]}
-    state |= command if field == "command" else of_one_actuator(state, field)
-    told[at] = topics.INITIAL_STATE, encode(String(data=json.dumps(state)))
-    (one,) = check_recording(write(tmp_path / "later.mcap", told), exact=True, only=part)
+    def less(state):
+        command = {"command": [[0.0], False, False, 0.0]}
+        return state | (command if field == "command" else of_one_actuator(state, field))
+
+    (one,) = check_recording(begun_in(day, tmp_path, less), exact=True, only=part)
     if part and field == "body.angles_rad":
         assert one.passed, (one.problem, str(one.first))  # the estimator asks for nothing of the world
         return

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.checking.day_of_jobs import Day, write
-from tests.checking.short_sessions import BEND, BRIEF, ORDERS, bend
+from tests.checking.short_sessions import BRIEF, ORDERS, bend
 from touchline.checking import estimator_alone
 from touchline.checking.check_session import check_recording
 from touchline.checking.divergence import stamp_ns
@@ -17,15 +17,11 @@ from touchline.checking.recorded_session import RecordedSession, TimedOrder
 from touchline.checking.robot_messages import RobotMessages
 from touchline.checking.sensor_frames import SENSED, sensor_frames
 from touchline.schemas import topics
-from touchline.schemas.messages import Guidance, PlanOptions
+from touchline.schemas.messages import Guidance
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.scenario import Pose2, Scenario
-from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
-from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.recovery_state import EarlierWork
 from touchline.services.robot_sim.telemetry import Telemetry
 
 pytestmark = pytest.mark.xdist_group("checking")
@@ -50,27 +46,17 @@ def driven(emulator, telemetry, ticks):
 @pytest.fixture(scope="module")
 def resumed(tmp_path_factory):
     """The robot's process is killed while it paints the bend, and the next one goes on from its journal."""
-    vehicle, scenario, options = Vehicle(), Scenario(seed=5), PlanOptions()
-    trajectory = plan(BEND, vehicle, options).trajectory
-    emulator, telemetry, told = begun(vehicle, scenario)
-    emulator.take(emulator.prepare(trajectory, BEND)._replace(cause=PlanCause(options=options)))
-    told += telemetry.loaded(trajectory, BEND)
-    emulator.start()
-    told += telemetry.news() + driven(emulator, telemetry, KILLED_TICK)
-    # What the journal has is a little older than what was told last.
-    checkpoint = emulator.onboard.checkpoint
-    earlier = EarlierWork(emulator.totals, emulator.ledger.rows(0).copy())
-    assert earlier.totals.points > 10
-    told += driven(emulator, telemetry, 7)
-    emulator, telemetry, anew = begun(vehicle, scenario)
-    job = emulator.prepare(trajectory, BEND, checkpoint, earlier)
-    emulator.take(job._replace(cause=PlanCause(options=options)))
-    anew += telemetry.loaded(trajectory, BEND) + telemetry.restored_paint()
-    emulator.start()
-    anew += telemetry.news() + driven(emulator, telemetry, 150)
-    emulator.abort()
-    anew += telemetry.news() + driven(emulator, telemetry, 150)
-    return write(tmp_path_factory.mktemp("resumed") / "resumed.mcap", told + anew)
+    day = Day()
+    day.load()
+    day.order("start")
+    day.drive(KILLED_TICK)
+    assert day.emulator.totals.points > 10
+    day.be_killed()
+    day.order("start")
+    day.drive(150)
+    day.order("abort")
+    day.drive()
+    return write(tmp_path_factory.mktemp("resumed") / "resumed.mcap", day.told)
 
 
 def test_what_goes_on_from_a_process_that_died_is_done_again(resumed):

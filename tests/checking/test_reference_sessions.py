@@ -19,34 +19,16 @@ SESSIONS = Path(__file__).resolve().parents[2] / "examples" / "sessions"
 pytestmark = pytest.mark.xdist_group("checking")
 
 
-@pytest.mark.touchline_session("examples/sessions/square.mcap")
-def test_a_square(touchline_session):
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.touchline_session(f"examples/sessions/{path.name}"), id=path.stem)
+        for path in sorted(SESSIONS.glob("*.mcap"))
+    ],
+)
+def test_every_shipped_session_comes_out_the_same_and_is_small(touchline_session, path):
+    assert path.stat().st_size <= 1_000_000
     touchline_session.require_same()
-
-
-@pytest.mark.touchline_session("examples/sessions/quarter-pitch.mcap")
-def test_a_quarter_of_a_pitch(touchline_session):
-    touchline_session.require_same()
-
-
-@pytest.mark.touchline_session("examples/sessions/corrections-lost.mcap")
-def test_corrections_that_are_lost(touchline_session):
-    touchline_session.require_same()
-
-
-@pytest.mark.touchline_session("examples/sessions/stop-and-resume.mcap")
-def test_an_emergency_stop_and_what_comes_after(touchline_session):
-    touchline_session.require_same()
-
-
-def test_every_shipped_session_is_tested_and_small():
-    shipped = sorted(SESSIONS.glob("*.mcap"))
-    text = Path(__file__).read_text()
-    assert [path.name for path in shipped if f"examples/sessions/{path.name}" in text] == [
-        path.name for path in shipped
-    ]
-    assert len(shipped) >= 4
-    assert max(path.stat().st_size for path in shipped) <= 1_000_000
 
 
 def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):

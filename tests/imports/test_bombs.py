@@ -214,18 +214,7 @@ def test_aliases_of_a_bags_metadata_are_not_unfolded(tmp_path):
         ("log.csv.gz", b"\x1f\x8b" + bytes(100)),
         ("log.zip", b"PK\x03\x04" + bytes(100)),
     ],
-    ids=[
-        "claims.ubx",
-        "claims.rtcm",
-        "dollars.nmea",
-        "line.csv",
-        "columns.csv",
-        "commas.csv",
-        "quotes.csv",
-        "line.pos",
-        "log.csv.gz",
-        "log.zip",
-    ],
+    ids=lambda given: given if isinstance(given, str) else "",
 )
 def test_texts_and_streams_that_claim_much_end_in_a_line(tmp_path, name, content):
     path = tmp_path / name

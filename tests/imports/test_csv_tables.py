@@ -71,8 +71,7 @@ def test_times_of_the_day_go_on_behind_midnight(tmp_path):
         ("time_s,latitude (rad),longitude (rad),alt [cm]", ["0,0.846484687,0.196349541,50000"] * 2),
     ],
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(("encoding", "end"), [("utf-8", "\n"), ("utf-8-sig", "\r\n"), ("utf-16", "\n")])
 def test_places_are_found_by_usual_names_units_and_separators(tmp_path, head, rows, encoding, end):
     path = tmp_path / "log.csv"
     text = end.join([*head.split("\n"), *rows, ""])

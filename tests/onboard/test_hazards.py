@@ -76,35 +76,6 @@ def test_operator_back_in_time_is_no_reason_to_stop() -> None:
     assert len(run.painted) == 1
 
 
-def test_leaving_the_fence_is_an_emergency() -> None:
-    """It rolls away, or is towed: 2 m beyond the path it latches."""
-    run = at(10.5)
-    run.onboard.pause()
-    run.ticks(150)
-    while run.rig.x < 13.9:
-        run.command = run.onboard.step(run.rig.step(Command((6.0, 6.0), False, False)))
-    assert run.onboard.state == PAUSED
-    for _ in range(60):
-        run.command = run.onboard.step(run.rig.step(Command((6.0, 6.0), False, False)))
-    assert run.onboard.state == ESTOPPED
-    assert "surroundings by more than 2 m" in run.onboard.status.reason
-
-
-def test_empty_tank_stops_and_a_refill_leaves_no_gap() -> None:
-    run = at(5.5)
-    run.rig.tank_l = 0.04
-    run.until(PAUSED, limit=400)
-    assert "tank is all but empty" in run.onboard.status.reason
-    run.ticks(150)
-    with pytest.raises(CommandRefused, match="tank"):
-        run.onboard.resume()
-    run.rig.tank_l = 20.0
-    run.ticks(10)
-    run.onboard.resume()
-    run.until(DONE)
-    assert -0.02 < joint(run) < 0.01
-
-
 def test_tank_that_is_empty_at_once_is_owed_from_there() -> None:
     run = at(7.0)
     run.rig.tank_l = 0.0
@@ -117,17 +88,6 @@ def test_tank_that_is_empty_at_once_is_owed_from_there() -> None:
     run.onboard.resume()
     run.until(DONE)
     assert -0.02 < run.painted[1][0] - dry < 0.015
-
-
-def test_low_battery_stops_with_a_reason() -> None:
-    run = at(7.0)
-    run.rig.battery = 0.05
-    run.tick()
-    assert run.onboard.state == PAUSED
-    assert run.onboard.status.reason == "the battery is low (5 %)"
-    run.ticks(150)
-    with pytest.raises(CommandRefused, match="battery is low"):
-        run.onboard.resume()
 
 
 def test_valve_stuck_open_is_seen() -> None:

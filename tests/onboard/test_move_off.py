@@ -52,6 +52,7 @@ def without_fix(run: Run) -> None:
 
 CAUSES: list[tuple[Callable[[Run], object], int, str, bool]] = [
     (lambda run: run.onboard.pause(), PauseStatus.OPERATOR, "operator", False),
+    (lambda run: run.onboard.pause("the loop hung", BY_WATCHDOG), PauseStatus.WATCHDOG, "watchdog", False),
     (lambda run: run.onboard.link_lost(), PauseStatus.LINK, "link", False),
     (lambda run: setattr(run.rig, "operator", False), PauseStatus.LINK, "operator not heard", False),
     (lambda run: setattr(run.rig, "tank_l", 0.01), PauseStatus.HAZARD, "tank-low", False),
@@ -72,13 +73,6 @@ def test_every_pause_reports_who_ordered_it_and_what_ends_it(
     assert pause_of(run)[:3] == (cause, source, by_itself)
     run.onboard.abort()
     assert run.onboard.status.pause is None
-
-
-def test_the_watchdogs_pause_is_the_watchdogs() -> None:
-    run = under_way()
-    run.onboard.pause("the control loop did not turn for 0.31 s", BY_WATCHDOG)
-    assert (pause_of(run).cause, pause_of(run).ends_by_itself) == (PauseStatus.WATCHDOG, False)
-    assert "operator" not in run.onboard.status.reason
 
 
 def test_a_released_emergency_stop_waits_for_a_person() -> None:

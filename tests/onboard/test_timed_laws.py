@@ -157,26 +157,6 @@ def test_the_linear_law_asks_for_the_impossible_where_the_reference_stops() -> N
     assert resting_command_radps("linear", STUDIED, 2.0) > 10.0
 
 
-def test_under_the_studied_disturbances_the_regularised_law_arrives_and_the_linear_one_spins() -> None:
-    ends = {
-        law: [run(law, rest_to_rest(seed), (0, 0, 0), STUDIED, seed) for seed in range(8)]
-        for law in ("linear", "regularised")
-    }
-    off, turned, asked = (
-        {law: max(figure(tracked) for tracked in runs) for law, runs in ends.items()}
-        for figure in (
-            lambda tracked: tracked.distance_m[-1],
-            lambda tracked: abs(tracked.errors[-1, 2]),
-            lambda tracked: np.abs(tracked.commands[:, 1]).max(),
-        )
-    )
-    assert off["regularised"] < 4e-3
-    assert turned["regularised"] < math.radians(1.5)
-    assert asked["regularised"] < 1.82
-    assert asked["linear"] > 10.0
-    assert turned["linear"] > math.radians(5.0)
-
-
 CASES = 10_000
 
 

@@ -8,6 +8,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -188,28 +189,20 @@ class Newest:
 
     def __init__(self, bus: Bus) -> None:
         self._inbox = bus.inbox([topics.TEAM_STATUS, topics.TEAM_CELLS, topics.TEAM_REPORT], keep="latest")
-        self._status, self._cells, self._report = TeamStatus(), TeamCells(), TeamReport()
+        self._told: dict[type, Any] = {kind: kind() for kind in (TeamStatus, TeamCells, TeamReport)}
 
-    def _look(self) -> None:
-        for _, message in self._inbox.messages():
-            if isinstance(message, TeamStatus):
-                self._status = message
-            elif isinstance(message, TeamCells):
-                self._cells = message
-            elif isinstance(message, TeamReport):
-                self._report = message
+    def _last(self, kind: type) -> Any:
+        self._told |= {type(message): message for _, message in self._inbox.messages()}
+        return self._told[kind]
 
     @property
     def now(self) -> TeamStatus:
-        self._look()
-        return self._status
+        return self._last(TeamStatus)
 
     @property
     def cells(self) -> TeamCells:
-        self._look()
-        return self._cells
+        return self._last(TeamCells)
 
     @property
     def report(self) -> TeamReport:
-        self._look()
-        return self._report
+        return self._last(TeamReport)
