@@ -7,9 +7,7 @@ Takes requests as lines of JSON on standard input and answers each with one line
     {"do": "take"}                                           messages since the last take, by topic
     {"do": "publish", "topic": …, "type": …, "message": {…}} publishes a message
     {"do": "call", "service": …, "type": …, "request": {…}}  the response, or null
-    {"do": "ask", "service": …, "type": …, "payload": hex}   sends any bytes as a request, with or without "number"
     {"do": "follow", "service": …, "type": …, "speed_mps": …} serves the robot as its path follower
-    {"do": "hash", "types": […]}                             its own RIHS01 hash of each type
 
 Two things that the client cannot do are added here, each marked as such.
 """
@@ -25,7 +23,6 @@ from typing import Any
 import numpy as np
 import zenoh_ros2_sdk as sdk
 from zenoh_ros2_sdk import discovery, keyexpr, message_registry, utils
-from zenoh_ros2_sdk.attachment import Attachment
 
 _parse = utils._parse_msg_definition
 
@@ -92,47 +89,12 @@ class Client:
         answer = caller.call(**{name: getattr(made, name) for name in request})
         return None if answer is None else _plain(answer)
 
-    def ask(self, service: str, type: str, payload: str, number: int | None = None) -> dict[str, Any]:
-        caller = self._caller(service, type)
-        attachment = None
-        if number is not None:
-            attachment = Attachment(number, time.time_ns(), caller.client_gid).to_bytes()
-        replies = list(caller.querier.get(payload=bytes.fromhex(payload), attachment=attachment))
-        if len(replies) != 1:
-            return {"replies": len(replies)}
-        if replies[0].err is not None:
-            return {"error": replies[0].err.payload.to_string()}
-        echoed = Attachment.from_bytes(replies[0].ok.attachment.to_bytes())
-        response = self.manager.store.deserialize_cdr(replies[0].ok.payload.to_bytes(), caller.response_store_type)
-        return {
-            "response": _plain(response),
-            "number": echoed.sequence_id,
-            "same_client": echoed.gid == caller.client_gid,
-        }
-
     def follow(self, service: str, type: str, speed_mps: float) -> None:
         def step(request: Any) -> Any:
             return server.response_msg_class(step=request.step, speed_mps=speed_mps, yaw_rate_radps=-request.lateral_m)
 
         server = sdk.ROS2ServiceServer(service, type, step, **self.place)
         self.served.append(server)
-
-    def hash(self, types: list[str]) -> dict[str, str]:
-        registry = message_registry.get_registry()
-        hashes = {}
-        for name in types:
-            if "/srv/" in name:
-                text = registry.get_srv_file_path(name).read_text()
-                parts = dict(zip(("request", "response"), text.split("---", 1), strict=True))
-                needed = {}
-                for part, definition in parts.items():
-                    needed |= utils.load_dependencies_recursive(f"{name}_{part.title()}", definition, registry)
-                given = {f"{part}_definition": definition for part, definition in parts.items()}
-                hashes[name] = utils.compute_service_type_hash(name, dependencies=needed, **given)
-            else:
-                text = registry.get_msg_file_path(name).read_text()
-                hashes[name] = utils.get_type_hash(name, text, utils.load_dependencies_recursive(name, text, registry))
-        return hashes
 
     def _caller(self, service: str, type: str) -> sdk.ROS2ServiceClient:
         if service not in self.callers:

@@ -23,7 +23,6 @@ from tests.system.commands import figures, touchline
 from touchline.bus import Bus, BusConfig, CallError
 from touchline.bus.ports import free_port
 from touchline.schemas import topics
-from touchline.schemas.cdr import encode, service_type_hash, type_hash
 from touchline.schemas.curves import Curve
 from touchline.schemas.definition_folder import write_definitions
 from touchline.schemas.messages import (
@@ -95,11 +94,6 @@ class System:
         message = self.bus.inbox([topics.STATUS], keep="latest").wait(60.0)[-1].decode()
         assert isinstance(message, TraversalStatus)
         return message.state
-
-    def rejected(self, node: str) -> int:
-        """Payloads that ``node`` says it has rejected."""
-        answer = self.bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest())
-        return int(next(entry.value for entry in answer.diagnostics.status[0].values if entry.key == "rejected"))
 
 
 @pytest.fixture(scope="module")
@@ -208,37 +202,6 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
     done = subprocess.run(command, cwd=ROOT, env=environment, timeout=300, capture_output=True, text=True, check=False)
     assert "/gnss/fix  sensor_msgs/msg/NavSatFix\n" in done.stdout
     assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
-
-
-def test_it_computes_the_same_type_hashes_from_the_shipped_files(client: ForeignClient) -> None:
-    ours = {topic.type.ros_type: type_hash(topic.type) for topic in SHOWN}
-    ours |= {service.ros_type: service_type_hash(service.ros_type) for service in (*SERVED, topics.FOLLOWER_STEP)}
-    assert client.do("hash", types=list(ours)) == ours
-
-
-def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(
-    robot: System, gateway: subprocess.Popen[bytes], client: ForeignClient
-) -> None:
-    whole = encode(REQUEST)
-    start = {"service": f"/{topics.START_TRAVERSAL.name}", "type": topics.START_TRAVERSAL.ros_type}
-    paint = {"service": f"/{topics.GET_PAINT.name}", "type": topics.GET_PAINT.ros_type}
-    pause = {"service": f"/{topics.PAUSE.name}", "type": topics.PAUSE.ros_type}
-    meet(client)
-    before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY)
-    truncated = client.do("ask", **start, payload=whole[: len(whole) // 2].hex(), number=7)
-    assert truncated == {"response": {"total_time": 0.0, "success": False}, "number": 7, "same_client": True}
-    told = client.do("ask", **pause, payload="", number=8)
-    assert not told["response"]["success"]
-    assert "does not begin with a CDR header" in told["response"]["message"]
-    assert "not a CDR message" in client.do("ask", **paint, payload="0001000000ff", number=9)["error"]
-    assert robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY) == rejected + 3
-    rejected = robot.rejected(topics.BRIDGE)
-    without = client.do("ask", **start, payload=whole.hex())
-    assert "attachment" in without["error"]
-    assert robot.rejected(topics.BRIDGE) == rejected + 1
-    assert robot.state() == before
-    assert gateway.poll() is None
-    assert call(client, topics.GET_PAINT, request_id="") == {"strokes": []}
 
 
 def test_it_reads_the_robots_parameters_and_can_set_none(robot: System, client: ForeignClient) -> None:
