@@ -204,25 +204,6 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
     assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
 
 
-def test_it_reads_the_robots_parameters_and_can_set_none(robot: System, client: ForeignClient) -> None:
-    listing, getting, _, describing, setting, _ = topics.PARAMETER_SERVICES
-    meet(client)
-
-    def names() -> list[str]:
-        listed: list[str] = call(client, listing, prefixes=["scenario"], depth=1)["result"]["names"]
-        return listed
-
-    assert "scenario.seed" in until(names)
-    (seed,) = call(client, getting, names=["scenario.seed"])["values"]
-    assert (seed["type"], seed["integer_value"]) == (2, 5)
-    (said,) = call(client, describing, names=["vehicle.drive.track_width_m"])["descriptors"]
-    assert (said["type"], said["read_only"]) == (3, True)
-    assert call(client, getting, names=["scenario.seed", "sede"]) == {"values": []}
-    (result,) = call(client, setting, parameters=[{"name": "scenario.seed", "value": seed}])["results"]
-    assert not result["successful"]
-    assert "'scenario.seed' is read-only" in result["reason"]
-
-
 @pytest.mark.usefixtures("gateway")
 def test_it_follows_the_path_for_a_robot_that_asks(system: System, client: ForeignClient) -> None:
     DECLARED.add(f"/{topics.FOLLOWER_STEP.name}")

@@ -67,66 +67,6 @@ def test_operator_lost_stops_after_two_seconds_and_waits_for_a_resume() -> None:
     assert -0.02 < joint(run) < 0.01
 
 
-def test_operator_back_in_time_is_no_reason_to_stop() -> None:
-    run = at(5.5)
-    run.rig.operator = False
-    run.ticks(150)
-    run.rig.operator = True
-    run.until(DONE)
-    assert len(run.painted) == 1
-
-
-def test_tank_that_is_empty_at_once_is_owed_from_there() -> None:
-    run = at(7.0)
-    run.rig.tank_l = 0.0
-    dry = run.rig.nozzle()[0]
-    run.tick()
-    assert run.onboard.state == PAUSED and run.onboard.status.reason == "the tank is empty"
-    run.ticks(150)
-    run.rig.tank_l = 20.0
-    run.tick()
-    run.onboard.resume()
-    run.until(DONE)
-    assert -0.02 < run.painted[1][0] - dry < 0.015
-
-
-def test_valve_stuck_open_is_seen() -> None:
-    run = at(9.0)
-    run.rig.valve_stuck = True
-    run.until_arc(10.0)
-    assert run.until(PAUSED, limit=100) < 80
-    assert run.onboard.status.reason == "paint comes out although the valve is closed"
-    run.ticks(150)
-    with pytest.raises(CommandRefused, match="although the valve is closed"):
-        run.onboard.resume()
-    assert any(event.severity == 2 for event in run.onboard.take_events())
-
-
-def test_valve_stuck_closed_is_seen_and_what_it_missed_is_painted() -> None:
-    run = at(7.0)
-    run.rig.valve_stuck = False
-    dry = run.rig.nozzle()[0]
-    assert run.until(PAUSED, limit=100) < 60
-    assert "too little paint" in run.onboard.status.reason
-    run.rig.valve_stuck = None
-    run.ticks(150)
-    run.onboard.resume()
-    run.until(DONE)
-    assert abs(run.painted[1][0] - dry) < 0.02
-
-
-@pytest.mark.parametrize(("wheel", "noise"), [(0, "none"), (1, "default")])
-def test_blocked_wheel_stops_the_robot(wheel: int, noise: str) -> None:
-    run = at(7.0, noise)
-    run.rig.blocked = wheel
-    assert run.until(PAUSED, limit=100) < 60
-    assert not run.command.valve
-    run.ticks(300)
-    assert abs(run.rig.speed) < 0.01
-    words = {event.text for event in run.onboard.take_events()}
-    assert any(("left", "right")[wheel] in text or "contradict" in text for text in words), words
-
-
 def test_wheels_that_spin_stop_the_paint_for_longer_than_other_causes() -> None:
     run = at(7.0, "default")
     run.rig.spin_share = 0.5
@@ -153,13 +93,3 @@ def test_a_lasting_jump_waits_for_the_operator() -> None:
     assert any(event.code == "position-accepted" for event in run.onboard.take_events())
     run.ticks(10)
     assert abs(run.onboard.estimate.north_m - run.rig.y - 0.10) < 0.03
-
-
-def test_a_jump_that_passes_needs_nobody() -> None:
-    run = at(7.0, "default")
-    run.rig.fix_offset_m = (0.0, 0.3)
-    run.ticks(800)
-    assert run.onboard.state == PAUSED
-    run.rig.fix_offset_m = (0.0, 0.0)
-    run.until(DONE)
-    assert -0.03 < joint(run) < 0.02

@@ -84,34 +84,6 @@ def test_it_turns_in_place_between_legs(follower: str) -> None:
     assert math.dist((run.rig.x, run.rig.y), end) < 0.02 * slack
 
 
-@pytest.mark.parametrize(
-    ("follower", "stop"),
-    with_full(("regularised", "pause"), ("dynamic", "estop"), full=(("linear", "pause"), ("linear", "estop"))),
-)
-def test_stopped_and_told_to_go_on_it_begins_where_it_stands(follower: str, stop: str) -> None:
-    run = start(trajectory(chain((0.0, 14.0)), sprays=((3.0, 11.0),)), follower)
-    run.until_arc(6.0)
-    getattr(run.onboard, stop)()
-    for _ in range(500):
-        run.tick()
-        assert abs(along_m(run)) < 0.1
-    assert abs(run.rig.speed) < 1e-3
-    if stop == "estop":
-        run.onboard.reset()
-    run.onboard.resume()
-    fastest = 0.0
-    while run.onboard.state == TraversalStatus.RUNNING:
-        run.tick()
-        fastest = max(fastest, abs(run.rig.speed))
-        assert abs(along_m(run)) < 0.1
-    assert run.onboard.state == TraversalStatus.DONE
-    assert fastest < 1.15
-    joined = run.painted  # as with any follower
-    assert joined[0][0] == pytest.approx(3.015, abs=1e-3)
-    assert joined[0][1] - joined[1][0] == pytest.approx(0.005, abs=1e-3)
-    assert joined[-1][1] == pytest.approx(11.03, abs=1e-3)
-
-
 def test_the_reference_waits_for_a_robot_that_is_held() -> None:
     """And goes on from rest, once that has come nearer."""
     computer = ComputerState.sized(2)()

@@ -1,17 +1,13 @@
 """The command line as a process: it ends in order at a signal, and the demo needs no terminal."""
 
-import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.system.commands import figures, start_touchline, touchline, touchline_here
-from touchline.bus import Bus
+from tests.system.commands import start_touchline, touchline_here
 from touchline.cli import demo_command
 
 
@@ -70,20 +66,3 @@ def test_demo_without_a_terminal_runs_a_job_as_fast_as_it_goes(monkeypatch, tmp_
     done = touchline_here("demo", "tennis", "--json", "--vehicle", "turtlebot2")
     assert (done.returncode, done.stdout) == (code, '{\n  "success": ' + str(success).lower() + "\n}\n"), done.stderr
     assert asked == [("tennis", -1.0, "session.mcap", "turtlebot2")]
-
-
-@pytest.mark.full
-def test_a_follower_from_outside_steers_as_the_example_says(bus_config, tmp_path):
-    field = tmp_path / "line.json"
-    field.write_text('{"name": "line", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}]}')
-    example = Path(__file__).parents[2] / "examples" / "external_follower.py"
-    environment = {**os.environ, **bus_config.environment()}
-    with subprocess.Popen([sys.executable, str(example)], env=environment) as follower:
-        try:
-            with Bus.open("bystander", bus_config) as bus:
-                assert not bus.wait_for({"follower"}, 100.0)
-            report = figures(touchline("run", str(field), "--json", "--follower", "external", config=bus_config))
-        finally:
-            follower.terminate()
-    assert report["success"]
-    assert report["traversal"]["follower_fallbacks"] == 0
