@@ -17,8 +17,6 @@ from touchline.recordings.recording_file import RecordingError
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
 
-CHUNK_START = 9 + 28 + 4
-
 
 def of_kind(data: bytes, opcode: int) -> list[tuple[int, int]]:
     return [place for place in records(data) if data[place[0]] == opcode]

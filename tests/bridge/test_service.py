@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.said import messages, record, sent, stamp
-from tests.meeting import caught_up, eventually
-from touchline.bus import Bus, BusConfig, HealthReporter, attachment
+from tests.meeting import eventually
+from touchline.bus import Bus, BusConfig, HealthReporter
 from touchline.recordings.channels import is_drawn
 from touchline.recordings.reader import RecordingReader, read_summary
 from touchline.schemas import topics
@@ -25,7 +25,6 @@ from touchline.schemas.messages import (
     DiagnosticStatus,
     Event,
     GetDiagnosticsRequest,
-    Imu,
     RecordRequest,
     RecordResponse,
     RecordStopRequest,
@@ -224,49 +223,6 @@ def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot:
     assert "it continues in session.part2.mcap" in told[0].text
     with bridge(robot.bus, tmp_path, supervised):  # it was stopped in good order: nothing goes on
         assert "nothing is being recorded" in robot.stop().message
-
-
-def test_a_strangers_numbers_and_junk_are_told_and_do_no_harm(robot: Robot, config: BusConfig, tmp_path: Path) -> None:
-    """Zenoh keeps the order of one session: what the robot says last comes after all that the stranger sent to it."""
-    path, imu, junk = tmp_path / "session.mcap", encode(Imu()), b"\x00\x01\x00\x00" + bytes(7)
-    numbers = [2**63 - 1, 0, -1, -(2**63), 1, 1, 3, 2**62, 2**63 - 1]
-    with bridge(robot.bus, tmp_path), Bus.open("stranger", config) as stranger:
-        events = robot.bus.inbox([topics.EVENTS])
-        assert robot.record(path).success
-        publisher = stranger.publisher(topics.IMU)
-        caught_up(stranger, robot.bus)
-        assert not stranger.wait_for({topics.BRIDGE}, 60.0)
-        heard = 0
-        while not heard:  # until the bridge takes what the stranger sends
-            publisher.send_bytes(imu)
-            heard = _figures(robot)["messages"]
-        for sender in range(2000):
-            for number in numbers if sender == 0 else (2**63 - 1 - sender,):
-                publisher._put(imu, attachment=attachment.pack(number, 2**62, b"%16d" % sender))
-        for sender in range(3):
-            publisher._put(junk, attachment=attachment.pack(1, 1, b"%16d" % sender))
-        publisher._put(junk)
-        publisher.send_bytes(imu)  # it was forgotten among the thousands
-        publisher.sequence += 7
-        publisher.send_bytes(imu)
-        until(robot, lambda: _figures(robot)["lost_in_recording"] >= 8)
-        said = robot.say(100)
-        answer = robot.stop()
-        told = [message.code for _, message in events.messages() if isinstance(message, Event)]
-    assert answer.success, answer.message
-    assert answer.lost == 8  # 2, which came before 3, and the last seven
-    assert "4 payloads did not fit their topic or were damaged" in answer.message
-    held = contents(path)
-    assert [item for item in held if item[1] != imu and item[0] != "/tt2/events"] == said
-    assert [item[0] for item in held].count("/tt2/events") == 1  # the recording tells it, too
-    assert read_summary(path).metadata["touchline_rejected"] == {"total": "4", "/tt2/imu/data_raw": "4"}
-    assert read_summary(path).metadata["touchline_lost"]["total"] == "8"
-    assert told == ["recording-fell-behind"]
-
-
-def _figures(robot: Robot) -> dict[str, int]:
-    answer = robot.bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest(), 60.0, robot.poll)
-    return {item.key: int(item.value) for item in answer.diagnostics.status[0].values if item.value.isdigit()}
 
 
 def test_a_signal_finishes_the_recording_that_was_begun_with_the_bridge(robot: Robot, tmp_path: Path) -> None:

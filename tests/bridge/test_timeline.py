@@ -10,7 +10,7 @@ from touchline.recordings.recorder import Recorder
 from touchline.recordings.replay.replayer import Timeline, recorded_robots
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
-from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
+from touchline.schemas.messages import Clock, String
 from touchline.schemas.topics import Topic
 
 
@@ -24,23 +24,6 @@ def test_everything_in_order_at_its_time(recording: Path) -> None:
     assert times == sorted(times)
     assert times[0] == 0.0 and times[-1] == 1.99
     assert timeline.reader.fraction == 1.0
-
-
-def test_a_late_measurement_keeps_its_place(tmp_path: Path) -> None:
-    recorder = Recorder(tmp_path / "a.mcap")
-    recorder.write("clock", encode(Clock(clock=stamp(100))), 0)
-    recorder.write("gnss/fix", encode(NavSatFix(header=Header(stamp=stamp(89)))), 0)
-    recorder.write("imu/data_raw", encode(Imu(header=Header(stamp=stamp(101)))), 0)
-    cues = list(Timeline(recorder.finish().path).cues())
-    assert [cue.topic.name for cue in cues] == ["clock", "gnss/fix", "imu/data_raw"]
-    assert [cue.at_s for cue in cues] == [0.0, 0.0, 0.01]
-
-
-def test_a_clock_that_begins_anew_goes_on_from_there(tmp_path: Path) -> None:
-    recorder = Recorder(tmp_path / "a.mcap")
-    for sequence, tick in enumerate((9000, 9100, 0, 100)):
-        recorder.write("clock", encode(Clock(clock=stamp(tick))), sequence)
-    assert [cue.at_s for cue in Timeline(recorder.finish().path).cues()] == [0.0, 1.0, 1.0, 2.0]
 
 
 def test_topics_that_are_not_ours_are_counted(tmp_path: Path) -> None:

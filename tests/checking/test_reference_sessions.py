@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.checking.short_sessions import BRIEF, bend, given, record
+from tests.checking.test_mutations import MUTATIONS
 from touchline.checking import pytest_plugin
 from touchline.checking.check_files import check_file
 from touchline.checking.check_session import update_recording
@@ -68,14 +69,8 @@ def test_a_difference_is_told_by_the_assertion(pytester, monkeypatch):
 
 def test_a_session_is_written_anew_on_purpose(tmp_path, monkeypatch):
     path = bend(tmp_path / "bend.mcap", BRIEF)
-    real = emulator.World
-    monkeypatch.setattr(
-        emulator,
-        "World",
-        lambda vehicle, scenario: real(
-            vehicle.model_copy(update={"body": vehicle.body.model_copy(update={"mass_empty_kg": 50.0})}), scenario
-        ),
-    )
+    mutate, _ = MUTATIONS["a heavier body"]
+    mutate(monkeypatch)
     (before,) = check_file("", path)
     assert not before.passed
     assert before.part == "world"

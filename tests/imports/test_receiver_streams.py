@@ -23,35 +23,14 @@ def gga(clock: str, quality: int = 4) -> bytes:
     return sentence(f"GNGGA,{clock},4807.20000000,N,01131.20000000,W,{quality},12,0.7,500.0,M,46.0,M,1.0,0001")
 
 
-def pvt(second: int, carrier: int = 2) -> bytes:
-    return UBXMessage(
-        "NAV",
-        "NAV-PVT",
-        0,
-        iTOW=86_390_000 + 1000 * second,
-        year=2024,
-        month=1,
-        day=1,
-        hour=0,
-        min=0,
-        second=second,
-        validDate=1,
-        validTime=1,
-        fixType=3,
-        gnssFixOk=1,
-        carrSoln=carrier,
-        lat=48.12,
-        lon=-11.52,
-        height=546000,
-        hAcc=14,
-        numSV=12,
-    ).serialize()
-
-
 def week_pvt(second_of_week: int, day: int, hour: int, minute: int, second: int) -> bytes:
     told = {"validDate": 1, "validTime": 1, "fixType": 3, "gnssFixOk": 1, "carrSoln": 2, "lat": 48.12, "lon": 11.5}
     clock = {"year": 2024, "month": 4, "day": day, "hour": hour, "min": minute, "second": second}
-    return UBXMessage("NAV", "NAV-PVT", 0, iTOW=1000 * second_of_week, **clock, **told).serialize()
+    return UBXMessage("NAV", "NAV-PVT", 0, iTOW=1000 * second_of_week, hAcc=14, **clock, **told).serialize()
+
+
+def pvt(second: int) -> bytes:
+    return week_pvt(86_390 + second, 1, 0, 0, second)
 
 
 def read(path, stream):

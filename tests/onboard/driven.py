@@ -7,10 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.interface import Command, SensorFrame
+from touchline.schemas.scenario import Scenario
 
 
 def wander(tick: int) -> Command:
@@ -30,6 +32,14 @@ def drive(
 ) -> None:
     for tick in range(ticks):
         estimator.step(change(rig.step(command(tick))))
+
+
+def under_way(seed: int, ticks: int, scenario: Scenario | None = None) -> tuple[Rig, Estimator]:
+    """One that has wandered for so long."""
+    rig = Rig(scenario=scenario or Scenario(), seed=seed)
+    estimator = Estimator(rig.vehicle, data_sheets(rig.scenario))
+    drive(rig, estimator, ticks)
+    return rig, estimator
 
 
 def until_fix(rig: Rig, estimator: Estimator, command: Command) -> SensorFrame:

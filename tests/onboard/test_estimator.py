@@ -9,7 +9,7 @@ import pytest
 from scipy.special import chdtri
 
 from benchmarks._data_sheets import data_sheets
-from tests.onboard.driven import drive, error, until_fix, wander
+from tests.onboard.driven import drive, error, under_way, until_fix, wander
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
@@ -104,27 +104,6 @@ def test_lever_arm_is_taken_into_account() -> None:
     assert np.hypot(*error(rig, estimator)[:2]) < 2e-3
 
 
-def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
-    def final(order: tuple[int, int]) -> Estimator:
-        rig = Rig(scenario=DEFAULT, seed=6)
-        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-        drive(rig, estimator, 601)
-        pair = []
-        while len(pair) < 2:
-            frame = rig.step(wander(700))
-            pair += frame.gnss
-            estimator.step(frame._replace(gnss=()))
-        for index in order:
-            estimator.step(rig.step(wander(700))._replace(gnss=(pair[index],)))
-        return estimator
-
-    in_order, swapped = final((0, 1)), final((1, 0))
-    assert report(in_order.counters).fixes_out_of_order == 0
-    assert report(swapped.counters).fixes_out_of_order == 1
-    np.testing.assert_allclose(in_order.state, swapped.state, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(in_order.covariance, swapped.covariance, rtol=1e-9, atol=1e-15)
-
-
 def test_lost_samples_end_near_the_same_estimate() -> None:
     """Two of three readings of the IMU and the encoders."""
 
@@ -150,9 +129,7 @@ def test_lost_samples_end_near_the_same_estimate() -> None:
 
 
 def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
-    rig = Rig(scenario=DEFAULT, seed=7)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    drive(rig, estimator, 500)
+    rig, estimator = under_way(seed=7, ticks=500)
     frame = until_fix(rig, estimator, wander(600))
     (fix,) = frame.gnss
     estimator.step(frame)
@@ -165,9 +142,7 @@ def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_fix_that_is_not_a_number_is_ignored(bad: float) -> None:
-    rig = Rig(scenario=DEFAULT, seed=8)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    drive(rig, estimator, 500)
+    rig, estimator = under_way(seed=8, ticks=500)
     for _ in range(20):
         frame = rig.step(wander(600))
         frame = frame._replace(gnss=tuple(fix._replace(east_m=bad) for fix in frame.gnss))
@@ -219,9 +194,7 @@ def test_covariance_stays_symmetric_and_positive() -> None:
 
 
 def test_a_gyro_that_turns_while_the_wheels_stand_makes_the_heading_uncertain() -> None:
-    rig = Rig(scenario=DEFAULT, seed=12)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    drive(rig, estimator, 1000)
+    rig, estimator = under_way(seed=12, ticks=1000)
     drive(rig, estimator, 150, lambda t: STANDSTILL)
     bias, sigma = float(estimator.state[m.GYRO_BIAS]), estimator.heading_sigma_rad
     for _ in range(100):
@@ -235,9 +208,7 @@ def test_a_gyro_that_turns_while_the_wheels_stand_makes_the_heading_uncertain() 
 
 
 def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
-    rig = Rig(scenario=DEFAULT, seed=13)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    drive(rig, estimator, 1000)
+    rig, estimator = under_way(seed=13, ticks=1000)
     last = rig.step(wander(1000))
     estimator.step(last)
     for tick in range(60):

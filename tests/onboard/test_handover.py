@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.onboard.rig import Rig, Run, chain, reversing, start, trajectory
-from tests.with_full import with_full
 from touchline.onboard import Onboard
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
@@ -87,10 +86,7 @@ def test_a_robot_that_does_not_know_where_it_is_refuses():
         take_here(run, SHORT)
 
 
-@pytest.mark.parametrize(
-    ("follower", "behind_m"),
-    with_full(("mpc", 0.0), ("pure-pursuit", 2.0), full=(("mpc", 2.0), ("pure-pursuit", 0.0))),
-)
+@pytest.mark.parametrize(("follower", "behind_m"), [("mpc", 0.0), ("pure-pursuit", 2.0)])
 def test_the_same_way_taken_over_is_driven_as_if_nothing_had_been(follower, behind_m):
     plain, replaced = start(LINE, follower, "default", seed=2), start(LINE, follower, "default", seed=2)
     for run in (plain, replaced):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from benchmarks._data_sheets import data_sheets
-from tests.onboard.driven import drive, error, until_fix, wander
+from tests.onboard.driven import drive, error, under_way, until_fix, wander
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
@@ -115,9 +115,7 @@ def test_a_fix_that_admits_trouble_counts_for_less() -> None:
     """Of two that are off by the same 2 cm, the one that admits 10 cm moves the estimate by far less."""
 
     def moved(variance_m2: float | None) -> float:
-        rig = Rig(scenario=SCENARIO, seed=6)
-        estimator = Estimator(rig.vehicle, data_sheets(SCENARIO))
-        drive(rig, estimator, 1000)
+        rig, estimator = under_way(seed=6, ticks=1000)
         frame = until_fix(rig, estimator, wander(1000))
         (fix,) = frame.gnss
         right, off = copy.deepcopy(estimator), estimator

@@ -7,7 +7,6 @@ import math
 import pytest
 
 from tests.onboard.rig import reversing, start
-from tests.with_full import with_full
 from touchline.onboard.trajectory.path import BACKWARD, FORWARD, SPIN
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.errors import CommandRefused
@@ -53,10 +52,7 @@ def test_time_counts_the_turns() -> None:
     assert loaded.time_at(3.0, 2) == pytest.approx(4.0 + turning)
 
 
-@pytest.mark.parametrize(
-    ("follower", "noise"),
-    with_full(("mpc", "default"), ("pure-pursuit", "none"), full=(("mpc", "none"), ("pure-pursuit", "default"))),
-)
+@pytest.mark.parametrize(("follower", "noise"), [("mpc", "default"), ("pure-pursuit", "none")])
 @pytest.mark.parametrize("plan", [THREE_POINT, QUARTER], ids=["cusps", "quarter"])
 def test_drives_to_the_end(plan: Trajectory, follower: str, noise: str) -> None:
     run = start(plan, follower, noise, seed=2)

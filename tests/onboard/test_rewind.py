@@ -9,7 +9,7 @@ import pytest
 from scipy.special import chdtri
 
 from benchmarks._data_sheets import data_sheets
-from tests.onboard.driven import wander
+from tests.onboard.driven import under_way, wander
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
@@ -61,10 +61,7 @@ def test_a_fix_counts_for_its_own_fraction_of_a_tick() -> None:
 
 
 def test_a_field_that_turns_at_once_is_rejected_and_counted() -> None:
-    rig = Rig(scenario=DEFAULT, seed=22)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    for tick in range(1500):
-        estimator.step(rig.step(wander(tick)))
+    rig, estimator = under_way(seed=22, ticks=1500)
     before = estimator.state.copy()
     assert report(estimator.counters).mag_rejected == 0
     for tick in range(1500, 1600):
@@ -80,10 +77,7 @@ def test_wheels_and_magnetometer_say_how_well_they_agree() -> None:
     """Mean squares near their degrees of freedom: two for a pair of wheels, one for the magnetometer."""
     wheels, magnetic = [], []
     for seed in range(4):
-        rig = Rig(scenario=DEFAULT, seed=seed)
-        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-        for tick in range(1500):
-            estimator.step(rig.step(wander(tick)))
+        _, estimator = under_way(seed=seed, ticks=1500)
         said = report(estimator.counters)
         wheels.append(said.encoder_nis_mean)
         magnetic.append(said.mag_nis_mean)
@@ -93,10 +87,7 @@ def test_wheels_and_magnetometer_say_how_well_they_agree() -> None:
 
 def test_a_float_solution_that_claims_too_much_is_not_believed() -> None:
     """It drifts off by 20 cm and claims 8 mm: the estimate does not follow it further than it says."""
-    rig = Rig(scenario=DEFAULT, seed=23)
-    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    for tick in range(2000):
-        estimator.step(rig.step(wander(tick)))
+    rig, estimator = under_way(seed=23, ticks=2000)
     rig.fix = 2
     for tick in range(2000, 4000):
         rig.fix_offset_m = (0.0001 * (tick - 2000), 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks._data_sheets import data_sheets
-from tests.onboard.driven import drive, error, wander
+from tests.onboard.driven import drive, error, under_way, wander
 from tests.onboard.rig import Rig
 from tests.two_wheels import STANDSTILL
 from touchline.onboard import filter_model as m
@@ -31,9 +31,7 @@ def weighed(y_m: float, sigma_m: float, variance_m2: float = VARIANCE_M2) -> flo
 
 
 def settled(seed: int = 4) -> tuple[Rig, Estimator]:
-    rig = Rig(scenario=SCENARIO, seed=seed)
-    estimator = Estimator(rig.vehicle, data_sheets(SCENARIO))
-    drive(rig, estimator, 1000)
+    rig, estimator = under_way(seed=seed, ticks=1000)
     drive(rig, estimator, 100, lambda _: STANDSTILL)
     return rig, estimator
 

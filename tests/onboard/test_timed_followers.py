@@ -12,7 +12,6 @@ from tests.with_full import with_full
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.computer_state import ComputerState
 from touchline.onboard.control import make_follower
-from touchline.onboard.control.follower import BodyTwist, keeps_time
 from touchline.onboard.control.path_tracker import PathTracker
 from touchline.onboard.filter_model import EAST
 from touchline.onboard.interface import TICK_S
@@ -142,21 +141,3 @@ def test_a_reference_at_rest_comes_up_to_the_profile_by_its_acceleration() -> No
 def test_errors_are_of_the_reference_in_the_frame_of_the_robot() -> None:
     seen = errors_against((1.0, 2.0, math.pi / 2), (0.5, 4.0, -3.0))
     assert seen == pytest.approx((2.0, 0.5, math.tau - 3.0 - math.pi / 2))
-
-
-def test_a_follower_that_says_nothing_of_time_keeps_to_the_path() -> None:
-    class Plain:
-        """Without the attribute."""
-
-        name = "plain"
-        ahead_rows = fine_rows = 1
-        fallbacks = 0
-        can_fail = False
-        problem = ""
-
-        def reset(self) -> None: ...
-
-        def step(self, _now: np.ndarray, _ahead: np.ndarray) -> BodyTwist:
-            return BodyTwist(0.0, 0.0)
-
-    assert not keeps_time(Plain())  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from tests.system.test_shared_run import Silent
 from touchline.bus import Bus, BusConfig, ServedCall
 from touchline.jobs.goal.goal_on_bus import GoalOnBus
 from touchline.jobs.watcher import JobFailed
@@ -13,18 +14,6 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.standard import Header, Time
 
 GOAL_TIME = Header(stamp=Time(sec=10))
-
-
-class Silent:
-    """Watches, and has nothing to say."""
-
-    def stage(self, text: str) -> None: ...
-
-    def progress(self, fraction: float, text: str) -> None: ...
-
-    def event(self, severity: int, text: str) -> None: ...
-
-    def check(self) -> None: ...
 
 
 def report(header: Header, total_time_s: float) -> TraversalReport:
