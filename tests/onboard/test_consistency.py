@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-import pytest
 from scipy.special import chdtri
 
 from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
 from touchline.onboard.estimation.filter import Estimator
-from touchline.schemas.scenario import Scenario
 
 RUNS = 6
 
@@ -47,11 +45,3 @@ def test_the_mean_slip_is_learned_so_an_outage_ends_within_3_sigma() -> None:
         along.append(e[0] * math.cos(heading) + e[1] * math.sin(heading))
     assert inside == RUNS
     assert abs(np.mean(along)) < 0.07
-
-
-def test_without_noise_the_slip_is_learned_to_a_fifth() -> None:
-    robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, data_sheets(DEFAULT))
-    for tick in range(1, 6001):
-        estimator.step(robot.step(*straight(tick)))
-    learned = estimator.ring.learned.error_mean
-    assert learned == pytest.approx([0.005, 0.005], abs=0.001)

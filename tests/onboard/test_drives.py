@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,7 +11,6 @@ from touchline.onboard import filter_model as m
 from touchline.onboard import tracking_state as tracking
 from touchline.onboard.drives import onboard_drive
 from touchline.onboard.drives.onboard_drive import drive_of
-from touchline.onboard.interface import TICK_S
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import TURTLEBOT2
@@ -84,8 +81,3 @@ def test_turning_on_the_spot_and_tight_curves_have_limits() -> None:
         DRIVE.check_speeds(np.array([1.0, 2.1]), np.zeros(2), ("first", "second").__getitem__)
     with pytest.raises(CommandRefused, match=r"turning on the spot at 9.00 rad/s needs a wheel speed"):
         DRIVE.check_spin("it", 9.0)
-
-
-def test_what_a_motor_makes_of_a_command_in_a_tick() -> None:
-    assert DRIVE.lag_share == pytest.approx(1.0 - math.exp(-TICK_S / VEHICLE.drive.motor_time_constant_s))
-    assert DRIVE.max_step == pytest.approx(VEHICLE.drive.max_wheel_acceleration_radps2 * TICK_S)

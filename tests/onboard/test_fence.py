@@ -24,7 +24,6 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.world.world import TruePose
 
 VEHICLE = Vehicle()
@@ -102,12 +101,6 @@ def pushed(robot, north_m, at_m=3.0):
         if robot.onboard.state == ESTOPPED:
             return ticks
     return None
-
-
-def test_inside_the_boundary_it_paints_to_the_end() -> None:
-    robot = emulator(NEAR)
-    FastRunner(robot).run(60_000)
-    assert robot.onboard.state == DONE
 
 
 @pytest.mark.parametrize(

@@ -163,11 +163,6 @@ def test_far_off_the_path_the_tangent_model_is_not_used() -> None:
     assert twist.yaw_rate_radps < 0.0 and twist.actuators is None
 
 
-def test_unknown_follower() -> None:
-    with pytest.raises(ValueError, match="no follower"):
-        make_follower("magic", VEHICLE)
-
-
 def test_progress_does_not_jump_at_a_crossing() -> None:
     """A figure of eight: at the crossing both branches are equally near."""
     loop = [(0.0, 4.0), (0.9, 1.5 * math.pi / 0.9), (0.0, 4.0)]

@@ -126,13 +126,6 @@ def test_nothing_is_painted_without_a_trajectory_and_all_of_nothing_with_one() -
     assert run.onboard.painted == ((), (), 0.0)
 
 
-def test_a_segment_that_is_sprayed_in_part_counts_as_far_as_it_is_to_be() -> None:
-    run = start(trajectory(chain((0.0, 12.0)), sprays=((5.0, 10.0),)))
-    run.until(DONE)
-    assert run.onboard.painted.ids == ("s0",)
-    assert run.onboard.painted.coverage_pct == pytest.approx(100.0)
-
-
 def test_a_short_transition_over_which_the_valve_opens_early_is_not_sprayed() -> None:
     plan = trajectory(chain((0.0, 5.0), (0.0, 0.01), (0.0, 3.0), (0.0, 4.0)), sprays=((5.01 - ON_M, 8.01 - OFF_M),))
     assert Painted(load_trajectory(plan, VEHICLE), VEHICLE).ids == ("s2",)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 
 import pytest
@@ -11,9 +10,8 @@ import pytest
 from tests.onboard.rig import Run, chain, start, trajectory
 from tests.with_full import with_full
 from touchline.onboard import Onboard
-from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
@@ -242,33 +240,3 @@ def test_pause_during_alignment() -> None:
     assert run.rig.speed == 0.0
     run.onboard.resume()
     run.until(DONE)
-
-
-def test_refused_load_changes_nothing() -> None:
-    run = in_state(READY)
-    with pytest.raises(CommandRefused):
-        run.onboard.load(Trajectory())
-    assert run.onboard.state == READY
-    run.onboard.start()
-    run.until(DONE)
-
-
-def test_second_traversal_elsewhere() -> None:
-    """The robot is carried to the next start: load aligns the estimator anew."""
-    run = start(SHORT)
-    run.until(DONE)
-    run.ticks(100)
-    x, y, heading = 40.0, 25.0, 2.0
-    curve = Curve(x, y, heading, 0.0, 6.0)
-    run.rig.x, run.rig.y, run.rig.heading = x, y, heading
-    run.onboard.load(trajectory([curve]))
-    run.onboard.start()
-    run.until(DONE)
-    run.ticks(50)
-    assert math.dist((run.rig.x, run.rig.y), curve.end[:2]) < 0.03
-
-
-def test_link_lost_while_idle_is_nothing() -> None:
-    run = in_state(IDLE)
-    run.onboard.link_lost()
-    assert run.onboard.state == IDLE

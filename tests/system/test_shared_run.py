@@ -372,15 +372,6 @@ def site(tmp_path):
 
 
 @pytest.mark.full
-def test_a_job_that_is_not_accepted_ends_with_exit_code_1(tmp_path, bus_config):
-    template = tmp_path / "fine.json"
-    template.write_text(TEMPLATE.model_copy(update={"tolerance_m": 0.001}).to_json())
-    done = touchline_here("run", str(template), "--robots", "2", "--speed", "max", "--json", config=bus_config)
-    assert done.returncode == 1, done.stderr
-    assert "the paint is not accepted" in json.loads(done.stdout)["reason"]
-
-
-@pytest.mark.full
 def test_who_is_set_going_again_does_its_share_and_whose_rest_others_do_never_drives_again(site):
     team = site("--take-over-after", "1000")  # long after an operator has ordered it
     team.paints("r2")
