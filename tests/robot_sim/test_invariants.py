@@ -9,7 +9,7 @@ from touchline.onboard.executive.failsafe import Failsafe
 from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.mission import Mission
 from touchline.onboard.executive.sprayer import Sprayer
-from touchline.onboard.executive.stop import Stop
+from touchline.onboard.executive.stop import TraversalStop
 from touchline.onboard.executive.traversal import Traversal
 from touchline.onboard.interface import Command
 from touchline.schemas.messages import TraversalStatus
@@ -52,7 +52,7 @@ GUARDS = [
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
     ("wheels commanded while stopped", {(Mission, "stop_hard"): REST}, None, "estop"),
     ("while not running", {(Mission, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
-    ("moves without a warning", {(Stop, "_warn"): NOTHING}, None, "pause"),
+    ("moves without a warning", {(TraversalStop, "_warn"): NOTHING}, None, "pause"),
     (
         "outside what the plan sprays",
         {(Sprayer, "step"): sprays_on},

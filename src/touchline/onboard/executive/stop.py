@@ -27,7 +27,7 @@ class Attempt(NamedTuple):
     goes_on: bool = False
 
 
-class Stop:
+class TraversalStop:
     """Present stop of a robot, or the last one.
 
     Attributes:

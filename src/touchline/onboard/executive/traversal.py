@@ -30,7 +30,7 @@ from touchline.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.onboard.executive.mission import Mission
 from touchline.onboard.executive.move_off import MoveOffRules
 from touchline.onboard.executive.retry_limit import Tries
-from touchline.onboard.executive.stop import ABOUT_TO_MOVE, MAX_RESUME_DISTANCE_M, Stop
+from touchline.onboard.executive.stop import ABOUT_TO_MOVE, MAX_RESUME_DISTANCE_M, TraversalStop
 from touchline.onboard.executive.stop_causes import (
     ABORTED_BY_OPERATOR,
     BY_EMERGENCY_STOP,
@@ -100,7 +100,7 @@ class Traversal:
         self.state = IDLE
         self.reason = ""
         self.job: TraversalJob | None = None
-        self.stop = Stop(rules, computer, self._watch, log)
+        self.stop = TraversalStop(rules, computer, self._watch, log)
         self._before_estop = IDLE
         self._fallbacks_before = 0  # of an earlier process, less those of earlier jobs
 
