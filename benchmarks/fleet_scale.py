@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from benchmarks._settings import Small
-from touchline.fleet.exchange import Exchange
+from touchline.coordination.exchange import Exchange
 from touchline.jobs.team.team_run import TeamRun
 from touchline.schemas.team import TeamScenario
 

@@ -83,7 +83,7 @@ def load_template(name_or_path: str | Path, parameters: Mapping[str, float | boo
     return parse_template(text, source)
 
 
-def load_vehicle(name_or_path: str | Path) -> Vehicle:
+def load_vehicle(name_or_path: str | Path, /) -> Vehicle:
     """The vehicle of that shipped name, or of that file.
 
     Raises:

@@ -11,8 +11,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import voronoi
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.cells import voronoi
+from touchline.coordination.free_area import FreeArea
 from touchline.services.planner.plots.style import INK
 from touchline_research.network.team_trials import TeamRecord
 

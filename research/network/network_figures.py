@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from touchline.fleet.lloyd import square_cost
+from touchline.coordination.lloyd import square_cost
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline_research.network.moving_picture import TOUCHING, moving_picture
 from touchline_research.network.team_trials import BEARING, FREE, OURS, TeamRecord

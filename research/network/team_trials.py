@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.free_area import FreeArea
 from touchline.jobs.team.team_figures import team_figures
 from touchline.jobs.team.team_run import TeamRun, TeamTrace
 from touchline.schemas.team import DeployTask, SwapTask, TeamScenario

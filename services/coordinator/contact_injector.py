@@ -7,9 +7,9 @@ import uuid
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from touchline.fleet.body_contacts import PRESSED
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.reported_contacts import ReportedContacts
+from touchline.coordination.body_contacts import PRESSED
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.reported_contacts import ReportedContacts
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.coordinator.group_call import GroupCall, reasons

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Final, NamedTuple, TypeAlias
 
 from touchline.bus import Bus, ServedCall
-from touchline.fleet.coordination import Coordination
+from touchline.coordination.coordination import Coordination
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError

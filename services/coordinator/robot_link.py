@@ -6,8 +6,8 @@ import time
 from collections.abc import Sequence
 
 from touchline.bus import Bus
-from touchline.fleet.guidance_messages import stamped_guidance
-from touchline.fleet.reported_contacts import tick_of
+from touchline.coordination.guidance_messages import stamped_guidance
+from touchline.coordination.reported_contacts import tick_of
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 

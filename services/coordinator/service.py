@@ -19,16 +19,16 @@ from typing import Final
 from pydantic import TypeAdapter, ValidationError
 
 from touchline.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.coordination.body_contacts import body_radius_m
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.exchange import EXCHANGE_TICKS, Exchange
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.guidance_messages import header_at
+from touchline.coordination.late_robots import LateRobots
+from touchline.coordination.start_poses import free_area
+from touchline.coordination.task_statistics import TaskStatistics
+from touchline.coordination.team_status import team_messages
 from touchline.core.compilations import run_steps
-from touchline.fleet.body_contacts import body_radius_m
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.exchange import EXCHANGE_TICKS, Exchange
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.guidance_messages import header_at
-from touchline.fleet.late_robots import LateRobots
-from touchline.fleet.start_poses import free_area
-from touchline.fleet.task_statistics import TaskStatistics
-from touchline.fleet.team_status import team_messages
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError

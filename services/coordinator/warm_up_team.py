@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.exchange import Exchange
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.team_status import team_status
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.exchange import Exchange
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.team_status import team_status
 from touchline.schemas.messages import Whereabouts
 from touchline.schemas.team import TaskSpec, TeamScenario
 

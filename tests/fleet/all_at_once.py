@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import ROBOT_RADIUS_M, BufferedCell, keep_robots_apart, within_area
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.cells import ROBOT_RADIUS_M, BufferedCell, keep_robots_apart, within_area
+from touchline.coordination.free_area import FreeArea
 
 Floats = NDArray[np.float64]
 

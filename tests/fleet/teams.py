@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from tests.fleet.all_at_once import stopping_segments
 from tests.fleet.unicycles import LIMITS, drive
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.hub import Hub
-from touchline.fleet.kernels.clipping import clip_all
-from touchline.fleet.tasks import GoalLists, TeamTask, swap
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.hub import Hub
+from touchline.coordination.kernels.clipping import clip_all
+from touchline.coordination.tasks import GoalLists, TeamTask, swap
 from touchline.onboard.executive.cell_keeper import CellKeeper, Segment
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.onboard import TeamLimits

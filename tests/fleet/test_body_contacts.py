@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from touchline.fleet.body_contacts import BodyContacts
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.body_contacts import BodyContacts
+from touchline.coordination.free_area import FreeArea
 
 HALL = FreeArea.of([(-2.0, -2.0), (8.0, -2.0), (8.0, 2.0), (-2.0, 2.0)])
 

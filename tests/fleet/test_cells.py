@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import square
-from touchline.fleet.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.kernels.nearest import nearest_in, nearest_pair
+from touchline.coordination.cells import BufferedCell, CoincidentPoints, SegmentsMeet, voronoi
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.kernels.nearest import nearest_in, nearest_pair
 from touchline.schemas.errors import SpecError
 
 L_SHAPE = FreeArea.of([(0, 0), (6, 0), (6, 2), (2, 2), (2, 6), (0, 6)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.fleet.test_reported_contacts import FIELD, way
-from touchline.fleet.reported_contacts import ReportedContacts
+from touchline.coordination.reported_contacts import ReportedContacts
 from touchline.jobs.team.contact_order import LATE_S, ContactsInOrder
 
 A = {2: (0.0, 0.1), 4: (0.7, 0.5), 6: (0.5, 0.5)}

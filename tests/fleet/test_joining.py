@@ -19,9 +19,9 @@ from tests.fleet.teams import (
     swapped,
     whereabouts,
 )
-from touchline.fleet.hub import Hub
-from touchline.fleet.lloyd import deployment
-from touchline.fleet.tasks import Deploy, GoalLists
+from touchline.coordination.hub import Hub
+from touchline.coordination.lloyd import deployment
+from touchline.coordination.tasks import Deploy, GoalLists
 from touchline.schemas.messages.team_messages import NOTHING_HEARD_S
 
 APART_M = 0.4

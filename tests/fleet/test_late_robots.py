@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from touchline.fleet.late_robots import NOT_WAITED_FOR, WAITED_FOR_AGAIN, LateRobots
+from touchline.coordination.late_robots import NOT_WAITED_FOR, WAITED_FOR_AGAIN, LateRobots
 from touchline.schemas.messages import Event
 
 

@@ -22,9 +22,9 @@ from tests.fleet.teams import (
     swapped,
     whereabouts,
 )
-from touchline.fleet.hub import Hub
-from touchline.fleet.lloyd import deployment, settled
-from touchline.fleet.tasks import Deploy, GoalLists
+from touchline.coordination.hub import Hub
+from touchline.coordination.lloyd import deployment, settled
+from touchline.coordination.tasks import Deploy, GoalLists
 from touchline.onboard.executive.cell_keeper import CellKeeper
 from touchline.schemas.messages import Guidance
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.fleet.teams import corner_grid, square
-from touchline.fleet.cells import voronoi
-from touchline.fleet.density import DiscDensity, EvenDensity, RasterDensity
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.lloyd import deployment, relaxed_targets, settled, square_cost
+from touchline.coordination.cells import voronoi
+from touchline.coordination.density import DiscDensity, EvenDensity, RasterDensity
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.lloyd import deployment, relaxed_targets, settled, square_cost
 
 UNIT = square(1.0)
 MIDDLE = np.array([[0.5, 0.5]])

@@ -3,8 +3,8 @@
 import pytest
 
 from tests.fleet.teams import whereabouts
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.start_poses import free_area
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.start_poses import free_area
 from touchline.schemas.errors import SpecError
 from touchline.schemas.team import TeamScenario
 

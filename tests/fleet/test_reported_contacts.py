@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.guidance_messages import header_at
-from touchline.fleet.reported_contacts import ReportedContacts
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.guidance_messages import header_at
+from touchline.coordination.reported_contacts import ReportedContacts
 from touchline.schemas.messages import TrueWay
 
 FIELD = FreeArea.of(

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.fleet.teams import FAIR, Team, Weather, corner_grid, square
-from touchline.fleet import hub
-from touchline.fleet.hub import Hub
-from touchline.fleet.tasks import Deploy
+from touchline.coordination import hub
+from touchline.coordination.hub import Hub
+from touchline.coordination.tasks import Deploy
 
 FROZEN = Weather(frozen=(("tb03", 3.0, 12.0), ("tb07", 5.0, 7.0)))
 FEW_LOST = Weather(lost=0.1, delay_s=0.1)

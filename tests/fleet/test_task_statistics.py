@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.fleet.teams import whereabouts
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.start_poses import free_area
-from touchline.fleet.task_statistics import TaskStatistics
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.start_poses import free_area
+from touchline.coordination.task_statistics import TaskStatistics
 from touchline.schemas.team import TeamScenario
 
 PLACES = {"a": (1.0, 1.0), "b": (2.0, 1.0), "c": (3.5, 1.0)}

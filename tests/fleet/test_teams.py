@@ -8,12 +8,12 @@ import pytest
 from tests.fleet.all_at_once import buffered_cells, stopping_segments
 from tests.fleet.teams import PERIOD_S, Team, corner_grid, driven, names_of, on_circle, square, swapped, whereabouts
 from tests.fleet.unicycles import LIMITS
-from touchline.fleet.cells import SegmentsMeet
-from touchline.fleet.deadlock import PATIENCE_UPDATES, RightHand, rightmost
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.hub import Hub
-from touchline.fleet.lloyd import deployment, settled, square_cost
-from touchline.fleet.tasks import Deploy, GoalLists, swap
+from touchline.coordination.cells import SegmentsMeet
+from touchline.coordination.deadlock import PATIENCE_UPDATES, RightHand, rightmost
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.hub import Hub
+from touchline.coordination.lloyd import deployment, settled, square_cost
+from touchline.coordination.tasks import Deploy, GoalLists, swap
 
 BODY_M = 0.354
 APART_M = 0.4

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from touchline.fleet.traffic.conflicts import TimedPath, conflicts
-from touchline.fleet.traffic.gates import CLEAR_M, authorities_m, gates
-from touchline.fleet.traffic.timetable import timetable
+from touchline.coordination.traffic.conflicts import TimedPath, conflicts
+from touchline.coordination.traffic.gates import CLEAR_M, authorities_m, gates
+from touchline.coordination.traffic.timetable import timetable
 
 RADIUS_M, APART_M = 0.5, 0.5
 NEAREST_M = 2.0 * RADIUS_M + APART_M

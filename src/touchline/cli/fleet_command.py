@@ -73,7 +73,7 @@ def robots_of(
     choice: TeamChoice,
 ) -> None:
     """Print a team's emulated robots as JSON, for `robot-sim --robots` on this machine or another."""
-    from touchline.fleet.start_poses import free_area, start_poses
+    from touchline.coordination.start_poses import free_area, start_poses
 
     chosen = choice.chosen(robots, seed)
     for name in only or ():
@@ -130,7 +130,7 @@ def run(
 
     They use a private bus, unless $TOUCHLINE_ENDPOINT names one, where a console sees them.
     """
-    from touchline.fleet.start_poses import free_area, start_poses
+    from touchline.coordination.start_poses import free_area, start_poses
     from touchline.jobs.team.team_on_bus import TeamOnBus
 
     check_recordable(record)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from touchline.fleet.traffic.conflicts import TimedPath
+from touchline.coordination.traffic.conflicts import TimedPath
 from touchline.jobs.shared.shared_job import SharedJob
 from touchline.jobs.shared.unfinished_lines import unfinished
 from touchline.onboard.interface import PaintBelief

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 import numpy as np
 import shapely
 
+from touchline.coordination.traffic.timetable import timetable
 from touchline.core.robust_overlay import as_area, intersection, union
-from touchline.fleet.traffic.timetable import timetable
 from touchline.jobs.shared.shared_job import (
     APART_M,
     ASTRAY_M,

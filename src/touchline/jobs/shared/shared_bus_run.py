@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from touchline.bus import Bus
-from touchline.fleet.traffic.gates import authorities_m
+from touchline.coordination.traffic.gates import authorities_m
 from touchline.jobs.recording.team_recording import begin_team_recording, end_team_recording
 from touchline.jobs.shared.assignment import AssignmentStatus, assignments
 from touchline.jobs.shared.body_gap import BodyGap

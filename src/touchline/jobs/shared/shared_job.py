@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.traffic.conflicts import TimedPath
-from touchline.fleet.traffic.timetable import Delay, Timetable, timetable
+from touchline.coordination.traffic.conflicts import TimedPath
+from touchline.coordination.traffic.timetable import Delay, Timetable, timetable
 from touchline.jobs.shared.timed_path import timed_path
 from touchline.jobs.single.reports import left_out_figures
 from touchline.onboard.trajectory.trajectory import load_trajectory

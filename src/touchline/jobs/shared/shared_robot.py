@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Final
 
 from touchline.bus import Bus, CallError, ServedCall
-from touchline.fleet.body_contacts import PRESSED
+from touchline.coordination.body_contacts import PRESSED
 from touchline.jobs.shared.assignment import Assignment, AssignmentStatus
 from touchline.jobs.shared.claimed_stretch import NOTHING, ClaimedStretch
 from touchline.jobs.shared.joint_paint import Work

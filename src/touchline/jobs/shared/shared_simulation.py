@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.body_contacts import PRESSED
+from touchline.coordination.traffic.gates import authorities_m
 from touchline.core.stopwatch import Stopwatch
-from touchline.fleet.body_contacts import PRESSED
-from touchline.fleet.traffic.gates import authorities_m
 from touchline.jobs.shared.assignment import assignments
 from touchline.jobs.shared.body_gap import BodyGap
 from touchline.jobs.shared.claimed_stretch import publish_stretches

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.traffic.conflicts import STEP_M, STOP_S, TimedPath
+from touchline.coordination.traffic.conflicts import STEP_M, STOP_S, TimedPath
 from touchline.onboard.executive.mission import RESUMED_RUN_UP_M
 from touchline.onboard.trajectory.path import poses_along
 from touchline.onboard.trajectory.trajectory import LoadedTrajectory

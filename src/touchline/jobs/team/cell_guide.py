@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 
-from touchline.fleet.cells import SegmentsMeet
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.exchange import Exchange
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.guidance_messages import header_at, stamped_guidance
-from touchline.fleet.task_statistics import TaskStatistics
-from touchline.fleet.tasks import TeamTask
-from touchline.fleet.team_status import team_messages
+from touchline.coordination.cells import SegmentsMeet
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.exchange import Exchange
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.guidance_messages import header_at, stamped_guidance
+from touchline.coordination.task_statistics import TaskStatistics
+from touchline.coordination.tasks import TeamTask
+from touchline.coordination.team_status import team_messages
 from touchline.jobs.team.team_guide import BelievedApart
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas import topics

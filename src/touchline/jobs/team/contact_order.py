@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from touchline.fleet.reported_contacts import ReportedContacts, tick_of
+from touchline.coordination.reported_contacts import ReportedContacts, tick_of
 from touchline.schemas.messages import TrueWay
 
 LATE_S: Final = 1.0

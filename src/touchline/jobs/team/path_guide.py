@@ -14,8 +14,8 @@ from typing import Final, NamedTuple, Self
 
 import numpy as np
 
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask, task_of
 from touchline.jobs.team.team_guide import BelievedApart
 from touchline.jobs.team.team_robot import TeamRobot
 from touchline.schemas.errors import CommandRefused, SpecError

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.body_contacts import BodyContacts, body_radius_m
-from touchline.fleet.start_poses import free_area
+from touchline.coordination.body_contacts import BodyContacts, body_radius_m
+from touchline.coordination.start_poses import free_area
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import SpecError
@@ -105,7 +105,7 @@ def draw_team(recorded: RecordedTeam, path: Path, robot: str | None = None) -> N
     from matplotlib import pyplot as plt
     from matplotlib.patches import Circle, Polygon
 
-    from touchline.fleet.start_poses import free_area
+    from touchline.coordination.start_poses import free_area
     from touchline.recordings.writing import writing
 
     if robot is not None and robot not in recorded.names:

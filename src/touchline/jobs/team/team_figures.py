@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from touchline.fleet.lloyd import EVEN, deployment, settled, square_cost
-from touchline.fleet.tasks import Deploy, GoalLists
+from touchline.coordination.lloyd import EVEN, deployment, settled, square_cost
+from touchline.coordination.tasks import Deploy, GoalLists
 from touchline.jobs.team.team_run import TeamRun
 
 NEAR_END: Final = 1.05

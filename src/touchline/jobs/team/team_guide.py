@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Protocol
 
-from touchline.fleet.tasks import TeamTask
+from touchline.coordination.tasks import TeamTask
 
 
 @dataclass

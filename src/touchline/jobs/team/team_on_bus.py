@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from touchline.bus import Bus, Inbox
-from touchline.fleet.body_contacts import BodyContacts, body_radius_m
-from touchline.fleet.late_robots import NOT_WAITED_FOR
-from touchline.fleet.reported_contacts import ReportedContacts
-from touchline.fleet.start_poses import free_area
+from touchline.coordination.body_contacts import BodyContacts, body_radius_m
+from touchline.coordination.late_robots import NOT_WAITED_FOR
+from touchline.coordination.reported_contacts import ReportedContacts
+from touchline.coordination.start_poses import free_area
 from touchline.jobs.recording.team_recording import begin_team_recording, end_team_recording
 from touchline.jobs.team.contact_order import ContactsInOrder
 from touchline.jobs.team.team_figures import hash_of

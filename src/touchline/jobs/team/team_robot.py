@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.body_contacts import PRESSED
+from touchline.coordination.body_contacts import PRESSED
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Guidance, TraversalStatus
 from touchline.schemas.setup import Setup

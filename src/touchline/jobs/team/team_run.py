@@ -12,12 +12,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.body_contacts import BodyContacts, body_radius_m
-from touchline.fleet.coordination import LOST_S
-from touchline.fleet.density import Density
-from touchline.fleet.lloyd import EVEN, deployment
-from touchline.fleet.start_poses import free_area, start_poses
-from touchline.fleet.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
+from touchline.coordination.body_contacts import BodyContacts, body_radius_m
+from touchline.coordination.coordination import LOST_S
+from touchline.coordination.density import Density
+from touchline.coordination.lloyd import EVEN, deployment
+from touchline.coordination.start_poses import free_area, start_poses
+from touchline.coordination.tasks import ARRIVED_M, Deploy, GoalLists, TeamTask
 from touchline.jobs.team.cell_guide import CellGuide, TeamListener
 from touchline.jobs.team.path_guide import PathGuide
 from touchline.jobs.team.team_guide import TeamGuide

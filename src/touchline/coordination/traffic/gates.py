@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from touchline.fleet.traffic.conflicts import Conflict, TimedPath
+from touchline.coordination.traffic.conflicts import Conflict, TimedPath
 
 CLEAR_M: Final = 0.6
 """Distance at which a robot waits before the first place that is too near: it comes to rest within centimetres of where

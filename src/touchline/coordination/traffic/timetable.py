@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.traffic.conflicts import Conflict, TimedPath, conflicts
-from touchline.fleet.traffic.gates import Gate, gates
+from touchline.coordination.traffic.conflicts import Conflict, TimedPath, conflicts
+from touchline.coordination.traffic.gates import Gate, gates
 
 ROUNDS: Final = 3
 """Rounds in which every decision is tried the other way round."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.radio import Radio
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.radio import Radio
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.team import TeamScenario
 

@@ -11,10 +11,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import voronoi
-from touchline.fleet.density import Density, EvenDensity
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.kernels.polygon_moments import FIRST_X, MASS, SECOND
+from touchline.coordination.cells import voronoi
+from touchline.coordination.density import Density, EvenDensity
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.kernels.polygon_moments import FIRST_X, MASS, SECOND
 
 Floats = NDArray[np.float64]
 

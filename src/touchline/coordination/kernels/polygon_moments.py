@@ -8,8 +8,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.kernels.clipping import clip_all
 from touchline.core.jit import kernel
-from touchline.fleet.kernels.clipping import clip_all
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

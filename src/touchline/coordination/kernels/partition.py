@@ -5,11 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.kernels.clipping import clip, clip_all
+from touchline.coordination.kernels.nearest import nearest_pair
 from touchline.core.half_planes import NORMAL_X, NORMAL_Y, OFFSET
 from touchline.core.jit import kernel
 from touchline.core.polygons import apart_squared
-from touchline.fleet.kernels.clipping import clip, clip_all
-from touchline.fleet.kernels.nearest import nearest_pair
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import BufferedCell
+from touchline.coordination.cells import BufferedCell
 
 Floats = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import BufferedCell
-from touchline.fleet.deadlock import RightHand
-from touchline.fleet.tasks import TeamTask
+from touchline.coordination.cells import BufferedCell
+from touchline.coordination.deadlock import RightHand
+from touchline.coordination.tasks import TeamTask
 
 Floats = NDArray[np.float64]
 

@@ -24,12 +24,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.kernels.clipping import clip
+from touchline.coordination.kernels.nearest import nearest_in
+from touchline.coordination.kernels.partition import bisecting, keep_apart, surrounded
 from touchline.core.half_planes import OFFSET, excess_m
 from touchline.core.polygons import apart_squared
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.kernels.clipping import clip
-from touchline.fleet.kernels.nearest import nearest_in
-from touchline.fleet.kernels.partition import bisecting, keep_apart, surrounded
 from touchline.schemas.errors import TouchlineError
 
 Floats = NDArray[np.float64]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from touchline.fleet.blockages import Blockages
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.tasks import GoalLists
+from touchline.coordination.blockages import Blockages
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.tasks import GoalLists
 from touchline.schemas.messages import TeamReport
 
 

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.coordination.free_area import FreeArea
 from touchline.core.random import STREAM_TEAM_START, uniform
-from touchline.fleet.free_area import FreeArea
 from touchline.schemas.errors import SpecError
 from touchline.schemas.scenario import Pose2
 from touchline.schemas.team import PLACE_M2, SwapTask, TeamArea, TeamScenario

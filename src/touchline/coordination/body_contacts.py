@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.free_area import FreeArea
 from touchline.schemas.faults import Bumper
 from touchline.schemas.vehicles import Vehicle
 

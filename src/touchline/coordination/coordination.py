@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from touchline.fleet.body_contacts import body_radius_m
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.hub import Hub, TeamSettings
-from touchline.fleet.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
+from touchline.coordination.body_contacts import body_radius_m
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.hub import Hub, TeamSettings
+from touchline.coordination.tasks import ARRIVED_M, GoalLists, TeamTask, task_of
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import Guidance, TeamCell, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL

@@ -40,14 +40,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cell_targets import CellTargets
-from touchline.fleet.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.kernels.nearest import nearest_in
-from touchline.fleet.kernels.partition import least_apart_m
-from touchline.fleet.resting_robots import strip_off, where_it_rests
-from touchline.fleet.separating_planes import MadeCell, Plane, PlaneRound
-from touchline.fleet.tasks import TeamTask
+from touchline.coordination.cell_targets import CellTargets
+from touchline.coordination.cells import ROBOT_RADIUS_M, BufferedCell, SegmentsMeet, within_area
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.kernels.nearest import nearest_in
+from touchline.coordination.kernels.partition import least_apart_m
+from touchline.coordination.resting_robots import strip_off, where_it_rests
+from touchline.coordination.separating_planes import MadeCell, Plane, PlaneRound
+from touchline.coordination.tasks import TeamTask
 from touchline.schemas.messages import Guidance, Whereabouts
 from touchline.schemas.messages.team_messages import FIRST_CELL, NOTHING_HEARD_S
 

@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.tasks import GoalLists
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.tasks import GoalLists
 
 LATELY_S: Final = 30.0
 """A robot sent round others within this time is still searching a path: it tries again and again."""

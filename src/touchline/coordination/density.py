@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import VoronoiParts
-from touchline.fleet.kernels.polygon_moments import disc_moments, even_moments, raster_moments
+from touchline.coordination.cells import VoronoiParts
+from touchline.coordination.kernels.polygon_moments import disc_moments, even_moments, raster_moments
 from touchline.schemas.team import Importance
 
 Floats = NDArray[np.float64]

@@ -6,9 +6,9 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.density import Density, density_of
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.lloyd import EVEN, deployment, relaxed_targets
+from touchline.coordination.density import Density, density_of
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.lloyd import EVEN, deployment, relaxed_targets
 from touchline.schemas.errors import SpecError
 from touchline.schemas.team import DeployTask, FormationTask, SwapTask, TaskSpec
 

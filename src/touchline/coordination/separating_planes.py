@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import BufferedCell, keep_robots_apart
+from touchline.coordination.cells import BufferedCell, keep_robots_apart
 
 Floats = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
-from touchline.fleet.guidance_messages import header_at
+from touchline.coordination.guidance_messages import header_at
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 

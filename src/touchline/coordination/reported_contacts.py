@@ -6,8 +6,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from touchline.fleet.body_contacts import BodyContacts
-from touchline.fleet.free_area import FreeArea
+from touchline.coordination.body_contacts import BodyContacts
+from touchline.coordination.free_area import FreeArea
 from touchline.schemas.messages import TrueWay
 
 

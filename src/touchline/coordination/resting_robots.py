@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.fleet.cells import BufferedCell
-from touchline.fleet.kernels.clipping import clip_all
-from touchline.fleet.kernels.nearest import nearest_pair
+from touchline.coordination.cells import BufferedCell
+from touchline.coordination.kernels.clipping import clip_all
+from touchline.coordination.kernels.nearest import nearest_pair
 
 Floats = NDArray[np.float64]
 

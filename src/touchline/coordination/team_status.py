@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from touchline.fleet.coordination import Coordination
-from touchline.fleet.free_area import FreeArea
-from touchline.fleet.guidance_messages import header_at
-from touchline.fleet.lloyd import EVEN, deployment, square_cost
-from touchline.fleet.tasks import Deploy
+from touchline.coordination.coordination import Coordination
+from touchline.coordination.free_area import FreeArea
+from touchline.coordination.guidance_messages import header_at
+from touchline.coordination.lloyd import EVEN, deployment, square_cost
+from touchline.coordination.tasks import Deploy
 from touchline.schemas.messages import TeamCells, TeamStatus
 
 
