@@ -9,8 +9,8 @@ from touchline.schemas.errors import TouchlineError
 _PACKAGES: Final = {
     "distributed": "'distributed>=2025.1'",
     "foxglove": "'foxglove-sdk>=0.30,<0.31'",
-    "pandas": "pandas",
-    "polars": "polars",
+    "pandas": "'pandas>=2.2'",
+    "polars": "'polars>=1'",
     "pyarrow": "'pyarrow>=20'",
     "touchline_research": "touchline-research",
     "pyubx2": "'pyubx2>=1.2,<2'",

@@ -38,7 +38,7 @@ QUESTION = re.compile(r"\W*(What|Who|Where|How)\b")
 #: Names that say in every room what the room's file is for.
 COMMON_MODULES = frozenset(("__init__", "service"))
 #: The public interface calls things as its users do, whatever has that name inside.
-PUBLIC = Path("src/touchline/api")
+PUBLIC, PLUGINS = Path("src/touchline/api"), Path("src/touchline/plugins.py")
 #: Methods of a Typer application that make a subcommand of a function.
 REGISTERING = frozenset(("command", "callback"))
 NESTING = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.Match)
@@ -107,7 +107,7 @@ def twice() -> list[str]:
     """What is called alike: public classes, and modules."""
     named: dict[str, list[str]] = defaultdict(list)
     for path, tree in sources():
-        if path.stem not in COMMON_MODULES:
+        if path.stem not in COMMON_MODULES and path != PLUGINS:
             named[f"module {path.stem}"].append(str(path))
         for node in tree.body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and PUBLIC not in path.parents:

@@ -6,10 +6,13 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
+
+import pytest
 
 import touchline
+import touchline.plugins
 
-STUB = Path(touchline.__file__).with_name("__init__.pyi")
 #: Signatures and fields; changed only together with a line in CHANGELOG.md (`python -m tests.api.signatures`).
 HELD = Path(__file__).with_name("signatures.json")
 
@@ -30,13 +33,14 @@ def test_a_recording_is_read_without_planner_numba_and_bus() -> None:
     assert in_a_new_process(code) == "[]\n"
 
 
-def test_the_stub_has_the_same_names_from_the_same_modules() -> None:
+@pytest.mark.parametrize("module", [touchline, touchline.plugins], ids=lambda each: each.__name__)
+def test_the_stub_has_the_same_names_from_the_same_modules(module: ModuleType) -> None:
     found = {}
-    for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
+    for node in ast.parse(Path(str(module.__file__)).with_suffix(".pyi").read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ImportFrom):
             found |= {each.asname: node.module for each in node.names}
-    told = {name: module for name, module in touchline._PUBLIC.items() if name != "__version__"}
-    assert found == told
+    assert found == {name: place for name, place in module._PUBLIC.items() if name != "__version__"}
+    assert all(hasattr(module, name) for name in dir(module))
 
 
 def test_every_name_is_there_and_documented() -> None:

@@ -13,7 +13,7 @@ from touchline.onboard import computer
 from touchline.schemas import topics
 from touchline.schemas.messages import PlanOptions
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim import emulator
+from touchline.services.robot_sim import emulator, loaded_job
 from touchline.services.robot_sim.telemetry import Telemetry
 
 pytestmark = pytest.mark.xdist_group("checking")
@@ -73,9 +73,9 @@ def planner(monkeypatch, **options):
 
 
 def ledger(monkeypatch, factor):
-    real = emulator.PaintLedger
+    real = loaded_job.PaintLedger
     monkeypatch.setattr(
-        emulator,
+        loaded_job,
         "PaintLedger",
         lambda wanted, line_m, width_m, *others, **named: real(wanted, line_m, factor * width_m, *others, **named),
     )

@@ -60,7 +60,7 @@ def test_a_file_of_hundreds_of_problems_shows_the_first_ones():
 def test_optional_packages_are_those_of_the_extras():
     project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    declared = {f"'{each}'" for name in ("sweep", "parquet", "import", "foxglove") for each in extras[name]} | set(
-        extras["research"]
-    )
+    declared = {
+        f"'{each}'" for name in ("sweep", "pandas", "polars", "parquet", "import", "foxglove") for each in extras[name]
+    } | set(extras["research"])
     assert set(optional_packages._PACKAGES.values()) == declared
