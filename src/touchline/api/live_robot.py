@@ -94,6 +94,7 @@ class Robot:
                     problem = f"is not on the bus at {self._config.endpoint}"
                     raise RobotUnavailable(namespace, problem, "start it with `touchline up`, or name another")
                 time.sleep(POLL_S)
+            self._newest(TraversalStatus)  # which it sends once it takes orders
         except BaseException:
             self.close()
             raise
