@@ -24,7 +24,7 @@ TANK_L: Final = FLOW_LPS + 1
 BATTERY_WH: Final = TANK_L + 1
 POWER_W: Final = BATTERY_WH + 1
 STATION: Final = POWER_W + 1  # arc length where the robot believes to be
-LATERAL: Final = STATION + 1
+LATERAL: Final = STATION + 1  # of the nozzle, as believed
 HEADING_ERROR: Final = LATERAL + 1
 REFERENCE_SPEED: Final = HEADING_ERROR + 1
 STATE: Final = REFERENCE_SPEED + 1
@@ -39,7 +39,7 @@ def columns(actuators: int) -> int:
 
 
 class LoggedEvent(NamedTuple):
-    """Event of the robot's computer, and its time (s)."""
+    """Event of the robot's computer: time (s), code, severity (0 information, 1 warning, 2 error), text."""
 
     time_s: float
     code: str

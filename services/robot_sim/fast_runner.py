@@ -26,7 +26,7 @@ from touchline.onboard.estimation.filter import position_sigma, speed_now_mps
 from touchline.onboard.estimation.report import enter_report
 from touchline.onboard.executive.guided_tick import GuidedCourse, guide, stopping_point
 from touchline.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
-from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, REFERENCE_SPEED
+from touchline.onboard.tracking_state import COMMAND, HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import TraversalStatus
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
@@ -200,7 +200,7 @@ def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, com
             row[tick_log.CONSISTENCY : tick_log.ELAPSED_S],
         )
     leg, at = computer[0].leg, tick_log.PROGRESS
-    row[at], row[at + 1], row[at + 2] = leg.arc_m, leg.now[LATERAL], leg.now[HEADING_ERROR]
+    row[at], row[at + 1], row[at + 2] = leg.arc_m, leg.now[NOZZLE_LATERAL], leg.now[HEADING_ERROR]
     row[at + 3], row[at + 4] = leg.now[REFERENCE_SPEED], RUNNING
     row[tick_log.FIXES] = fixes
     if fixes > 0:

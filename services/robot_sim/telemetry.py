@@ -183,8 +183,9 @@ class Telemetry:
             self._hold_steady(self._steady, due_before)
         if row[tick_log.TICK] != tick:
             self._note(row)
-            self._positions += [(last, payload) for payload in positions(emulator.sensors)]
-            reported = emulator.sensors.transport.arrivals[0] if emulator.sensors.gnss_reports else None
+            sensors = emulator.sensors
+            self._positions += [(last, payload) for payload in positions(sensors)]
+            reported = sensors.transport.arrivals[0] if sensors.gnss_reports or sensors.camera_poses else None
         else:
             reported = None
         if self._drive_log is not None:

@@ -1,18 +1,17 @@
 """Touchline: plans, drives and records the work of ground robots.
 
-Public are the names in `__all__`, which are imported when they are first used, and the packages `touchline.plugins` and
-`touchline.gym`; all else may change in any version. In a checkout `schemas`, `services`, `tui` and `research` are
+Public are the names in `__all__`, which are imported when they are first used, and those of `touchline.plugins`; all
+else may change in any version. In a checkout `schemas`, `services`, `tui` and `research` are
 folders at its top (see `setup.py`); installed they lie beside this file.
 """
 
 import os
-from importlib import import_module
-from typing import Any
 
 if os.name != "posix":
     raise ImportError("Touchline needs Linux (or macOS, untested): locks and signals of POSIX; on Windows, use WSL")
 
 import touchline.shipped_plugins  # noqa: F401 - which fills the registries
+from touchline.lazy_names import lazy_names
 
 _API = "touchline.api"
 #: Modules of the public names; `__init__.pyi` has them for type checkers.
@@ -57,14 +56,4 @@ _PUBLIC = {
     "vehicles": f"{_API}.given_arguments",
 }
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - of the table
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'touchline' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_PUBLIC[name]), name)
-    return found
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

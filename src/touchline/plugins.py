@@ -1,7 +1,6 @@
 """Names that plug-ins use (docs/guides/plugins.md), imported when they are first used; all else may change."""
 
-from importlib import import_module
-from typing import Any
+from touchline.lazy_names import lazy_names
 
 _PUBLIC = {
     "Acting": "touchline.services.robot_sim.fault_effects.acting",
@@ -38,14 +37,4 @@ _PUBLIC = {
     "parallel": "touchline.services.planner.coverage.parallel",
 }
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605 - of the table
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'touchline.plugins' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_PUBLIC[name]), name)
-    return found
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

@@ -8,7 +8,7 @@ import touchline
 
 
 def signatures() -> dict[str, str | dict[str, str]]:
-    """Of functions the signature, of classes that of each public method, and the fields of models."""
+    """Return signatures of functions and of public methods of classes, and modules of all else."""
     found: dict[str, str | dict[str, str]] = {}
     for name in touchline.__all__:
         value = getattr(touchline, name)

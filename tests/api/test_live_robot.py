@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -17,18 +17,24 @@ from touchline.bus.ports import free_port
 START_S = 120.0
 
 
-@pytest.fixture(scope="module")
-def endpoint() -> Iterator[str]:
-    """Meeting point of an emulated robot that drives as fast as it can."""
+@contextmanager
+def emulated() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """Meeting point and process of an emulated robot that drives as fast as it can."""
     place = f"tcp/127.0.0.1:{free_port()}"
     process = subprocess.Popen(
         [sys.executable, "-m", "touchline", "robot-sim", "--speed", "max"], env={**os.environ, ENDPOINT_VARIABLE: place}
     )
     try:
-        yield place
+        yield place, process
     finally:
         process.terminate()
         process.wait(30.0)
+
+
+@pytest.fixture(scope="module")
+def endpoint() -> Iterator[str]:
+    with emulated() as (place, _):
+        yield place
 
 
 @pytest.fixture(scope="module")
@@ -66,11 +72,11 @@ def test_orders_stop_a_robot_and_go_on(endpoint: str, plan: touchline.Plan) -> N
         with pytest.raises(touchline.SpecError, match="kind"):
             robot.fault({"kind": "gnss-outtage"})
         robot.estop()
-        robot.wait("estopped", timeout_s=START_S)
+        robot.wait("emergency-stopped", timeout_s=START_S)
         with pytest.raises(touchline.CommandRefused, match="reset again if it is safe"):
             robot.reset()
         deadline = time.monotonic() + START_S
-        while robot.state == "estopped" and time.monotonic() < deadline:
+        while robot.state == "emergency-stopped" and time.monotonic() < deadline:
             with suppress(touchline.CommandRefused):
                 robot.reset()
         robot.abort()
@@ -87,6 +93,23 @@ def test_an_async_robot_does_the_same(endpoint: str, plan: touchline.Plan) -> No
 
     seconds, state = asyncio.run(drive())
     assert seconds == pytest.approx(plan.duration_s) and state == 4
+
+
+def test_an_async_robot_is_stopped_though_another_call_waits_and_missed_when_it_leaves() -> None:
+    async def stop(place: str, process: subprocess.Popen[bytes]) -> None:
+        async with await touchline.connect_async("tt2", endpoint=place, timeout_s=START_S) as robot:
+            async with robot._lock:  # held as by a call that takes long
+                await robot.order("estop")
+            assert (await robot.wait("emergency-stopped", timeout_s=START_S)).state == 6
+            async for status in robot.subscribe("traversal/status", timeout_s=START_S):
+                assert status.state == 6  # type: ignore[attr-defined]
+                break
+            process.kill()
+            with pytest.raises(touchline.RobotUnavailable, match="has left the bus"):
+                await robot.wait("done")
+
+    with emulated() as (place, process):
+        asyncio.run(stop(place, process))
 
 
 def test_a_robot_that_is_not_there_is_named_with_the_remedy(endpoint: str) -> None:

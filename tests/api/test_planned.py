@@ -103,3 +103,13 @@ def test_planning_can_be_watched_and_ended() -> None:
     with pytest.raises(InterruptedError):
         touchline.plan("study-square", progress=enough)
     assert math.isfinite(touchline.plan("study-square", stop=lambda: True).duration_s)
+
+
+def test_a_template_given_as_a_mapping_is_what_its_file_would_be() -> None:
+    line = {"id": "a", "line": {"start": [0, 0], "end": [4, 0]}}
+    placed = touchline.load_template({"name": "one", "segments": [line], "placement": {"x_m": 10, "rotation_deg": 90}})
+    assert placed.segments[0].line is not None and placed.segments[0].line.end == pytest.approx((10.0, 4.0))
+    with pytest.raises(touchline.SpecError, match="length is a parameter of no drawing"):
+        touchline.load_template("field.svg", length=3)
+    with pytest.raises(touchline.SpecError, match="latitude_deg"):
+        touchline.load_template("tennis", origin=(95.0, 10.0))

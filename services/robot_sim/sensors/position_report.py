@@ -19,14 +19,3 @@ NORTH: Final = 11
 HEADING: Final = 12  # this and the next by a camera alone [rad]
 HEADING_VARIANCE: Final = 13  # [rad²]
 COLUMNS: Final = 14
-NAMED: Final = {
-    "latitude_deg": LATITUDE,
-    "longitude_deg": LONGITUDE,
-    "x_m": EAST,
-    "y_m": NORTH,
-    "variance_m2": VARIANCE,
-    "fix": FIX,
-    "satellites": SATELLITES,
-    "correction_age_s": CORRECTION_AGE,
-}
-"""Columns that are shown to people, by name."""

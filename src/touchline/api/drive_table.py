@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.api.path_samples import ARC, CURVATURE
+from touchline.onboard.executive.traversal_states import NAMES
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.trajectory.path import poses_along
 from touchline.onboard.trajectory.trajectory import LoadedTrajectory
 from touchline.schemas.vehicles import Vehicle
@@ -16,9 +18,18 @@ from touchline.services.robot_sim.sensors import position_report
 
 Floats = NDArray[np.float64]
 POSE = ("x_m", "y_m", "heading_rad", "speed_mps", "yaw_rate_radps")
-STATES = np.array(["idle", "ready", "running", "paused", "done", "aborted", "estopped"])
-# Columns of a row of `LoadedTrajectory.path`.
-_CURVATURE, _ARC = 3, 5
+STATES = np.array(list(NAMES.values()))
+REPORTED = {
+    "latitude_deg": position_report.LATITUDE,
+    "longitude_deg": position_report.LONGITUDE,
+    "x_m": position_report.EAST,
+    "y_m": position_report.NORTH,
+    "variance_m2": position_report.VARIANCE,
+    "fix": position_report.FIX,
+    "satellites": position_report.SATELLITES,
+    "correction_age_s": position_report.CORRECTION_AGE,
+}
+"""Columns of a position report, by name."""
 
 
 def drive_table(rows: Floats, vehicle: Vehicle, course: LoadedTrajectory) -> NDArray[np.void]:
@@ -31,14 +42,14 @@ def drive_table(rows: Floats, vehicle: Vehicle, course: LoadedTrajectory) -> NDA
 
     Returns:
         (n,) structured array, SI units, map frame, angles counter-clockwise: time_s, state, segment (index), station_m
-        (arc length where the robot believes to be), truth_*, estimate_* and reference_* poses, sigma_* of the
-        estimate, lateral_error_m (true distance of the tool's point to the left of its planned path), lateral_belief_m
-        and heading_error_rad as the robot believes, valve and paint, tank and battery, imu_*, mag_*, encoder_*,
-        gnss_* (NaN between position reports), and command_*.
+        (arc length where the robot believes to be), truth_*, estimate_* and reference_* poses, sigma_* of the estimate,
+        lateral_error_m (true distance of the tool's point to the left of its planned path), lateral_belief_m (the same
+        as the robot believes) and heading_error_rad as it believes, valve and paint, tank and battery, imu_*, mag_*,
+        encoder_*, gnss_* (NaN between position reports), and command_*.
     """
     reference = reference_poses(course, rows[:, log.STATION])
     columns: dict[str, NDArray[Any]] = {
-        "time_s": rows[:, log.TICK] / 100.0,
+        "time_s": rows[:, log.TICK] / TICKS_PER_S,
         "state": STATES[rows[:, log.STATE].astype(np.int64)],
         "segment": segment_at(course, rows[:, log.STATION]),
         "station_m": rows[:, log.STATION],
@@ -51,7 +62,7 @@ def drive_table(rows: Floats, vehicle: Vehicle, course: LoadedTrajectory) -> NDA
     for name, variance in zip(("sigma_x_m", "sigma_y_m", "sigma_heading_rad"), variances, strict=True):
         columns[name] = np.sqrt(np.maximum(variance, 0.0))
     truth = rows[:, log.TRUTH : log.TRUTH + 3]
-    curvature = course.path[columns["segment"], _CURVATURE]
+    curvature = course.path[columns["segment"], CURVATURE]
     columns["lateral_error_m"] = lateral_error_m(truth, reference, curvature, vehicle.tool.point_m)
     columns["lateral_belief_m"] = rows[:, log.LATERAL]
     columns["heading_error_rad"] = rows[:, log.HEADING_ERROR]
@@ -69,7 +80,7 @@ def drive_table(rows: Floats, vehicle: Vehicle, course: LoadedTrajectory) -> NDA
     arrived = rows[:, log.FIXES] > 0.0
     report = np.where(arrived[:, None], rows[:, log.REPORT : log.REPORT + position_report.COLUMNS], np.nan)
     columns["gnss_arrived"] = arrived
-    columns |= {f"gnss_{name}": report[:, i] for name, i in position_report.NAMED.items()}
+    columns |= {f"gnss_{name}": report[:, i] for name, i in REPORTED.items()}
     table = np.zeros(len(rows), [(name, column.dtype) for name, column in columns.items()])
     for name, column in columns.items():
         table[name] = column
@@ -78,14 +89,14 @@ def drive_table(rows: Floats, vehicle: Vehicle, course: LoadedTrajectory) -> NDA
 
 def segment_at(course: LoadedTrajectory, station_m: Floats) -> NDArray[np.int64]:
     """Indices (n,) of the segments at arc lengths (n,); turns on the spot have none."""
-    found = np.searchsorted(course.path[:, _ARC], station_m, side="right") - 1
+    found = np.searchsorted(course.path[:, ARC], station_m, side="right") - 1
     return np.asarray(np.clip(found, 0, len(course.path) - 1), np.int64)
 
 
 def reference_poses(course: LoadedTrajectory, station_m: Floats) -> Floats:
     """Poses (n, 3) of the planned path at arc lengths (n,): x, y (m), heading (rad), map frame."""
     rows = course.path[segment_at(course, station_m)]
-    poses = poses_along(rows, np.clip(station_m - rows[:, _ARC], 0.0, None))
+    poses = poses_along(rows, np.clip(station_m - rows[:, ARC], 0.0, None))
     poses[:, 2] = np.remainder(poses[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     return poses
 
@@ -101,9 +112,8 @@ def lateral_error_m(truth: Floats, reference: Floats, curvature: Floats, point_m
     """
     x, y = point_m
 
-    def placed(poses: Floats, shift: Callable[[Floats], Floats]) -> Floats:
-        return np.asarray(poses[:, 0] + 1j * poses[:, 1] + complex(x, y) * shift(poses[:, 2]))
+    def points(poses: Floats) -> NDArray[np.complex128]:
+        return np.asarray(poses[:, 0] + 1j * poses[:, 1] + complex(x, y) * np.exp(1j * poses[:, 2]))
 
-    off = placed(truth, lambda heading: np.exp(1j * heading)) - placed(reference, lambda heading: np.exp(1j * heading))
     along = reference[:, 2] + np.arctan2(curvature * x, 1.0 - curvature * y)
-    return np.asarray((off * np.exp(-1j * along)).imag)
+    return np.asarray(((points(truth) - points(reference)) * np.exp(-1j * along)).imag)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from touchline.schemas.catalogue import load_template as load_template_file
-from touchline.schemas.catalogue import load_vehicle, shipped_templates
+from touchline.schemas.catalogue import load_vehicle, parse_template, shipped_templates
 from touchline.schemas.errors import SpecError
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import ASKED, FOLLOWERS
@@ -53,10 +54,14 @@ def load_template(
     Raises:
         SpecError: There is no such template, or it cannot be used; names the field and the remedy.
     """
-    at = None if origin is None else Origin(latitude_deg=origin[0], longitude_deg=origin[1])
+    at = None
+    if origin is not None:
+        at = checked(Origin, dict(zip(("latitude_deg", "longitude_deg"), origin, strict=True)), "origin")
+    suffix = "" if isinstance(source, Mapping) else Path(source).suffix.lower()
+    if parameters and (isinstance(source, Mapping) or suffix in (*DRAWINGS, *GEOJSON)):
+        raise SpecError("load_template", next(iter(parameters)), "is a parameter of no drawing", "leave it out")
     if isinstance(source, Mapping):
-        return _at(checked(Template, dict(source), "template"), at)
-    suffix = Path(source).suffix.lower()
+        return _at(parse_template(json.dumps(source)), at)
     if suffix in DRAWINGS:
         from touchline.drawings.importer import ImportOptions, import_drawing
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import time
 import uuid
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar, cast
 
 from touchline.api.planned import Plan
-from touchline.bus import Bus, BusConfig, UrgentOrder, repeat_until_acknowledged
+from touchline.bus import Bus, BusConfig, Inbox, UrgentOrder, repeat_until_acknowledged
+from touchline.onboard.executive.traversal_states import NAMES
 from touchline.schemas import topics
 from touchline.schemas.errors import CommandRefused, SpecError, TouchlineError
 from touchline.schemas.faults import Fault, parse_fault
@@ -31,12 +33,11 @@ from touchline.schemas.plan_cause import PlanCause
 from touchline.schemas.spec import EVERY_FIELD
 from touchline.schemas.topics import Service
 
-State = Literal["idle", "ready", "running", "paused", "done", "aborted", "estopped"]
-STATES: tuple[State, ...] = ("idle", "ready", "running", "paused", "done", "aborted", "estopped")
-OVER = ("done", "aborted", "estopped")
+State = Literal["idle", "ready", "running", "paused", "done", "aborted", "emergency-stopped"]
+OVER: tuple[State, ...] = ("done", "aborted", "emergency-stopped")
 POLL_S = 0.005
-#: Least time for the answer to a plan, and longest for a robot to come to rest.
-LOAD_S, REST_S = 30.0, 3.0
+#: Least time for the answer to a plan; longest for a robot to come to rest, and time between two requests meanwhile.
+LOAD_S, REST_S, AGAIN_S = 30.0, 3.0, 0.2
 T = TypeVar("T")
 
 
@@ -127,7 +128,7 @@ class Robot:
     @property
     def state(self) -> State:
         """State of its traversal, as `status` has it."""
-        return STATES[self.status.state]
+        return _name_of(self.status)
 
     @property
     def estimate(self) -> Odometry:
@@ -223,9 +224,7 @@ class Robot:
         Raises:
             CommandRefused: The factor is not allowed.
         """
-        answer = self._bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=_new_id(), factor=factor), self._timeout_s)
-        if not answer.success:
-            raise CommandRefused(answer.message)
+        self._ask(topics.SET_SPEED, SetSpeedRequest(request_id=_new_id(), factor=factor))
 
     def fault(self, fault: Fault | Mapping[str, Any], /) -> None:
         """Inject a fault into an emulated robot; its `start_s` counts from now.
@@ -239,16 +238,13 @@ class Robot:
         """
         given = fault.model_dump(mode="json", context=EVERY_FIELD) if isinstance(fault, Fault) else dict(fault)
         checked = parse_fault(json.dumps(given))
-        request = InjectFaultRequest(request_id=_new_id(), fault_json=checked.model_dump_json())
-        answer = self._bus.call(topics.INJECT_FAULT, request, self._timeout_s)
-        if not answer.success:
-            raise CommandRefused(answer.message)
+        self._ask(topics.INJECT_FAULT, InjectFaultRequest(request_id=_new_id(), fault_json=checked.model_dump_json()))
 
     def wait(self, *states: State, timeout_s: float | None = None) -> TraversalStatus:
         """Wait until the traversal is in one of these states; without any, until it is over.
 
         Args:
-            *states: "ready", "running", "paused", "done", "aborted" or "estopped".
+            *states: "ready", "running", "paused", "done", "aborted" or "emergency-stopped".
             timeout_s: Wall-clock time; None: for ever.
 
         Returns:
@@ -258,19 +254,34 @@ class Robot:
             SpecError: There is no such state.
             RobotUnavailable: It takes longer, or the robot has left the bus.
         """
-        wanted = states or OVER
-        for state in wanted:
-            if state not in STATES:
-                raise SpecError("Robot.wait", "state", f"is {state!r}", f"use one of: {', '.join(STATES)}")
-        deadline = None if timeout_s is None else time.monotonic() + timeout_s
-        while STATES[(status := self.status).state] not in wanted:
-            if deadline is not None and time.monotonic() > deadline:
-                problem = f"is not {' or '.join(wanted)} after {timeout_s:g} s, but {STATES[status.state]}"
-                raise RobotUnavailable(self.namespace, problem, status.reason or "wait longer")
-            if not self._is_there:
-                raise RobotUnavailable(self.namespace, "has left the bus", "start it again; `go_on` continues its job")
+        deadline = _deadline(timeout_s)
+        while (status := self._reached(*states, late=time.monotonic() > deadline)) is None:
             time.sleep(POLL_S)
         return status
+
+    def _reached(self, *states: State, late: bool = False) -> TraversalStatus | None:
+        """Status if the traversal is in one of these states, or over if none is given; else None.
+
+        Args:
+            *states: As of `wait`.
+            late: Raise in place of None.
+
+        Raises:
+            SpecError: There is no such state.
+            RobotUnavailable: It is late, or the robot has left the bus.
+        """
+        wanted, status = states or OVER, self.status
+        for state in wanted:
+            if state not in NAMES.values():
+                raise SpecError("Robot.wait", "state", f"is {state!r}", f"use one of: {', '.join(NAMES.values())}")
+        if _name_of(status) in wanted:
+            return status
+        if late:
+            problem = f"is not {' or '.join(wanted)} in time, but {_name_of(status)}"
+            raise RobotUnavailable(self.namespace, problem, status.reason or "wait longer")
+        if not self._is_there:
+            raise RobotUnavailable(self.namespace, "has left the bus", "start it again; `go_on` continues its job")
+        return None
 
     def subscribe(self, topic: str, /, *, timeout_s: float | None = None) -> Iterator[Message]:
         """Messages of one of its topics, as they come; the last one first, if the topic is latched.
@@ -282,19 +293,26 @@ class Robot:
         Raises:
             SpecError: There is no such topic.
         """
+        return self._messages(self._inbox(topic), timeout_s)
+
+    def _inbox(self, topic: str, /) -> Inbox:
+        """Inbox of one of its topics, to be polled; see `subscribe`.
+
+        Raises:
+            SpecError: There is no such topic.
+        """
         known = topics.TOPIC_BY_NAME
         if topic not in known:
             remedy = did_you_mean(topic, known) or "`touchline topics` lists them"
             raise SpecError("Robot.subscribe", topic, "is not a topic", remedy)
-        return self._messages(topic, timeout_s)
+        return self._bus.inbox([known[topic]])
 
-    def _messages(self, topic: str, timeout_s: float | None) -> Iterator[Message]:
-        inbox, heard_s = self._bus.inbox([topics.TOPIC_BY_NAME[topic]]), time.monotonic()
-        while timeout_s is None or time.monotonic() < heard_s + timeout_s:
+    def _messages(self, inbox: Inbox, timeout_s: float | None) -> Iterator[Message]:
+        deadline = _deadline(timeout_s)
+        while time.monotonic() < deadline:
             for _, message in inbox.messages():
-                if isinstance(message, Message):
-                    yield message
-                    heard_s = time.monotonic()
+                yield message
+                deadline = _deadline(timeout_s)
             time.sleep(POLL_S)
 
     @property
@@ -305,15 +323,13 @@ class Robot:
     def _newest(self, kind: type[T]) -> T:
         deadline = time.monotonic() + self._timeout_s
         while True:
-            self._last |= {
-                type(message): message for _, message in self._latest.messages() if isinstance(message, Message)
-            }
+            self._last |= {type(message): message for _, message in self._latest.messages()}
             found = next((each for each in self._last.values() if isinstance(each, kind)), None)
             if found is not None:
                 return found
             if time.monotonic() > deadline:
                 problem = f"has sent no {kind.__name__} for {self._timeout_s:g} s"
-                raise RobotUnavailable(self.namespace, problem, "see whether it runs: `touchline info --live`")
+                raise RobotUnavailable(self.namespace, problem, "see whether it runs: `touchline status`")
             time.sleep(POLL_S)
 
     def _load(self, request: LoadRequest) -> float:
@@ -325,11 +341,14 @@ class Robot:
                 return answer.total_time
             if self.state not in OVER or time.monotonic() > deadline:
                 raise CommandRefused(answer.message)
-            time.sleep(POLL_S)
+            time.sleep(AGAIN_S)
             request = request.model_copy(update={"request_id": _new_id()})
 
     def _order(self, service: Service[CommandRequest, CommandResponse]) -> None:
-        answer = self._bus.call(service, CommandRequest(request_id=_new_id()), self._timeout_s)
+        self._ask(service, CommandRequest(request_id=_new_id()))
+
+    def _ask(self, service: Service[Any, Any], request: Message) -> None:
+        answer = self._bus.call(service, request, self._timeout_s)
         if not answer.success:
             raise CommandRefused(answer.message)
 
@@ -348,7 +367,7 @@ async def connect_async(
 
 
 class AsyncRobot:
-    """A `Robot` whose methods are awaited; its orders are carried out one after the other."""
+    """A `Robot` whose methods are awaited, one after the other; orders that stop it wait for no other."""
 
     def __init__(self, robot: Robot) -> None:
         """Take a connected robot."""
@@ -368,24 +387,29 @@ class AsyncRobot:
 
     async def order(self, name: Literal["start", "resume", "pause", "abort", "estop", "reset", "go_on"], /) -> None:
         """Give an order: the method of `Robot` of that name."""
-        await self._call(getattr(self._robot, name))
+        method = getattr(self._robot, name)
+        if name in ("pause", "abort", "estop"):  # they have sessions of their own
+            await asyncio.to_thread(method)
+        else:
+            await self._call(method)
 
     async def wait(self, *states: State, timeout_s: float | None = None) -> TraversalStatus:
         """See `Robot.wait`; orders can be given meanwhile."""
-        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        deadline = _deadline(timeout_s)
         while True:
-            try:
-                return await self._call(self._robot.wait, *states, timeout_s=0.0)
-            except RobotUnavailable:
-                if deadline is not None and time.monotonic() > deadline:
-                    raise
+            status = await self._call(self._robot._reached, *states, late=time.monotonic() > deadline)
+            if status is not None:
+                return status
             await asyncio.sleep(POLL_S)
 
     async def subscribe(self, topic: str, /, *, timeout_s: float | None = None) -> AsyncIterator[Message]:
         """See `Robot.subscribe`."""
-        messages = self._robot.subscribe(topic, timeout_s=timeout_s)
-        while (message := await asyncio.to_thread(next, messages, None)) is not None:
-            yield message
+        inbox, deadline = await self._call(self._robot._inbox, topic), _deadline(timeout_s)
+        while time.monotonic() < deadline:
+            for _, message in await self._call(lambda: [*inbox.messages()]):
+                yield message
+                deadline = _deadline(timeout_s)
+            await asyncio.sleep(POLL_S)
 
     async def close(self) -> None:
         """Leave the bus."""
@@ -398,6 +422,15 @@ class AsyncRobot:
     async def __aexit__(self, *_: object) -> None:
         """Leave the bus."""
         await self.close()
+
+
+def _name_of(status: TraversalStatus) -> State:
+    return cast(State, NAMES[status.state])
+
+
+def _deadline(timeout_s: float | None) -> float:
+    """Time (monotonic) at which a timeout is over; None: never."""
+    return math.inf if timeout_s is None else time.monotonic() + timeout_s
 
 
 def _new_id() -> str:

@@ -40,7 +40,7 @@ SEGMENTS = np.dtype(
     ]
 )
 # Columns of a row of `LoadedTrajectory.path`.
-_HEADING, _CURVATURE, _LENGTH, _ARC, _SENSE = 2, 3, 4, 5, 6
+HEADING, CURVATURE, LENGTH, ARC, SENSE = 2, 3, 4, 5, 6
 
 
 def path_samples(plan: LoadedTrajectory, step_m: float) -> NDArray[np.void]:
@@ -62,18 +62,18 @@ def path_samples(plan: LoadedTrajectory, step_m: float) -> NDArray[np.void]:
             since_s = np.linspace(0.0, turn.time_s, SPIN_SAMPLES)
             part = np.zeros(SPIN_SAMPLES, PATH)
             part["x_m"], part["y_m"] = row[:2]
-            part["heading_rad"] = row[_HEADING] + turned_rad(turn, since_s)
-            part["station_m"] = row[_ARC]
+            part["heading_rad"] = row[HEADING] + turned_rad(turn, since_s)
+            part["station_m"] = row[ARC]
             part["time_s"] = times_s(plan, part["station_m"]) - turn.time_s + since_s
         else:
-            along = np.linspace(0.0, row[_LENGTH], 2 + int(row[_LENGTH] / step_m))
+            along = np.linspace(0.0, row[LENGTH], 2 + int(row[LENGTH] / step_m))
             poses = poses_along(np.tile(row, (len(along), 1)), along)
             part = np.zeros(len(along), PATH)
             part["x_m"], part["y_m"], part["heading_rad"] = poses.T
-            part["station_m"], part["curvature_1pm"] = row[_ARC] + along, row[_SENSE] * row[_CURVATURE]
+            part["station_m"], part["curvature_1pm"] = row[ARC] + along, row[SENSE] * row[CURVATURE]
             part["time_s"] = times_s(plan, part["station_m"])
             part["time_s"][-1] -= turned[index + 1].time_s if index + 1 in turned else 0.0
-            part["speed_mps"] = row[_SENSE] * speed_at(plan.speeds, part["station_m"])
+            part["speed_mps"] = row[SENSE] * speed_at(plan.speeds, part["station_m"])
         part["segment"] = index
         parts.append(part)
     found = np.concatenate(parts)
@@ -98,7 +98,7 @@ def turned_rad(turn: TurnInPlace, since_s: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def working_at(plan: LoadedTrajectory, station_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether the plan sprays or covers at arc lengths (n,)."""
+    """Flags (n,) of arc lengths (n,): true where the plan sprays."""
     masks = np.array([0, *plan.actuation])
     return np.asarray((masks[np.searchsorted(plan.switch_m, station_m, side="right")] & Actuation.VALVE) != 0)
 
@@ -110,9 +110,9 @@ def segment_table(plan: LoadedTrajectory) -> NDArray[np.void]:
         (n,) of `SEGMENTS`: arc lengths and times of begin and end; direction 1 forward, −1 backward, 0 on the spot.
     """
     table = np.zeros(len(plan.path), SEGMENTS)
-    start_m, end_m = plan.path[:, _ARC], plan.path[:, _ARC] + plan.path[:, _LENGTH]
+    start_m, end_m = plan.path[:, ARC], plan.path[:, ARC] + plan.path[:, LENGTH]
     table["id"], table["start_m"], table["end_m"] = plan.ids, start_m, end_m
-    table["direction"], table["curvature_1pm"] = plan.path[:, _SENSE], plan.path[:, _SENSE] * plan.path[:, _CURVATURE]
+    table["direction"], table["curvature_1pm"] = plan.path[:, SENSE], plan.path[:, SENSE] * plan.path[:, CURVATURE]
     table["end_s"] = times_s(plan, end_m)
     for leg, turn in plan.turns.items():
         first = plan.legs[leg].first

@@ -37,15 +37,15 @@ class PlanOptions(Spec):
     end: Pose | None = None
     """Pose at which it stops; None: behind the last line."""
     return_to_start: bool = False
-    """Whether it ends where it began."""
+    """True: it ends where it began."""
     forward_only: bool = False
-    """Whether it neither reverses nor turns on the spot."""
+    """True: it neither reverses nor turns on the spot."""
     drying_time_s: Positive | None = None
     """Time for which wet paint is avoided."""
     hard_drying: bool = False
-    """Whether to fail rather than drive over wet paint."""
+    """True: there is no plan rather than one that drives over wet paint."""
     obstructed: Literal["leave-out", "refuse"] = "leave-out"
-    """Whether obstructed stretches of lines are left out and reported, or there is no plan then."""
+    """Treatment of obstructed stretches of lines: left out and reported, or there is no plan then."""
     overlap_m: NotNegative = 0.03
     """Areas: least overlap of neighbouring lanes."""
     margin_m: NotNegative = 0.05

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -134,14 +133,7 @@ class Plan:
             with writing(Path(path)):
                 plot_plan(self._made, self.template, Path(path), "plain", self.vehicle)
             return
-        content = {
-            "template": self.template.model_dump(mode="json", context=EVERY_FIELD),
-            "vehicle": self.vehicle.model_dump(mode="json", context=EVERY_FIELD),
-            "options": self.options.model_dump(mode="json"),
-            "trajectory": self.trajectory.model_dump(mode="json"),
-            "report": self.report.model_dump(mode="json"),
-        }
-        write_text(json.dumps(content) + "\n", Path(path))
+        write_text(_SavedPlan(**self.__getstate__()).model_dump_json(context=EVERY_FIELD) + "\n", Path(path))
 
     @classmethod
     def load(cls, path: str | Path, /) -> Self:

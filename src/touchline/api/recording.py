@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -89,12 +90,11 @@ class Series:
         """
         for table in self._tables():
             read = decoder(present_kind(table.kind))
-            for message in map(presented, table.messages()) if read is not None else ():
-                try:
-                    decoded = read(message.payload) if read is not None else None
-                except Damage:
-                    continue
-                yield message.publish_time_ns / 1e9, decoded
+            if read is None:
+                continue
+            for message in map(presented, table.messages()):
+                with suppress(Damage):
+                    yield message.publish_time_ns / 1e9, read(message.payload)
 
     def _tables(self) -> list[MessageTable]:
         return RecordingReader(self._path).tables(lambda topic: topic == self.name)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from touchline.jobs.single.reports import failing
 from touchline.jobs.single.simulation import Job, Products, simulate_with
 from touchline.onboard import Onboard
 from touchline.onboard.control.follower import Follower
+from touchline.onboard.interface import TICKS_PER_S
 from touchline.onboard.trajectory.trajectory import load_trajectory
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import AreaReport, PaintMarks, TraversalReport
@@ -28,23 +29,13 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.services.robot_sim.drive_log import DriveLog
+from touchline.services.robot_sim.drive_log import DriveLog, LoggedEvent
 from touchline.services.robot_sim.emulator import Emulator
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 GivenFollower = str | Follower | Callable[[Any, Any], tuple[float, float]]
-TICKS_PER_S = 100
-
-
-class RunEvent(NamedTuple):
-    """Event that the robot reported: time (s), code, severity (0 information, 1 warning, 2 error), text."""
-
-    time_s: float
-    code: str
-    severity: int
-    text: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +45,7 @@ class Run:
     Attributes:
         plan: The plan.
         setup: Vehicle, computer and world.
-        success: Whether it was driven to its end, and the work is accepted.
+        success: True if it was driven to its end, and the work is accepted.
         reason: Why not, or empty.
         report: All figures of the drive.
         area: Figures of its areas, if a covering tool worked on some.
@@ -71,7 +62,7 @@ class Run:
     reason: str
     report: TraversalReport
     area: AreaReport | None
-    events: tuple[RunEvent, ...]
+    events: tuple[LoggedEvent, ...]
     wall_time_s: float
     recording: Path | None
     strokes: tuple[PaintMarks, ...]
@@ -240,7 +231,6 @@ def _driven(
     emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, computer)
     done = simulate_with(emulator, job, products, progress)
     reason = done.reason or failing(done.report, done.area)
-    events = tuple(RunEvent(each.time_s, each.code, each.severity, each.text) for each in log.events)
     return Run(
         planned,
         setup,
@@ -248,7 +238,7 @@ def _driven(
         reason,
         done.report,
         done.area,
-        events,
+        tuple(log.events),
         done.wall_time_s,
         record,
         done.strokes,

@@ -100,12 +100,16 @@ def defaults_for(command: Command, given: Mapping[str, Any], place: str = "") ->
             if name in known:
                 found[name] = defaults_for(known[name], value, inside)
             elif place:
-                raise SpecError(FILE_NAME, inside, "is not a subcommand", did_you_mean(name, known) or "remove it")
+                raise SpecError(_file(), inside, "is not a subcommand", did_you_mean(name, known) or "remove it")
         elif name not in named:
-            raise SpecError(FILE_NAME, inside, "is not an option", did_you_mean(name, named) or "remove it")
+            raise SpecError(_file(), inside, "is not an option", did_you_mean(name, named) or "remove it")
         else:
             found[str(named[name].name)] = value
     return found
+
+
+def _file() -> str:
+    return str(settings_path() or FILE_NAME)
 
 
 def _subcommands(command: Command) -> dict[str, Command]:
@@ -134,9 +138,9 @@ def set_options(app: typer.Typer) -> Iterator[SetOption]:
     for name in given:
         if name not in _subcommands(command):
             raise SpecError(
-                FILE_NAME, name, "is not a subcommand", did_you_mean(name, _subcommands(command)) or "remove it"
+                _file(), name, "is not a subcommand", did_you_mean(name, _subcommands(command)) or "remove it"
             )
-    yield from _set_in(command, defaults_for(command, given), "", str(settings_path()))
+    yield from _set_in(command, defaults_for(command, given), "", _file())
 
 
 def _set_in(command: Command, defaults: Mapping[str, Any], place: str, file: str) -> Iterator[SetOption]:

@@ -42,7 +42,7 @@ from touchline.onboard.interface import (
     Status,
 )
 from touchline.onboard.nominal_tick import CourseArrays
-from touchline.onboard.tracking_state import HEADING_ERROR, LATERAL, REFERENCE_SPEED
+from touchline.onboard.tracking_state import HEADING_ERROR, NOZZLE_LATERAL, REFERENCE_SPEED
 from touchline.schemas.messages import Guidance, Trajectory, TraversalStatus, Whereabouts
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
@@ -291,9 +291,9 @@ class Onboard:
 
     @property
     def progress(self) -> tuple[float, ...]:
-        """Arc length [m], lateral [m] and heading error [rad], reference speed [m/s], and state of the traversal."""
+        """Arc length [m], nozzle's lateral and heading error [m, rad], reference speed [m/s], state of the traversal."""
         leg = self._state.leg
-        return leg.arc_m, *leg.now[[LATERAL, HEADING_ERROR, REFERENCE_SPEED]].tolist(), self.state
+        return leg.arc_m, *leg.now[[NOZZLE_LATERAL, HEADING_ERROR, REFERENCE_SPEED]].tolist(), self.state
 
     @property
     def state(self) -> int:
