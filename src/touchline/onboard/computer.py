@@ -291,7 +291,7 @@ class Onboard:
 
     @property
     def progress(self) -> tuple[float, ...]:
-        """Arc length [m], nozzle's lateral and heading error [m, rad], reference speed [m/s], state of the traversal."""
+        """Arc length [m], errors of nozzle [m] and heading [rad], reference speed [m/s], state of the traversal."""
         leg = self._state.leg
         return leg.arc_m, *leg.now[[NOZZLE_LATERAL, HEADING_ERROR, REFERENCE_SPEED]].tolist(), self.state
 
