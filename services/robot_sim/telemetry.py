@@ -117,7 +117,7 @@ class Telemetry:
         return state + payloads + self.news()
 
     def go_on(self) -> None:
-        """Continue from a restored emulator, of which another `Telemetry` has published everything so far."""
+        """Continue from an emulator that has run before: what is true already is no news in the next tick."""
         if self._emulator.tick_count:
             row = np.zeros(self._columns)
             self._note(row)

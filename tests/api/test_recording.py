@@ -96,8 +96,9 @@ def test_json_is_read_too(tmp_path: Path) -> None:
         schema = writer.register_schema("point", "jsonschema", b"{}")
         channel = writer.register_channel("/point", "json", schema)
         for number in range(3):
-            writer.add_message(channel, number * 10**9, b'{"x": %d, "y": null}' % number, number * 10**9)
+            writer.add_message(channel, number * 10**9, b'{"x": %d, "y": null, "time_s": 7}' % number, number * 10**9)
         writer.finish()
     array = touchline.Recording(path)["/point"].array()
     assert array["x"].tolist() == [0, 1, 2]
     assert np.array_equal(array["time_s"], [0.0, 1.0, 2.0])
+    assert array["message.time_s"].tolist() == [7, 7, 7]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,8 +62,8 @@ class Series:
 
         Returns:
             (n,) with time_s (of the stamp), log_time_s (of recording) and a field for each field of the messages,
-            named by its path (`linear_acceleration.x`). Lists of one length are arrays; lists of messages are Python
-            objects.
+            named by its path (`linear_acceleration.x`; `message.time_s` if the message has such a field itself). Lists
+            of one length are arrays; lists of messages are Python objects.
 
         Raises:
             RecordingError: The recording cannot be read.
@@ -211,14 +211,16 @@ def _array(table: MessageTable) -> NDArray[np.void]:
     if columns is None:
         return _decoded(table)
     form = [(name, np.float64, ()) for name in TIMES]
-    for name in columns.dtype.names or ():
-        field = columns.dtype[name]
+    fields = columns.dtype.names or ()
+    names = _beside_times(fields)
+    for name, path in zip(names, fields, strict=True):
+        field = columns.dtype[path]
         text = field.kind == "S"
         form.append((name, np.dtype(f"U{max(field.itemsize, 1)}") if text else field.base, field.shape))  # type: ignore[arg-type]
     found = np.zeros(len(columns), form)
     found["time_s"], found["log_time_s"] = table.publish_time_ns / 1e9, table.log_time_ns / 1e9
-    for name in columns.dtype.names or ():
-        column = columns[name]
+    for name, path in zip(names, fields, strict=True):
+        column = columns[path]
         found[name] = np.char.decode(column, "utf-8", "replace") if column.dtype.kind == "S" else column
     return found
 
@@ -236,7 +238,7 @@ def _decoded(table: MessageTable) -> NDArray[np.void]:
         times.append((message.publish_time_ns / 1e9, message.log_time_ns / 1e9))
         rows.append([value_in(values, column) for column in columns])
     cells = [_column(list(cells)) for cells in zip(*rows, strict=True)]
-    names = [column.path for column in columns]
+    names = _beside_times([column.path for column in columns])
     form = [(name, np.float64) for name in TIMES] + [(n, c.dtype) for n, c in zip(names, cells, strict=False)]
     found = np.zeros(len(rows), form)
     if rows:
@@ -244,6 +246,18 @@ def _decoded(table: MessageTable) -> NDArray[np.void]:
         for name, column in zip(names, cells, strict=True):
             found[name] = column
     return found
+
+
+def _beside_times(fields: Sequence[str]) -> list[str]:
+    """Names of columns beside `TIMES` and each other; a field whose name is taken gets "message." before it."""
+    names, taken = list[str](), set(TIMES)
+    for field in fields:
+        name = field
+        while name in taken:
+            name = f"message.{name}"
+        names.append(name)
+        taken.add(name)
+    return names
 
 
 def _column(cells: list[Any]) -> NDArray[Any]:

@@ -199,7 +199,7 @@ def _lack_of_beginning(found: _Finder) -> str:
         return f"the recording begins amid a session, with the order {first.name}, and no other job follows"
     if found.first_tick > _CLOCK_TICKS and not first.details.get("resumed"):
         return (
-            f"the robot had been running for {found.first_tick // TICKS_PER_S} s of sim time before the "
+            f"the robot had been running for {found.first_tick / TICKS_PER_S:.2f} s of sim time before the "
             "recording begins, and the state of sensors and robot at that time is not in it: the recording is older "
             "than those that contain the robot's state at the start of each job"
         )

@@ -209,6 +209,7 @@ def carry_out(
     """
     watch = Stopwatch()
     telemetry = Telemetry(emulator, log=products.log)
+    telemetry.go_on()
     listened = products.record is not None or products.hashed or products.log is not None
     before = [telemetry.setup(), *telemetry.standing(), *telemetry.awake()] if listened else []
     emulator.check_load()
