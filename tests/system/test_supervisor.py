@@ -18,7 +18,7 @@ from touchline.supervision.supervisor import Child, Notice, Supervisor
 
 @contextmanager
 def supervised(folder: Path, config: BusConfig, arguments: Sequence[str], patience_s: float) -> Iterator[Supervisor]:
-    supervisor = Supervisor([Child(topics.BRIDGE, arguments, patience_s)], config, folder)
+    supervisor = Supervisor([Child(topics.BRIDGE, arguments, patience_s)], config, folder, folder / "logs")
     supervisor.start()
     try:
         yield supervisor
