@@ -28,7 +28,7 @@ def test_lines_have_time_level_service_and_process(tmp_path, monkeypatch):
     started, fine, warned, ended = own_file(tmp_path / "touchline" / "log").read_text().splitlines()
     stamp = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z"
     assert re.fullmatch(rf"{stamp} INFO planner\[{os.getpid()}\] touchline\.somewhere: fine", fine)
-    assert warned.endswith("WARNING " + warned.split("WARNING ")[1]) and warned.endswith(": from a stranger")
+    assert " WARNING " in warned and warned.endswith(": from a stranger")
     assert "started with Python" in started and started.endswith("for club/r1")
     assert ended.endswith(": ended")
 
@@ -36,9 +36,8 @@ def test_lines_have_time_level_service_and_process(tmp_path, monkeypatch):
 def test_an_error_is_logged_and_goes_on(tmp_path):
     with pytest.raises(ZeroDivisionError), service_log("planner", ("club/r1",), tmp_path):
         print(1 // 0)  # noqa: T201
-    assert re.search(
-        r"CRITICAL .*ended by an error\nTraceback .*\nZeroDivisionError", own_file(tmp_path).read_text(), re.S
-    )
+    said = own_file(tmp_path).read_text()
+    assert re.search(r"CRITICAL .*ended by an error\nTraceback .*\nZeroDivisionError", said, re.DOTALL)
     with pytest.raises(TouchlineError), service_log("planner", ("club/r1",), tmp_path):
         raise TouchlineError("port taken")
     assert own_file(tmp_path).read_text().splitlines()[-1].endswith("ended: port taken")
@@ -49,9 +48,8 @@ def test_an_error_of_a_thread_is_logged(tmp_path):
         thread = threading.Thread(target=lambda: 1 // 0, name="planning")
         thread.start()
         thread.join()
-    assert re.search(
-        r"planning ended by an error\nTraceback .*\nZeroDivisionError", own_file(tmp_path).read_text(), re.S
-    )
+    said = own_file(tmp_path).read_text()
+    assert re.search(r"planning ended by an error\nTraceback .*\nZeroDivisionError", said, re.DOTALL)
 
 
 def test_standard_error_has_what_the_options_want(tmp_path, touchline, monkeypatch):

@@ -95,7 +95,7 @@ def service_log(node: str, robots: Sequence[str], folder: Path | None) -> Iterat
     file.setFormatter(
         _Line(f"%(asctime)s.%(msecs)03dZ %(levelname)s {node}[%(process)d] %(name)s: %(message)s", "%Y-%m-%dT%H:%M:%S")
     )
-    shown, level = list(_LOGGER.handlers), _LOGGER.level
+    shown, usual_level, level = list(_LOGGER.handlers), _LOGGER.level, _LOGGER.getEffectiveLevel()
     for handler in shown:
         handler.setLevel(level)
         handler.addFilter(_for_others)
@@ -117,10 +117,11 @@ def service_log(node: str, robots: Sequence[str], folder: Path | None) -> Iterat
         raise
     finally:
         listener.stop()
-        file.close()
+        with suppress(OSError):  # a full disk
+            file.close()
         threading.excepthook = usual
         _LOGGER.handlers[:] = shown
-        _LOGGER.setLevel(level)
+        _LOGGER.setLevel(usual_level)
         for handler in shown:
             handler.setLevel(logging.NOTSET)
             handler.removeFilter(_for_others)

@@ -31,6 +31,10 @@ class ServiceManager:
         mine = os.environ.pop("WATCHDOG_PID", "") in ("", str(os.getpid()))
         return cls(address, float(watchdog_us) / 1e6 if mine and watchdog_us.isdigit() else None) if address else None
 
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
     def beat(self) -> None:
         """Report at the first call that the service is ready, and then as often as the watchdog needs; never waits."""
         now_s = time.monotonic()

@@ -89,3 +89,5 @@ def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+        if manager is not None:
+            manager.close()
