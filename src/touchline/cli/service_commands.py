@@ -1,6 +1,8 @@
-"""``touchline planner|robot-sim|bridge|coordinator|tui``: single processes."""
+"""``touchline planner|robot-sim|bridge|coordinator|router|tui``: single processes."""
 
+import logging
 import sys
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +33,8 @@ from touchline.schemas.team import TeamScenario
 from touchline.supervision.priority import SOON, run_at, switch_threads_soon
 from touchline.supervision.service_log import service_log
 
+_LOOK_S = 0.1
+
 
 def register(app: typer.Typer) -> None:
     """Add the subcommands to `app`."""
@@ -38,6 +42,7 @@ def register(app: typer.Typer) -> None:
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
     app.command("coordinator")(coordinator)
+    app.command("router")(router)
     app.command("tui")(tui)
 
 
@@ -133,6 +138,18 @@ def coordinator(
     scenario = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
     with service_log(topics.COORDINATOR, (topics.TEAM_NAMESPACE,), logs):
         run_service(scenario, lockstep=lockstep, supervisor=supervisor)
+
+
+def router(logs: LogsOption = None) -> None:
+    """Run the router of a bus that spans several machines, at $TOUCHLINE_ENDPOINT, until Ctrl-C."""
+    from touchline.bus.router import open_router
+    from touchline.supervision.shutdown import until_stopped
+
+    config = BusConfig.from_environment()
+    with service_log("router", (), logs), until_stopped() as stop, open_router(config) as where:
+        logging.getLogger(__name__).info("listens on %s", where)
+        while not stop:
+            time.sleep(_LOOK_S)
 
 
 def tui(robot: SomeRobotsOption = None) -> None:

@@ -106,7 +106,7 @@ def service_log(node: str, robots: Sequence[str], folder: Path | None) -> Iterat
     usual, threading.excepthook = threading.excepthook, _log_thread_error
     listener.start()
     try:
-        _LOGGER.info("started with Python %s for %s", platform.python_version(), ", ".join(robots))
+        _LOGGER.info("started with Python %s for %s", platform.python_version(), ", ".join(robots) or "all robots")
         yield
         _LOGGER.info("ended")
     except TouchlineError as error:
