@@ -391,7 +391,8 @@ class RobotProcess:
             return
         self._health_at_s = now_s + HEALTH_EVERY_S
         if changed:
-            _LOG.info("%s: %s %s", self._namespace, NAMES[state], self._emulator.onboard.status.reason)
+            reason = self._emulator.onboard.status.reason
+            _LOG.info("%s: %s%s", self._namespace, NAMES[state], f": {reason}" if reason else "")
         if not (changed or self._health.due):
             return
         slow = "sim time is held back: the telemetry is not taken as fast as it comes" if self._held_back else "ok"

@@ -126,6 +126,8 @@ class Machines:
             stderr=subprocess.STDOUT,
             text=True,
         )
+        assert process.stdout is not None
+        self._stack.callback(process.stdout.close)
         self._stack.callback(process.wait)
         self._stack.callback(process.kill)
         return process

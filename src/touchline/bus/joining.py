@@ -51,6 +51,7 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
         except BaseException:
             leave(session, 0.0)
             raise
+    _LOG.info("joined %s as %s", config.endpoint, node)
     return session
 
 
