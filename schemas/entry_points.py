@@ -3,11 +3,13 @@
 The format is that of the entry points specification in the Python Packaging User Guide.
 """
 
-import sys
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from touchline.schemas.plain_text import plain
+
+_LOG = logging.getLogger(__name__)
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -36,9 +38,9 @@ def offers(group: str) -> list[Offer]:
 
 
 def leave_out(kind: str, offer: Offer, problem: str) -> None:
-    """Print one line that an entry point is ignored, and why."""
+    """Log that an entry point is ignored, and why."""
     text = f'the {kind} "{offer.name}" of the package {offer.package} is left out: {problem}'
-    sys.stderr.write(f"warning: {plain(text, 400)}\n")
+    _LOG.warning("%s", plain(text, 400))
 
 
 def _package(point: "EntryPoint") -> str:

@@ -9,6 +9,7 @@ more than what is shipped (see docs/guides/plugins.md).
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -21,6 +22,7 @@ from touchline.schemas.errors import SpecError, TouchlineError
 
 T = TypeVar("T")
 U = TypeVar("U")
+_LOG = logging.getLogger(__name__)
 #: What options and help texts can hold.
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
@@ -286,9 +288,13 @@ class Registry(Generic[T]):
 VERBOSE = "TOUCHLINE_VERBOSE"
 
 
-def tracebacks_wanted() -> bool:
-    """True if errors of plug-ins shall be printed with their traceback."""
-    return bool(os.environ.get(VERBOSE))
+def log_plugin_error(problem: str) -> None:
+    """Log the exception being handled, of a plug-in, with its traceback: with `--verbose` as a warning.
+
+    Otherwise it is information, which log files of services have.
+    """
+    level = logging.WARNING if os.environ.get(VERBOSE) else logging.INFO
+    _LOG.log(level, "%s", problem, exc_info=True)
 
 
 def part_for(registry: Registry[Any], kind: str, room: str, source: str = "vehicle") -> Any:

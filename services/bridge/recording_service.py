@@ -1,6 +1,6 @@
 """Loop of the bridge: records its robots on request, and connects them with ROS 2 and viewers."""
 
-import sys
+import logging
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -35,6 +35,7 @@ from touchline.supervision.shutdown import Stop
 if TYPE_CHECKING:
     from touchline.services.bridge.foxglove.robot_viewers import Viewers
 
+_LOG = logging.getLogger(__name__)
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0
 #: Processes that are waited for at the beginning and the end, and those of them whose messages are recorded.
@@ -231,6 +232,7 @@ class BridgeService:
     def _publish_event(self, severity: int, code: str, text: str) -> None:
         """Publish an event under every robot, at its sim time in the recording."""
         assert self._session is not None
+        _LOG.info("%s: %s", code, text)
         for end in self._ends:
             end.publish(severity, code, text, self._session.recorder.now_ns(end.bus.namespace))
 
@@ -355,7 +357,7 @@ class BridgeService:
         try:
             bus.rejoin(self._breathe)
         except TouchlineError as error:
-            sys.stderr.write(f"warning: {error}\n")
+            _LOG.warning("%s", error)
             return
         deadline = time.monotonic() + _FOUND_S
         while time.monotonic() < deadline and any(nodes - end.presence.alive() for end, nodes in wanted.items()):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import logging
 import uuid
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
@@ -18,6 +18,7 @@ from touchline.services.coordinator.robot_link import RobotLink
 if TYPE_CHECKING:
     from touchline.bus import Bus
 
+_LOG: Final = logging.getLogger(__name__)
 _ANSWER_S: Final = 1.0
 """Wall-clock time for robots to take the fault; they hold their sim time meanwhile, so that all do at the same tick."""
 
@@ -53,4 +54,4 @@ class ContactInjector:
             return
         request = m.InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=PRESSED.model_dump_json())
         if refused := GroupCall(touched, topics.INJECT_FAULT, request, _ANSWER_S).wait():
-            sys.stderr.write(f"warning: bumpers not triggered though robots touch: {reasons(refused)}\n")
+            _LOG.warning("bumpers not triggered though robots touch: %s", reasons(refused))

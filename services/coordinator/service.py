@@ -7,8 +7,8 @@ machine. A robot silent for a second of wall time is no longer waited for, and t
 
 from __future__ import annotations
 
+import logging
 import math
-import sys
 import time
 import uuid
 from collections.abc import Mapping
@@ -44,6 +44,7 @@ from touchline.services.coordinator.warm_up_team import warm_up_team
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.shutdown import until_stopped
 
+_LOG: Final = logging.getLogger(__name__)
 IDLE_S: Final = 0.001
 """Wall-clock time between two polls of the bus."""
 SILENT_S: Final = 1.0
@@ -294,7 +295,7 @@ class TeamService:
             if not refused:
                 self._take_in(name)
             elif self._invitations.refuses(name, refused[name], now_s):
-                sys.stderr.write(f"warning: {name} does not join yet: {refused[name]}\n")
+                _LOG.warning("%s does not join yet: %s", name, refused[name])
 
     def _invite(self, name: str, now_s: float) -> None:
         """Invite a robot to join, unless it is guided: then it already reports where it is."""

@@ -6,14 +6,12 @@ Compiled kernels do not check their arguments; NaN or a wrong shape would make t
 from __future__ import annotations
 
 import math
-import sys
-import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, Final, TypeVar
 
 from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.plain_text import plain
-from touchline.schemas.plugins import Registry, tracebacks_wanted
+from touchline.schemas.plugins import Registry, log_plugin_error
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
 MISSED_M: Final = 1e-3
@@ -50,9 +48,9 @@ def called(blame: Blame, function: Callable[..., T], *given: Any) -> T:
     except TouchlineError:
         raise
     except Exception as error:  # whatever somebody else's code does
-        if tracebacks_wanted():
-            traceback.print_exc(file=sys.stderr)
-        raise blame(f"it fails with {type(error).__name__}: {error}") from error
+        blamed = blame(f"it fails with {type(error).__name__}: {error}")
+        log_plugin_error(str(blamed))
+        raise blamed from error
 
 
 def sound(pieces: Any, blame: Blame) -> tuple[Piece, ...]:

@@ -1,10 +1,9 @@
 """Planner process: answers the plan requests of all robots on the bus, with progress and diagnostics."""
 
+import logging
 import queue
-import sys
 import threading
 import time
-import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -18,6 +17,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.shutdown import until_stopped
 
+_LOG = logging.getLogger(__name__)
 # Period (s) of the main loop, which polls for requests, finished plans and the end.
 TURN_S = 0.01
 # Period (s) of polling for diagnostics requests, which for many robots takes longer than polling for plan requests.
@@ -91,7 +91,7 @@ class Worker:
             except Stopping:
                 return
             except Exception:  # noqa: BLE001, a defect of the planner must not end the service
-                traceback.print_exc(file=sys.stderr)
+                _LOG.exception("a plan request failed")
                 response = None
             self.messages.put(Planned(pending, response))
 
@@ -190,7 +190,7 @@ def run_service(
                 wait_s = 0.0
             if not worker.messages.empty():
                 with stop.beating():  # a large plan takes a while to serialise
-                    _pass_on(worker, progress, tally)
+                    _pass_on(worker, progress, tally, config.namespaces)
             if time.monotonic() >= health_at_s:
                 health_at_s = time.monotonic() + HEALTH_EVERY_S
                 level, message = condition(worker, tally, late.current)
@@ -227,7 +227,7 @@ def _admit(pending: PendingRequest, worker: Worker, tally: RequestTally) -> None
     worker.calls.put(pending)
 
 
-def _pass_on(worker: Worker, progress: Sequence[Publisher], tally: RequestTally) -> None:
+def _pass_on(worker: Worker, progress: Sequence[Publisher], tally: RequestTally, robots: Sequence[str]) -> None:
     """Publish the worker's progress, and answer finished requests."""
     while not worker.messages.empty():
         message = worker.messages.get()
@@ -242,5 +242,7 @@ def _pass_on(worker: Worker, progress: Sequence[Publisher], tally: RequestTally)
             continue
         tally.planned += message.response.success
         tally.refused += not message.response.success
+        outcome = "planned" if message.response.success else f"refused: {message.response.message}"
+        _LOG.info("plan request of %s: %s", robots[message.pending.robot], outcome)
         tally.planning_time_s = message.response.report.planning_time_s
         call.reply(message.response)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import queue
-import sys
 import threading
-import traceback
 from typing import Any, Final, NamedTuple
 
 from touchline.bus import ServedCall
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.services.robot_sim.command_handlers import Load
 
+_LOG: Final = logging.getLogger(__name__)
 WAITING: Final = 2
 """Number of loads that may wait for the one in preparation; further ones are refused for now."""
 
@@ -74,5 +74,5 @@ def _made_ready(call: ServedCall[Any, Any], load: Load) -> Any:
     except (PayloadError, CommandRefused, SpecError) as error:
         return error
     except Exception:  # noqa: BLE001, a defect in reading must not end a robot
-        traceback.print_exc(file=sys.stderr)
+        _LOG.exception("a plan cannot be read")
         return None

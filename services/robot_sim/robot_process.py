@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from typing import Any, Final, Literal
 
 from touchline.bus import Bus, HealthReporter, ServedCall
 from touchline.bus.calls import Server
+from touchline.onboard.executive.traversal_states import NAMES
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
@@ -32,6 +34,7 @@ from touchline.services.robot_sim.recorder_limit import RecorderLimit
 from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 from touchline.services.robot_sim.traversal_figures import Reports
 
+_LOG: Final = logging.getLogger(__name__)
 SERVED_AT_ONCE: Final = 4
 """Requests of one service that are served in a turn; others wait for the next one."""
 HEALTH_EVERY_S: Final = 0.02
@@ -173,6 +176,7 @@ class RobotProcess:
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
+        self._namespace = bus.namespace
         self._health, self._published_state, self._health_at_s = health, -1, 0.0
         self._recorder_limit, self._held_at_s = RecorderLimit(bus), -math.inf
         self._tidy_at_s = time.monotonic()
@@ -386,6 +390,9 @@ class RobotProcess:
         if not changed and now_s < self._health_at_s:
             return
         self._health_at_s = now_s + HEALTH_EVERY_S
+        if changed:
+            reason = self._emulator.onboard.status.reason
+            _LOG.info("%s: %s%s", self._namespace, NAMES[state], f": {reason}" if reason else "")
         if not (changed or self._health.due):
             return
         slow = "sim time is held back: the telemetry is not taken as fast as it comes" if self._held_back else "ok"

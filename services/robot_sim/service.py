@@ -9,7 +9,6 @@ are the same alone and beside others.
 from __future__ import annotations
 
 import gc
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -25,6 +24,7 @@ from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.supervision.late_compilations import LateCompilations
 from touchline.supervision.priority import FIRST, run_at, switch_threads_soon
+from touchline.supervision.private_folder import state_folder
 from touchline.supervision.shutdown import until_stopped
 
 PATIENCE_S: Final = 0.2
@@ -122,5 +122,4 @@ def journal_path(namespace: str, chosen: Path | None = None) -> Path:
     """
     if chosen is not None:
         return chosen / f"{namespace}.journal" if chosen.is_dir() else chosen
-    base = os.environ.get("XDG_STATE_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "state") / "touchline" / f"{namespace}.journal"
+    return state_folder() / f"{namespace}.journal"

@@ -74,11 +74,13 @@ def joined(url: str, origin: Any) -> bool:
         return False
 
 
-def test_pages_of_foreign_origins_are_refused_and_known_viewers_served(url: str, capfd: Any) -> None:
+def test_pages_of_foreign_origins_are_refused_and_known_viewers_served(
+    url: str, caplog: pytest.LogCaptureFixture
+) -> None:
     assert [origin for origin in FOREIGN if joined(url, origin)] == []
     assert [origin for origin in KNOWN if not joined(url, origin)] == []
     assert not joined(url, "https://evil.example")
-    told = capfd.readouterr().err.splitlines()
+    told = caplog.messages
     line = (
         "a viewer's web page of https://evil.example is refused; --foxglove-origin https://evil.example would allow it"
     )

@@ -38,11 +38,11 @@ def added(x):
     return x + 1
 
 
-def test_it_is_told_by_name_and_logged(late, njit, capsys):
+def test_it_is_told_by_name_and_logged(late, njit, caplog):
     assert late.values() == {}
     njit(added)(1)
     assert late.values() == {KEY: "test_late_compilations.added"}
-    assert "test_late_compilations.added was compiled after the start" in capsys.readouterr().err
+    assert "test_late_compilations.added was compiled after the start" in caplog.text
     assert late.current == ""
 
 

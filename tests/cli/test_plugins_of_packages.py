@@ -156,7 +156,7 @@ def test_packages_are_looked_for_once_and_only_if_need_be(monkeypatch: pytest.Mo
 
 
 def test_whatever_an_import_does_the_others_are_there(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def leaves() -> object:
         raise SystemExit("enough")
@@ -175,7 +175,7 @@ def test_whatever_an_import_does_the_others_are_there(
     registry: Registry[float] = Registry("number")
     assert registry.names() == ("e", "f")
     assert len(asked) == 1
-    lines = capsys.readouterr().err.splitlines()
+    lines = caplog.messages
     assert [line.split('"')[1] for line in lines] == ["a", "b", "c d"]
     assert "ZeroDivisionError: by zero; mend or uninstall the package" in lines[1]
     assert registry.find("e") > 6.0

@@ -114,10 +114,10 @@ def test_a_shipped_one_is_guarded_in_compiled_ticks_too(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("wanted", [True, False])
-def test_a_traceback_is_printed_on_request(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wanted: bool
+def test_a_traceback_is_shown_on_request(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, wanted: bool
 ) -> None:
     monkeypatch.setenv(VERBOSE, "1" if wanted else "")
     monkeypatch.setattr(Failing, "answer", staticmethod(raising), raising=False)
     driven(NAME)
-    assert ("Traceback" in capsys.readouterr().err) == wanted
+    assert ("Traceback" in caplog.text) == wanted

@@ -13,12 +13,13 @@ import pytest
 
 from touchline.bus import BusConfig
 from touchline.schemas import topics
+from touchline.supervision import supervisor as module
 from touchline.supervision.supervisor import Child, Notice, Supervisor
 
 
 @contextmanager
 def supervised(folder: Path, config: BusConfig, arguments: Sequence[str], patience_s: float) -> Iterator[Supervisor]:
-    supervisor = Supervisor([Child(topics.BRIDGE, arguments, patience_s)], config, folder)
+    supervisor = Supervisor([Child(topics.BRIDGE, arguments, patience_s)], config, folder, folder / "logs")
     supervisor.start()
     try:
         yield supervisor
@@ -69,6 +70,26 @@ def test_it_says_why_a_service_ended(tmp_path: Path, bus_config: BusConfig):
     with supervised(tmp_path, bus_config, ["bridge", "--record", "/no/such/\x1b[2Jplace.mcap"], 10.0) as supervisor:
         (notice, *_) = notices_until(supervisor, lambda notices: "died" in kinds(notices))
     assert notice.text.startswith("bridge ended with exit code 2: error: /no/such/place.mcap")
+
+
+def test_it_names_the_log_of_a_service_that_ended_and_limits_its_output(
+    tmp_path: Path, bus_config: BusConfig, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(module, "_OUTPUT_BYTES", 1000)
+    with supervised(tmp_path, bus_config, ["bridge"], 1000.0) as supervisor:
+        (child,) = supervisor.children
+        notices_until(supervisor, lambda _: child.heartbeat is not None and child.heartbeat.begun)
+        output = tmp_path / "bridge.output"
+        output.write_text("x" * 1001)
+        assert supervisor.poll() == []
+        assert output.stat().st_size == 0
+        pid = supervisor.pid(topics.BRIDGE)
+        assert pid is not None
+        os.kill(pid, signal.SIGKILL)
+        (notice, *_) = notices_until(supervisor, lambda notices: "died" in kinds(notices))
+    log = tmp_path / "logs" / f"bridge-tt2-{pid}.log"
+    assert notice.text == f"bridge was ended by SIGKILL (log: {log})"
+    assert "ready" in log.read_text()
 
 
 @pytest.mark.parametrize("end", ["exit 3", "sleep 1000"], ids=["died", "stopped"])

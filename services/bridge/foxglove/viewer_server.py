@@ -6,9 +6,9 @@ to the robot and parameters are answered in those threads.
 
 from __future__ import annotations
 
+import logging
 import secrets
 import socket
-import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,6 +32,7 @@ from touchline.schemas.topics import Service, Topic
 from touchline.services.bridge.foxglove.origin_guard import OriginGuard
 from touchline.services.bridge.foxglove.viewer_address import FoxgloveConfig
 
+_LOG: Final = logging.getLogger(__name__)
 _NAME: Final = "Touchline"
 _ENCODING: Final = "cdr"
 #: Messages that wait for one client; the oldest gives way. It costs only memory: nobody waits for a client.
@@ -93,7 +94,7 @@ class ViewerServer:
         self._span_ns: Span | None = None
         self._server: WebSocketServer | None = None
         try:
-            self._guard = OriginGuard(config.host, config.port, config.origins, _warn_operator)
+            self._guard = OriginGuard(config.host, config.port, config.origins, _LOG.warning)
         except OSError as error:
             raise TouchlineError(
                 f"--foxglove-listen {config.host}:{config.port}: cannot listen there ({error.strerror}); name another "
@@ -175,10 +176,6 @@ class ViewerServer:
             message_backlog_size=_BACKLOG,
         )
         self._guard.inner = host, self._server.port
-
-
-def _warn_operator(text: str) -> None:
-    sys.stderr.write(f"{text}\n")
 
 
 def _hidden_host() -> str:

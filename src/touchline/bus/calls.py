@@ -1,5 +1,6 @@
 """Acknowledged commands: typed queries that are always answered; an answer is trusted from its server only."""
 
+import logging
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
@@ -18,6 +19,7 @@ from touchline.schemas.cdr import decode, encode, first_string
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
 
+_LOG: Final = logging.getLogger(__name__)
 #: Most waiting requests of a service; the oldest gives way, and its caller is notified at once. Zenoh's receiving
 #: threads must never wait for room: an emergency stop may be behind.
 _WAITING_CALLS: Final = 64
@@ -394,6 +396,7 @@ def call(
         if answer.refusal is not None:
             raise CallError(f"{service.name}: {answer.refusal}")
         if answer.payload is not None:
+            _LOG.debug("%s answered %d bytes in %.3f s", service.name, len(answer.payload), time.monotonic() - begun)
             return decode(service.response, answer.payload)
         waited = time.monotonic() - begun
         if waited >= min(timeout_s, _DISCOVERY_S) and answer.untrusted:

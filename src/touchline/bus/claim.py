@@ -1,6 +1,6 @@
 """Exclusive ownership of a node name on the bus, since two processes would answer the same requests."""
 
-import sys
+import logging
 import time
 from collections.abc import Callable, Iterator
 from typing import Final, Protocol
@@ -26,6 +26,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.topics import Request, Response, Service, Topic
 
+_LOG: Final = logging.getLogger(__name__)
 #: Time in which a newcomer learns of all of its peers, from the first one.
 _GETTING_TO_KNOW_S: Final = 0.3
 #: Time in which a leaving process is gone.
@@ -152,7 +153,7 @@ def _warn(bus: Claimant, namesakes: set[str]) -> None:
         f"{len(namesakes)} other session{'s' * (len(namesakes) > 1)} ({ids}) on the bus "
         f"called {bus.node} did not answer within {_ANSWER_S:.0f} s; {bus.node} starts all the same"
     )
-    sys.stderr.write(f"warning: {text}\n")
+    _LOG.warning("%s", text)
     bus.publisher(topics.SUPERVISOR_EVENTS).send(
         Event(
             header=Header(stamp=Time.of_ns(time.time_ns())),

@@ -20,6 +20,19 @@ PATIENCE_S = 1.0
 #: As much as `touchline.schemas.cdr` decodes, and room for Zenoh's headers.
 MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
+#: Time after which a silent link between a client and its router is given up: a robot on its own must stop soon.
+LEASE_MS = 2000
+_LEASE = "transport/link/tx/lease"
+#: Settings that a router has in common with all other processes.
+_OF_ROUTERS = (
+    "scouting/multicast/enabled",
+    "transport/shared_memory/enabled",
+    "transport/link/tx/queue/congestion_control/block/wait_before_close",
+    "transport/link/rx/max_message_size",
+    "transport/unicast/accept_timeout",
+    "transport/unicast/accept_pending",
+)
+
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
 
 ENDPOINT_VARIABLE = "TOUCHLINE_ENDPOINT"
@@ -105,12 +118,28 @@ class BusConfig:
             SpecError: The configuration file cannot be used.
         """
         config, default = self._from_file(), zenoh.Config()
-        client = json.loads(config.get_json("mode")) == "client"
-        for key, value in self._settings(node, patience_s).items():
-            if key == "listen/endpoints" and client:
-                continue  # a client listens nowhere
+        wanted = self._settings(node, patience_s)
+        if json.loads(config.get_json("mode")) == "client":  # of a router, which may be on another machine
+            del wanted["listen/endpoints"]
+            wanted |= {"connect/endpoints": [self.endpoint], _LEASE: LEASE_MS}
+        for key, value in wanted.items():
             if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
                 config.insert_json5(key, json.dumps(value))
+        return config
+
+    def router(self) -> Config:
+        """Return the configuration of a router at the meeting point; the file's mode does not matter.
+
+        Raises:
+            SpecError: The configuration file cannot be used.
+        """
+        config, default = self._from_file(), zenoh.Config()
+        common = self._settings("", PATIENCE_S)
+        own = {"listen/endpoints": [self.endpoint], "listen/exit_on_failure": True, _LEASE: LEASE_MS}
+        for key, value in ({name: common[name] for name in _OF_ROUTERS} | own).items():
+            if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
+                config.insert_json5(key, json.dumps(value))
+        config.insert_json5("mode", '"router"')
         return config
 
     def at_door(self) -> Config | None:

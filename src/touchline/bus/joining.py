@@ -1,9 +1,9 @@
 """Opening and closing of Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
 
 import errno
+import logging
 import resource
 import socket
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -17,6 +17,7 @@ from touchline.bus.config import ENDPOINT_VARIABLE, BusConfig
 from touchline.bus.remote_access import beyond_loopback, endpoints, is_loopback, split
 from touchline.schemas.errors import TouchlineError
 
+_LOG: Final = logging.getLogger(__name__)
 #: Time after which a missing answer from the meeting point is reported; a busy machine may take longer.
 _REPORT_AFTER_S: Final = 2.0
 #: Time after which it is not one of ours.
@@ -39,7 +40,7 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
     """
     settings = config.zenoh(node, patience_s)
     if paths := beyond_loopback(settings):
-        sys.stderr.write(f"warning: this bus can be reached from other machines: {'; '.join(paths)}\n")
+        _LOG.warning("this bus can be reached from other machines: %s", "; ".join(paths))
     _make_room()
     occupied = config.endpoint in endpoints(settings, "connect") and _occupied(config.endpoint)
     begun = time.monotonic()
@@ -50,6 +51,7 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
         except BaseException:
             leave(session, 0.0)
             raise
+    _LOG.info("joined %s as %s", config.endpoint, node)
     return session
 
 
@@ -104,7 +106,7 @@ def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool])
         if tell_at is not None and time.monotonic() > tell_at:
             tell_at = None
             whom = ", ".join(endpoints(settings, "connect")) or "the bus"
-            sys.stderr.write(f"warning: {whom} does not answer; still trying\n")
+            _LOG.warning("%s does not answer; still trying", whom)
     if errors:
         reason = str(errors[0]).partition(" at /")[0]  # the rest is a place in Zenoh's own source
         raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
@@ -143,7 +145,7 @@ def _meet(session: zenoh.Session, config: BusConfig, begun_s: float, stop: Calla
             reported = True
             if not _occupied(config.endpoint):
                 return  # it left meanwhile, and we take its place
-            sys.stderr.write(f"warning: {remedy}\n")
+            _LOG.warning("%s", remedy)
         if waited_s > _ABORT_AFTER_S:
             raise TouchlineError(remedy)
         time.sleep(_POLL_S)
@@ -162,7 +164,7 @@ def _make_room() -> None:
         return
     room = max(0, (soft - _OTHER_DESCRIPTORS - _open_files()) // 2)
     if room < _FEW_PEERS:
-        sys.stderr.write(f"warning: room for about {room} peers; raise the limit of open files with ulimit -n\n")
+        _LOG.warning("room for about %d peers; raise the limit of open files with ulimit -n", room)
 
 
 def _open_files() -> int:

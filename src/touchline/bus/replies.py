@@ -1,7 +1,7 @@
 """Sender of answers from threads of their own, so that a slow client never blocks the server."""
 
+import logging
 import threading
-import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from enum import Enum, auto
@@ -10,6 +10,7 @@ from typing import Final
 
 import zenoh
 
+_LOG: Final = logging.getLogger(__name__)
 #: Most waiting answers in a lane; beyond them the oldest gives way, and its client gets an error.
 _WAITING: Final = 1024
 _CLOSING_S: Final = 1.0
@@ -71,4 +72,4 @@ class _Sender:
             except zenoh.ZError:
                 continue  # the client has left
             except Exception:  # noqa: BLE001, the next client is to have its answer all the same
-                traceback.print_exc()
+                _LOG.exception("an answer cannot be sent")

@@ -1,9 +1,12 @@
 """Entry of the command: its subcommands, and the reporting of errors."""
 
 import io
+import logging
 import os
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 
 import typer
@@ -49,9 +52,10 @@ def execute() -> int:
             stream.reconfigure(errors="replace")  # where the locale has no ² or ·, print a question mark
     completing = "_TOUCHLINE_COMPLETE" in os.environ
     try:
-        app = command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)
-        defaults = defaults_for(command_of(app), settings())
-        app(default_map=defaults, auto_envvar_prefix=PREFIX)
+        with _logging():
+            app = command_line(sys.argv[1] if len(sys.argv) > 1 and not completing else None)
+            defaults = defaults_for(command_of(app), settings())
+            app(default_map=defaults, auto_envvar_prefix=PREFIX)
     except TouchlineError as error:
         return _report(error)
     except Exception as error:
@@ -62,6 +66,27 @@ def execute() -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else ExitCode.OK
     return ExitCode.OK
+
+
+@contextmanager
+def _logging() -> Iterator[None]:
+    """Show what modules log on standard error: warnings, unless the subcommand's options want more."""
+    logger, handler = logging.getLogger("touchline"), logging.StreamHandler()
+    handler.setFormatter(_LevelFirst())
+    logger.setLevel(logging.WARNING)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+class _LevelFirst(logging.Formatter):
+    """Formatter of records like the command's own messages."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return level and text, without control sequences; a traceback follows."""
+        return f"{record.levelname.lower()}: {plain_lines(super().format(record))}"
 
 
 def _report(error: TouchlineError) -> int:

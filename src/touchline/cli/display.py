@@ -41,12 +41,12 @@ class Verbosity:
 
     Attributes:
         quiet: Only warnings and errors go to standard error.
-        verbose: Errors come with their tracebacks.
+        verbose: Errors come with their tracebacks, and with information: 1; with everything that is logged: 2.
         output_taken: Standard output carries a file requested as `-`; figures go to standard error.
     """
 
     quiet = False
-    verbose = False
+    verbose = 0
     output_taken = False
 
 

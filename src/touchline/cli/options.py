@@ -65,6 +65,15 @@ SomeRobotsOption = Annotated[
         help="Namespace of a robot; may be repeated (default: those in $TOUCHLINE_NAMESPACE, or all).",
     ),
 ]
+LogsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--logs",
+        metavar="FOLDER",
+        help="Folder of log files, one for each service's process (default: log in the user's state folder).",
+        file_okay=False,
+    ),
+]
 SupervisorOption = Annotated[
     int | None,
     typer.Option("--supervisor", hidden=True, help="End when the process with this id is no longer the parent."),

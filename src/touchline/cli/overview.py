@@ -48,7 +48,7 @@ PANELS: dict[str, dict[str, tuple[str, ...]]] = {
         "doctor_command": ("doctor",),
     },
     "Processes, each alone": {
-        "service_commands": ("planner", "robot-sim", "bridge", "coordinator", "tui"),
+        "service_commands": ("planner", "robot-sim", "bridge", "coordinator", "router", "tui"),
     },
 }
 

@@ -1,6 +1,8 @@
-"""``touchline planner|robot-sim|bridge|coordinator|tui``: single processes."""
+"""``touchline planner|robot-sim|bridge|coordinator|router|tui``: single processes."""
 
+import logging
 import sys
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +15,7 @@ from touchline.cli.display import print_json
 from touchline.cli.foxglove_choice import FoxgloveChoice
 from touchline.cli.groups import with_groups
 from touchline.cli.options import (
+    LogsOption,
     RecordingsOption,
     RobotsOption,
     SomeRobotsOption,
@@ -22,11 +25,15 @@ from touchline.cli.options import (
 from touchline.cli.ros2_choice import Ros2Choice
 from touchline.cli.template_choice import OriginOption, parse_origin
 from touchline.recordings.writing import check_recordable
+from touchline.schemas import topics
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.team import TeamScenario
 from touchline.supervision.priority import SOON, run_at, switch_threads_soon
+from touchline.supervision.service_log import service_log
+
+_LOOK_S = 0.1
 
 
 def register(app: typer.Typer) -> None:
@@ -35,10 +42,13 @@ def register(app: typer.Typer) -> None:
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
     app.command("coordinator")(coordinator)
+    app.command("router")(router)
     app.command("tui")(tui)
 
 
-def planner(body: VehicleChoice, fleet: RobotsOption = None, supervisor: SupervisorOption = None) -> None:
+def planner(
+    body: VehicleChoice, fleet: RobotsOption = None, logs: LogsOption = None, supervisor: SupervisorOption = None
+) -> None:
     """Run the planner: answers plan requests on the bus until Ctrl-C."""
     from touchline.services.planner.service import run_service
 
@@ -48,7 +58,9 @@ def planner(body: VehicleChoice, fleet: RobotsOption = None, supervisor: Supervi
         raise SpecError("command line", "--vehicle", "is given with --robots", f"set it for each robot in {fleet.name}")
     else:
         vehicles = [setup.vehicle for setup in Fleet.read(fleet).setups().values()]
-    run_service(vehicles=vehicles, supervisor=supervisor)
+    config = BusConfig.from_environment()
+    with service_log(topics.PLANNER, config.namespaces, logs):
+        run_service(config, vehicles, supervisor=supervisor)
 
 
 def robot_sim(
@@ -66,6 +78,7 @@ def robot_sim(
             "(default: in the user's state folder).",
         ),
     ] = None,
+    logs: LogsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run one or several emulated robots: they wait on the bus for trajectories and drive them, until Ctrl-C."""
@@ -74,7 +87,9 @@ def robot_sim(
     here = None if origin is None else parse_origin(origin, "--origin")
     config = BusConfig.from_environment()
     robots = {name: setup.at(here) for name, setup in robot.chosen_robots(fleet, config.namespaces).items()}
-    run_service(robots, config, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
+    pace = speed_factor(speed)
+    with service_log(topics.ROBOT_SIM, tuple(robots), logs):
+        run_service(robots, config, speed=pace, journal=journal, supervisor=supervisor)
 
 
 def bridge(
@@ -84,19 +99,23 @@ def bridge(
         Path | None, typer.Option(metavar="FILE.mcap", help="Record to this MCAP file from the start.")
     ] = None,
     recordings: RecordingsOption = None,
+    logs: LogsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run the bridge until Ctrl-C: records the bus to MCAP on request, serves ROS 2 nodes and viewers."""
     from touchline.services.bridge.service import run_service
 
     check_recordable(record)
-    report = run_service(
-        record,
-        recordings=recordings,
-        ros2=viewers.with_clock(ros.gateway()),
-        foxglove=viewers.server(),
-        supervisor=supervisor,
-    )
+    config = BusConfig.from_environment()
+    with service_log(topics.BRIDGE, config.namespaces, logs):
+        report = run_service(
+            record,
+            config,
+            recordings=recordings,
+            ros2=viewers.with_clock(ros.gateway()),
+            foxglove=viewers.server(),
+            supervisor=supervisor,
+        )
     if report is not None:
         figures = {"path": str(report.path), "messages": report.messages, "lost": report.lost}
         print_json(figures | ({"problem": report.problem} if report.problem else {}), None)
@@ -110,13 +129,27 @@ def coordinator(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Reproducible: sim time of emulated robots waits for the coordinator.")
     ] = False,
+    logs: LogsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run a team's coordinator on the bus: it acts from the first task on, until Ctrl-C."""
     from touchline.services.coordinator.service import run_service
 
     scenario = parse(TeamScenario, read_text(team), team.name) if team is not None else TeamScenario()
-    run_service(scenario, lockstep=lockstep, supervisor=supervisor)
+    with service_log(topics.COORDINATOR, (topics.TEAM_NAMESPACE,), logs):
+        run_service(scenario, lockstep=lockstep, supervisor=supervisor)
+
+
+def router(logs: LogsOption = None) -> None:
+    """Run the router of a bus that spans several machines, at $TOUCHLINE_ENDPOINT, until Ctrl-C."""
+    from touchline.bus.router import open_router
+    from touchline.supervision.shutdown import until_stopped
+
+    config = BusConfig.from_environment()
+    with service_log("router", (), logs), until_stopped() as stop, open_router(config) as where:
+        logging.getLogger(__name__).info("listens on %s", where)
+        while not stop:
+            time.sleep(_LOOK_S)
 
 
 def tui(robot: SomeRobotsOption = None) -> None:

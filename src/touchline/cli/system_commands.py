@@ -17,6 +17,7 @@ from touchline.cli.groups import with_groups
 from touchline.cli.options import (
     ExitCode,
     JsonOption,
+    LogsOption,
     RecordingsOption,
     RobotsOption,
     SomeRobotsOption,
@@ -59,6 +60,7 @@ def up(
         str, typer.Option(metavar="FACTOR", help="Pace, × real time, or `max`; the console can change it.")
     ] = "1",
     recordings: RecordingsOption = None,
+    logs: LogsOption = None,
 ) -> None:
     """Start planner, robots and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     from touchline.services.robot_sim.together import check_together
@@ -77,7 +79,9 @@ def up(
         local_system(
             robots,
             config,
-            ProcessOptions(["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart),
+            ProcessOptions(
+                ["--speed", speed], [each for one in shown for each in one.arguments()], recordings, apart, logs=logs
+            ),
             join_as=topics.SUPERVISOR,  # not as one who could stop a robot: that is who has a console
         ) as system,
     ):

@@ -5,7 +5,7 @@ That is a defect, except for plug-ins and for vehicles that were not known at th
 
 from __future__ import annotations
 
-import sys
+import logging
 import threading
 import time
 from contextlib import AbstractContextManager
@@ -14,6 +14,7 @@ from typing import Final
 from touchline.core.compilations import Compilations
 from touchline.supervision.shutdown import Stop
 
+_LOG: Final = logging.getLogger(__name__)
 KEY: Final = "late_compilations"
 """Key in the diagnostics."""
 
@@ -63,4 +64,4 @@ class LateCompilations:
         if self._beating is not None:
             self._beating.__exit__(None, None, None)
         self.current, self._beating = "", None
-        sys.stderr.write(f"{name} was compiled after the start, in {took_s:.1f} s by {thread}\n")
+        _LOG.warning("%s was compiled after the start, in %.1f s by %s", name, took_s, thread)

@@ -1,5 +1,6 @@
 """Shutdown of a service process on a signal or when its supervisor is gone; also beats its heartbeat."""
 
+import logging
 import os
 import signal
 import threading
@@ -9,7 +10,9 @@ from contextlib import contextmanager
 from types import FrameType
 
 from touchline.supervision.heartbeat import Heartbeat
+from touchline.supervision.service_manager import ServiceManager
 
+_LOG = logging.getLogger(__name__)
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 #: Longest work within a turn; more counts as a hang.
 WORK_S = 60.0
@@ -19,23 +22,29 @@ _BEAT_EVERY_S = 0.1
 class Stop:
     """Flag that is true once this process has been asked to end; evaluating it also beats the heartbeat."""
 
-    def __init__(self, supervisor: int | None, heartbeat: Heartbeat | None = None) -> None:
+    def __init__(
+        self, supervisor: int | None, heartbeat: Heartbeat | None = None, manager: ServiceManager | None = None
+    ) -> None:
         """Start without a signal; `supervisor` is the parent's process id, if this process must not outlive it.
 
         The parent passes it: by the time that this process looks for it, it may be gone, and another in its place.
         """
         self._signalled = False
         self._parent = supervisor
-        self._heartbeat = heartbeat
+        self._watchers = [watcher for watcher in (heartbeat, manager) if watcher is not None]
+        self._ready = False
 
     def signal(self, _number: int, _frame: FrameType | None) -> None:
         """Note a signal; the main loop sees it at its next turn."""
         self._signalled = True
 
     def beat(self) -> None:
-        """Beat the heartbeat during long waits within a turn of the loop."""
-        if self._heartbeat is not None:
-            self._heartbeat.beat()
+        """Beat the heartbeat during long waits within a turn of the loop; the first time the service is ready."""
+        if not self._ready:
+            self._ready = True
+            _LOG.info("ready")
+        for watcher in self._watchers:
+            watcher.beat()
 
     @contextmanager
     def beating(self) -> Iterator[None]:
@@ -71,7 +80,8 @@ def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
 
     The flag is also set when `supervisor`, a process id, is no longer the parent.
     """
-    stop = Stop(supervisor, Heartbeat.from_environment() if supervisor is not None else None)
+    manager = ServiceManager.from_environment()
+    stop = Stop(supervisor, Heartbeat.from_environment(), None) if supervisor is not None else Stop(None, None, manager)
     wanted = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, stop.signal) for number in wanted}
     try:
@@ -79,3 +89,5 @@ def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+        if manager is not None:
+            manager.close()

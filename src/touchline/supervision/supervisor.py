@@ -22,6 +22,7 @@ from touchline.supervision.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
 from touchline.supervision.private_folder import open_private
 from touchline.supervision.processor_use import processor_use
 from touchline.supervision.safe_path import safe_path
+from touchline.supervision.service_log import log_path
 
 #: Delay of a restart, doubled for each failure in a row.
 _FIRST_BACKOFF_S = 0.1
@@ -33,8 +34,10 @@ _UNREACHABLE_S = 5.0
 #: Longest time to the first beat: a first start compiles the kernels, for minutes on a small computer.
 _FIRST_BEAT_S = 600.0
 _STOP_S = 5.0
-#: Bytes at the end of a log that are searched for the last words of a process.
+#: Bytes at the end of the output that are searched for the last words of a process.
 _LAST_WORDS_BYTES = 4096
+#: Size at which the output of a process begins anew, so that one that prints in every tick fills no disk.
+_OUTPUT_BYTES = 10_000_000
 
 
 class Notice(NamedTuple):
@@ -89,7 +92,7 @@ class Child:
 
     @property
     def file_name(self) -> str:
-        """Stem of its log and heartbeat files."""
+        """Stem of its output and heartbeat files."""
         return f"{self.node}-{self.robot.replace('/', '-')}" if self.robot else self.node
 
     def notice(self, kind: str, text: str) -> Notice:
@@ -100,18 +103,20 @@ class Child:
 class Supervisor:
     """Keeps a set of services running; call :meth:`poll` often."""
 
-    def __init__(self, children: Sequence[Child], config: BusConfig, log_folder: Path) -> None:
+    def __init__(self, children: Sequence[Child], config: BusConfig, folder: Path, logs: Path) -> None:
         """Prepare without starting anything.
 
         Args:
             children: The services.
             config: The bus that they join.
-            log_folder: A private folder, where each writes its output, as ``<node>.log``, and its heartbeat.
+            folder: A private folder, where each writes its output, as ``<node>.output``, and its heartbeat.
+            logs: Folder of their log files.
         """
         self.children = list(children)
         self._config = config
-        self._log_folder = log_folder
-        log_folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self._logs = logs
+        folder.mkdir(parents=True, exist_ok=True)
 
     def start(self) -> None:
         """Start the process of every service."""
@@ -133,7 +138,7 @@ class Supervisor:
                     notices.append(child.notice("restarted", f"restarted (pid {self.pid(child.node, child.robot)})"))
             elif (code := child.process.poll()) is not None:
                 child.ended = child.process
-                notices.append(child.notice("died", f"{_how_it_ended(code)}{self._why(child)}"))
+                notices.append(child.notice("died", f"{_how_it_ended(code)}{self._why(child)}{self._log_of(child)}"))
                 self._schedule_restart(child, now)
             else:
                 notices += self._minded(child, child.process, presences, now)
@@ -145,11 +150,11 @@ class Supervisor:
         return child.process.pid if child is not None and child.process is not None else None
 
     def log_tail(self, node: str, robot: str = "", lines: int = 15) -> str:
-        """Return the end of the log of ``node``, or of that robot's."""
+        """Return the end of the output of ``node``, or of that robot's."""
         child = self._child(node, robot)
         if child is None:
             return ""
-        path = self._log_path(child)
+        path = self._output_path(child)
         text = path.read_text(errors="replace") if path.exists() else ""
         return "\n".join(plain(line) for line in text.splitlines()[-lines:])
 
@@ -173,20 +178,29 @@ class Supervisor:
     def _child(self, node: str, robot: str) -> Child | None:
         return next((child for child in self.children if (child.node, child.robot) == (node, robot)), None)
 
-    def _log_path(self, child: Child) -> Path:
-        return self._log_folder / f"{child.file_name}.log"
+    def _output_path(self, child: Child) -> Path:
+        return self._folder / f"{child.file_name}.output"
+
+    def _log_of(self, child: Child) -> str:
+        """Return a remark where the log file of an ended process is; "" if there is none."""
+        assert child.ended is not None
+        path = log_path(self._logs, child.node, self._config_of(child).namespaces, child.ended.pid)
+        return f" (log: {path})" if path.exists() else ""
 
     def _spawn(self, child: Child) -> None:
         if child.ended is not None:
             _kill_group(child.ended)
             child.ended = None
-        child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.file_name}.heartbeat")
-        file = open_private(self._log_path(child), os.O_WRONLY | os.O_APPEND)
+        child.heartbeat = HeartbeatWatch(self._folder / f"{child.file_name}.heartbeat")
+        file = open_private(self._output_path(child), os.O_WRONLY | os.O_APPEND)
         with os.fdopen(file, "ab") as log:
             child.log_begin = os.fstat(file).st_size
             child.process = subprocess.Popen(
                 # -P: code in the current folder is not ours.
-                [sys.executable, "-P", "-m", "touchline", *child.arguments, "--supervisor", str(os.getpid())],
+                [
+                    *(sys.executable, "-P", "-m", "touchline", *child.arguments),
+                    *("--logs", str(self._logs), "--supervisor", str(os.getpid())),
+                ],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -218,6 +232,10 @@ class Supervisor:
         """Look at a running process; kill it, once, if it is of no use any more."""
         if child.killed:
             return []
+        output = self._output_path(child)
+        if output.stat().st_size > _OUTPUT_BYTES:
+            os.truncate(output, 0)
+            child.log_begin = 0
         assert child.heartbeat is not None
         heartbeat = child.heartbeat
         heartbeat.look(now, lambda: processor_use(process.pid))
@@ -253,8 +271,8 @@ class Supervisor:
         return child.missing_since is not None and now - child.missing_since > _UNREACHABLE_S
 
     def _why(self, child: Child) -> str:
-        """Return the last words of a process in its log."""
-        with self._log_path(child).open("rb") as log:
+        """Return the last words of a process."""
+        with self._output_path(child).open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             log.seek(max(child.log_begin, size - _LAST_WORDS_BYTES))
             lines = [plain(line) for line in log.read().decode(errors="replace").splitlines()]

@@ -17,6 +17,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
 from touchline.schemas.setup import Setup
+from touchline.supervision.service_log import log_folder
 from touchline.supervision.supervisor import Child, Notice, Supervisor
 
 #: A first start compiles the kernels, which takes minutes on a small computer; a later one takes a second or two.
@@ -136,6 +137,7 @@ class ProcessOptions:
         apart: Whether each robot has its own process.
         without: Nodes that this job does not need and that are not started.
         coordinator: Options of ``touchline coordinator``, if there is to be one.
+        logs: Folder of the services' log files; by default that of the user.
     """
 
     robot_sim: Sequence[str] = ()
@@ -144,6 +146,7 @@ class ProcessOptions:
     apart: bool = False
     without: Collection[str] = ()
     coordinator: Sequence[str] | None = None
+    logs: Path | None = None
 
 
 _USUAL = ProcessOptions()
@@ -185,7 +188,7 @@ def local_system(
             children.append(Child(topics.COORDINATOR, command, _PATIENCE_S, topics.TEAM_NAMESPACE))
         # The bus first: an unusable endpoint is reported before anything is started.
         with Bus.open_all(join_as, config) as buses:
-            supervisor = Supervisor(children, config, state)
+            supervisor = Supervisor(children, config, state, (options.logs or log_folder()).absolute())
             supervisor.start()
             try:
                 health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []

@@ -8,8 +8,6 @@ its reference without feedback while it brakes, and the pause names the follower
 from __future__ import annotations
 
 import math
-import sys
-import traceback
 from collections.abc import Callable
 
 import numpy as np
@@ -18,7 +16,7 @@ from numpy.typing import NDArray
 from touchline.onboard.control.follower import BodyTwist, Follower, PathFollower, PathPlace, keeps_time
 from touchline.onboard.drives.onboard_drive import OnboardDrive
 from touchline.schemas.plain_text import plain
-from touchline.schemas.plugins import FOLLOWERS, tracebacks_wanted
+from touchline.schemas.plugins import FOLLOWERS, log_plugin_error
 
 _LONGEST = 200
 _SLACK = 1.0 + 1e-6
@@ -105,5 +103,4 @@ class GuardedFollower:
 
     def _blame(self, error: Exception) -> None:
         self._flaw = plain(f"{self._whose} fails with {type(error).__name__}: {error}", _LONGEST)
-        if tracebacks_wanted():
-            traceback.print_exc(file=sys.stderr)
+        log_plugin_error(self._flaw)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
-import traceback
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,7 +13,7 @@ from touchline.onboard.estimation.filter import Estimator
 from touchline.onboard.filter_model import RING, STATES, UPDATE_COLUMNS, UPDATE_VALUE, UPDATE_VARIANCE
 from touchline.onboard.interface import TICKS_PER_S, AuxiliarySample
 from touchline.schemas.plain_text import plain
-from touchline.schemas.plugins import SENSORS, part_for, tracebacks_wanted
+from touchline.schemas.plugins import SENSORS, log_plugin_error, part_for
 from touchline.schemas.vehicles import SensorSpec, Vehicle
 
 Floats = NDArray[np.float64]
@@ -99,8 +97,7 @@ class AuxiliarySensors:
                 del self._models[sample.sensor]
                 whose = f"{SENSORS.described(model.spec.kind)}, {sample.sensor},"
                 flaws.append(plain(f"{whose} fails with {type(error).__name__}: {error}", _LONGEST))
-                if tracebacks_wanted():
-                    traceback.print_exc(file=sys.stderr)
+                log_plugin_error(flaws[-1])
         return flaws
 
     def _use(self, model: OnboardSensor, sample: AuxiliarySample) -> None:
