@@ -124,7 +124,7 @@ def test_an_episode_ends_with_a_stop_of_the_robot(plan: touchline.Plan) -> None:
         observation, _, ended, _, info = env.step(follow(observation))
         if ended:
             break
-    assert info["reason"] == "the bumper is pressed" and "bumper" in "".join(info["events"])
+    assert info["reason"] == "the bumper is pressed" and info["events"] == ("fault-begins", "emergency-stopped")
 
 
 def test_what_cannot_be_is_refused(plan: touchline.Plan) -> None:

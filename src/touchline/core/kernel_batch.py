@@ -61,6 +61,7 @@ class KernelBatch:
         self._kept: list[tuple[Any, ...] | None] = [None] * count
         self._blocks: list[Any] = [None] * count
         self._addresses = np.zeros(count, dtype=np.int64)
+        self._place = self._addresses.ctypes.data
         self._code = 0
 
     def set(self, index: int, arguments: tuple[Any, ...]) -> None:
@@ -82,7 +83,7 @@ class KernelBatch:
     def run(self, first: int, last: int) -> None:
         """Run the calls from `first` to before `last`; several threads may run different ones at once."""
         if self._code:
-            error = _loop()(self._code, self._addresses.ctypes.data + 8 * first, last - first)
+            error = _loop()(self._code, self._place + 8 * first, last - first)
             if error:
                 raise failure(error)
 

@@ -159,16 +159,13 @@ class FollowTask:
         return self.robots.outcomes[:, robots.O_NOZZLE].copy()
 
     @property
-    def terminated(self) -> NDArray[np.bool_]:
-        """True (n,) for robots whose drive is over, that have paused, or are beyond the limit; a new array."""
-        beyond: NDArray[np.bool_] = np.abs(self.robots.outcomes[:, robots.O_NOZZLE]) > self.options.limit_m
-        return self.robots.over | beyond
+    def ends(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Robots (n,) whose episode is terminated and truncated, each a new array.
 
-    @property
-    def truncated(self) -> NDArray[np.bool_]:
-        """True (n,) for robots that have driven for the longest time, and are not terminated; a new array."""
-        late: NDArray[np.bool_] = self._answered * TICK_S >= self.options.max_time_s
-        return late & ~self.terminated
+        It is terminated where the drive is over, the robot has paused, or it is beyond the limit.
+        """
+        terminated = self.robots.over | (np.abs(self.robots.outcomes[:, robots.O_NOZZLE]) > self.options.limit_m)
+        return terminated, (self._answered * TICK_S >= self.options.max_time_s) & ~terminated
 
     def ending(self, i: int) -> dict[str, Any]:
         """Information on a robot whose episode has ended: why, and the figures of its work if it is at the end."""
